@@ -85,6 +85,17 @@ bool may_show_slopes(const Sensor& sensor, bool asked) {
   return sensor.bit_depth == 8 && (asked || sensor.signal == Signal::Either);
 }
 
+uint32_t force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal) {
+  uint32_t outputs = input.outputs;
+  // A volume needs the surface; without it that work is saved.
+  if (signal && signal != ForceSignal::Volume && signal != ForceSignal::Layer)
+    outputs = static_cast<uint32_t>(Output::Force);
+  if (signal.value_or(ForceSignal::Gradient) == ForceSignal::Gradient &&
+      may_show_slopes(input.sensor, signal.has_value()))
+    outputs |= static_cast<uint32_t>(Output::Gradient);
+  return outputs;
+}
+
 std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings, bool keep_border) {
   std::vector<ForceSample> samples;
   uint32_t presses = 0;

@@ -2,6 +2,7 @@
 // report on its quality.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,20 @@ namespace palpate {
 /// Whether the sum of gradients is measured for a force calibration: of gels, whose pixels change with the
 /// slope; or where it is asked for and frames have 8 bits.
 bool may_show_slopes(const Sensor& sensor, bool asked = false);
+
+/// What is to be measured of an input: no more than the signal needs; none: what any signal may need.
+uint32_t force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal);
+
+/// The names of signals and models as the command line spells them.
+inline const std::map<std::string, ForceSignal> kForceSignalNames = {{"gray-sum", ForceSignal::GraySum},
+                                                                     {"gradient", ForceSignal::Gradient},
+                                                                     {"area", ForceSignal::Area},
+                                                                     {"volume", ForceSignal::Volume},
+                                                                     {"layer", ForceSignal::Layer}};
+inline const std::map<std::string, ForceModel> kForceModelNames = {{"line", ForceModel::Line},
+                                                                   {"power", ForceModel::Power},
+                                                                   {"spline", ForceModel::Spline},
+                                                                   {"layer", ForceModel::Scale}};
 
 /// Touched frames beside their gauge readings, for the fit; saturated ones, those at the border and those
 /// without a reading stay in, marked. Presses are numbered over all recordings. `keep_border`: contacts at

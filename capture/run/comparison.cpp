@@ -95,4 +95,13 @@ std::string Comparison::json() const {
   return value.dump();
 }
 
+double rms_difference(std::span<const float> a, std::span<const float> b) {
+  double squares = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double d = double{a[i]} - double{b[i]};
+    squares += d * d;
+  }
+  return a.empty() ? 0 : std::sqrt(squares / static_cast<double>(a.size()));
+}
+
 }  // namespace palpate

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "capture/truth.h"
@@ -64,5 +65,8 @@ class Comparison {
   ErrorStatistics force_N_, shear_x_N_, shear_y_N_, torsion_rad_, stick_share_, center_px_, depth_mm_,
       depth_map_mm_;
 };
+
+/// Of two maps of one size; 0 where they are empty.
+double rms_difference(std::span<const float> a, std::span<const float> b);
 
 }  // namespace palpate

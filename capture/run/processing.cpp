@@ -20,15 +20,6 @@
 namespace palpate {
 namespace {
 
-double rms_difference(std::span<const float> a, std::span<const float> b) {
-  double squares = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    const double d = double{a[i]} - double{b[i]};
-    squares += d * d;
-  }
-  return a.empty() ? 0 : std::sqrt(squares / static_cast<double>(a.size()));
-}
-
 const char* to_string(BackgroundOrigin origin) {
   switch (origin) {
     case BackgroundOrigin::None:
@@ -85,6 +76,7 @@ class Recorder {
                    .with(MeasuredColumns::Time, rate_Hz_ > 0)
                    .with(MeasuredColumns::Source, has_names_)
                    .with(MeasuredColumns::Truth, has_truth_);
+    summary.columns = Measurements::header(columns_);
     if (request.rows) measurements_.emplace(out / "measurements.csv", columns_, request.digits);
     if (request.rows && wants(request.outputs, Output::Contacts))
       contacts_.emplace(out / "contacts.csv", columns_, request.digits);
@@ -147,6 +139,7 @@ class Recorder {
     if (measurements_) measurements_->add(touch, known, depth_rms_error_mm, name);
     if (request_.on_row)
       request_.on_row(json_line(touch, columns_, request_.digits, known, depth_rms_error_mm, name));
+    if (request_.on_result) request_.on_result(pipeline_, result, frame);
     if (contacts_) contacts_->add(touch, name);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
@@ -259,7 +252,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
                                  const std::filesystem::path& out, const RunWatch& watch) {
   for (const char* folder : {"depth", "confidence", "traction", "pictures", "images"}) {
     std::error_code code;
-    if (std::filesystem::equivalent(request.input, out / folder, code)) {
+    if (!out.empty() && std::filesystem::equivalent(request.input, out / folder, code)) {
       throw Error(Failure::Usage, "an --out folder that is not the input's", "'" + out.string() + "'",
                   "another --out folder");
     }
@@ -282,9 +275,11 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   pipeline.set_background(background);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
 
-  make_output_folder(out);
-  for (const char* stale : {"summary.json", "summary.csv", "recording.mp4", "contacts.csv"})
-    std::filesystem::remove(out / stale);
+  if (!out.empty()) {
+    make_output_folder(out);
+    for (const char* stale : {"summary.json", "summary.csv", "recording.mp4", "contacts.csv"})
+      std::filesystem::remove(out / stale);
+  }
   ProcessSummary summary;
   summary.untouched = background_origin(sensor, *source);
   std::optional<RestCheck> rest_check;
@@ -296,7 +291,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   if (!request.images.empty()) write_image_setting(sensor, background, out);
   // Depth is each frame's own but beside contacts of a gel; what is followed from frame to frame is so from
   // the first one on.
-  const bool followed = request.rows || request.pictures || request.video ||
+  const bool followed = request.rows || request.on_row || request.pictures || request.video ||
                         (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor));
   if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
 
@@ -307,7 +302,8 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
     if (presses) summary.presses = presses->finish();
     if (rest_check) summary.untouched_warning = rest_check->warning();
     recorder.close();
-    write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
+    if (!out.empty())
+      write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
   };
   try {
     const RunWatch::Progress progress = watch.begin("processing", total);

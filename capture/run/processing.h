@@ -63,7 +63,9 @@ struct ProcessRequest {
   bool rows = true;  ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
   Digits digits = Digits::Deserved;  ///< of the rows
   std::function<void(const std::string& json)>
-      on_row;           ///< receives each frame as json_line writes it; may be null
+      on_row;  ///< receives each frame as json_line writes it; may be null
+  /// Receives each frame of the range while its maps can be read; may be null.
+  std::function<void(const Pipeline&, const Result&, const Frame&)> on_result;
   std::string images;   ///< ".png" or ".tif": the frames themselves too; empty: not
   double rate_Hz = 0;   ///< of inputs without one (images); 0: their times stay unknown
   uint64_t frames = 0;  ///< at most that many; 0: all
@@ -82,6 +84,7 @@ struct ProcessRequest {
 /// Counts over the frames of a recording.
 struct ProcessSummary {
   uint64_t frames = 0;
+  std::string columns;   ///< names of those of measurements.csv, commas between
   uint64_t touches = 0;  ///< times that something touches: frames that touch after one that does not
   uint64_t contact_frames = 0;
   uint64_t most_contacts = 0;  ///< separate contacts in one frame (Output::Contacts)
@@ -114,8 +117,8 @@ struct ProcessSummary {
 
 /// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,
 /// depth/, pictures/, recording.mp4, images/ with the sensor.json and background.png that measure them again,
-/// and at the end summary.json. A damaged recording keeps the rows before the damage, writes a summary that
-/// says so, and throws.
+/// and at the end summary.json. Without a folder nothing is written: the request may not ask for files. A
+/// damaged recording keeps the rows before the damage, writes a summary that says so, and throws.
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
                                  const std::filesystem::path& out, const RunWatch& watch);
 

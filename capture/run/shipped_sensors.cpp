@@ -23,8 +23,7 @@ std::vector<fs::path> shipped_sensors() {
   const fs::path folder = shipped_sensors_folder();
   if (folder.empty()) return files;
   for (const auto& entry : fs::directory_iterator(folder, error))
-    if (entry.path().extension() == ".json")
-      files.push_back(entry.path());
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
   std::ranges::sort(files);
   return files;
 }

@@ -8,6 +8,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/fem_inverse/inversion.h"
+#include "palpate/error.h"
 
 namespace palpate::lump {
 namespace {
@@ -88,6 +89,21 @@ Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t thre
     Estimate estimate = invert_directly(observation, options);
     if (reports_numbers(first.verdict) && reports_numbers(estimate.verdict)) hold_against(first, estimate);
     return estimate;
+  };
+}
+
+std::shared_ptr<const Network> load_network(const std::string& file) {
+  return std::make_shared<const Network>(file.empty() ? Network::built_in() : Network::read(file));
+}
+
+Estimator named_estimator(const std::string& method, std::shared_ptr<const Network> network,
+                          uint32_t threads) {
+  if (method == "direct") return direct_estimator(std::move(network), threads);
+  if (method != "network" && method != "refined")
+    throw Error(Failure::Usage, "the method network, refined or direct", "'" + method + "'", "network");
+  const Method how = method == "network" ? Method::Network : Method::Refined;
+  return [network = std::move(network), how](const Observation& observation) {
+    return network->estimate(observation, how);
   };
 }
 

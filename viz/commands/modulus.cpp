@@ -2,27 +2,23 @@
 // simulated sample.
 #include <cmath>
 #include <map>
+#include <utility>
 
-#include "capture/files/gauge.h"
 #include "capture/files/output_file.h"
-#include "capture/open_source.h"
 #include "capture/run/input.h"
-#include "capture/run/modulus_frames.h"
+#include "capture/run/modulus_recording.h"
 #include "capture/synthetic/modulus_press.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
 #include "viz/commands/progress.h"
+#include "viz/commands/run_watch.h"
 #include "viz/report/modulus_report.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
-
-constexpr size_t kMostPresses = 80;   // of a recording that are fitted, evenly over their forces
-constexpr double kLeastForce = 0.05;  // of the largest: below it a contact is only beginning
-constexpr double kStageSd_mm = 0.005;
 
 struct Options {
   std::string input, sample, gauge, approach;
@@ -38,20 +34,7 @@ struct Options {
 
 /// The pad by the options, else by the sensor file.
 void set_pad(const Options& o, const Sensor* sensor, ModulusSetup& setup) {
-  const bool known = sensor && sensor->reconstruction == Reconstruction::Elastic;
-  double young_MPa = o.pad_kPa * 1e-3, thickness_mm = o.pad_thickness_mm, poisson = o.pad_poisson;
-  if (known && !(young_MPa > 0)) {
-    young_MPa = sensor->elastic.young_MPa;
-    poisson = sensor->elastic.poisson;
-  }
-  if (known && !(thickness_mm > 0)) thickness_mm = sensor->elastic.thickness_mm;
-  if (!(young_MPa > 0))
-    throw Error(Failure::Usage, "the pad's modulus", "none",
-                "--pad-kPa 200 --pad-thickness-mm 6, or a sensor file "
-                "with surface.elastic");
-  setup.pad = {{young_MPa, poisson},
-               thickness_mm > 0 ? thickness_mm : std::numeric_limits<double>::infinity(),
-               Base::Bonded};
+  setup.pad = pad_of({o.pad_kPa * 1e-3, o.pad_poisson}, o.pad_thickness_mm, sensor);
 }
 
 ModulusSetup setup_of(const Common& common, const Options& o) {
@@ -74,65 +57,14 @@ ModulusSetup setup_of(const Common& common, const Options& o) {
 /// A recording's presses, by force; what was passed over becomes a note.
 void read_recording(gpu::Context& context, const Common& common, const Options& o, ModulusReport& r) {
   const MeasuredInput input = find_input(common.seed, o.input, o.sensor, o.background);
-  if (!has_scale(input.sensor))
-    throw Error(Failure::Sensor, "a sensor with a scale", "none", "palpate calibrate scale");
-  if (o.gauge.empty() && !input.sensor.force)
-    throw Error(Failure::Sensor, "a force: a sensor file with a force calibration, or --gauge", "neither",
-                "palpate calibrate force");
+  const PressRecording recording{input, o.gauge, o.approach, o.stage_sd_mm};
+  check(recording);
   set_pad(o, &input.sensor, r.setup);
-  if (!(o.scale_sd > 0) && input.sensor.pitch_sd_mm_per_px > 0)
-    r.setup.length_relative_sd = input.sensor.pitch_sd_mm_per_px / input.sensor.pitch_mm_per_px;
-  std::optional<Gauge> gauge;
-  if (!o.gauge.empty()) gauge = read_gauge(o.gauge, GaugeColumns::Normal);
-  const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
-  source->watch(interrupted);
-  const Frame background = load_background(input.input, input.sensor, *source);
-  PressReader reader(context, input.sensor, background, r.setup.sample);
-  r.setup.depth_by_pressure = reader.depth_by_pressure();
-  std::map<std::string, size_t> left;
-  std::vector<uint64_t> numbers;
-  std::vector<PressFrame> all;
-  ProgressBar progress(common, "measuring", source->frame_count().value_or(0));
-  uint64_t done = 0;
-  for (Frame frame; !interrupted() && source->next(frame);) {
-    progress.update(++done);
-    std::optional<PressFrame> p = reader.read(frame);
-    if (!p) {
-      ++left[reader.why_not()];
-      continue;
-    }
-    if (gauge) {
-      const auto force = gauge->by_frame()
-                             ? gauge_at_frame(*gauge, gauge->force_N, frame.sequence)
-                             : gauge_at(*gauge, gauge->force_N, static_cast<double>(frame.time_ns) * 1e-9);
-      if (!force) {
-        ++left["the gauge has no reading"];
-        continue;
-      }
-      p->force_N = std::max(0.0, *force);
-      p->force_sd_N = 0;
-    }
-    all.push_back(*p);
-    numbers.push_back(frame.sequence);
-  }
-  if (!o.approach.empty()) {
-    const std::vector<double> approach = read_approach_table(o.approach, numbers);
-    for (size_t i = 0; i < all.size(); ++i) all[i].approach_mm = {approach[i], o.stage_sd_mm};
-  }
-  double largest = 0;
-  for (const PressFrame& p : all) largest = std::max(largest, p.force_N);
-  std::erase_if(all, [&](const PressFrame& p) { return p.force_N < kLeastForce * largest; });
-  std::sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.force_N < b.force_N; });
-  const double step = std::max(1.0, static_cast<double>(all.size()) / kMostPresses);
-  for (double i = 0; i < static_cast<double>(all.size()); i += step)
-    r.frames.push_back(all[static_cast<size_t>(i)]);
-  for (const auto& [why, count] : left) r.notes.push_back(std::to_string(count) + " frames left out: " + why);
-  if (r.frames.size() < all.size())
-    r.notes.push_back(std::to_string(r.frames.size()) + " of " + std::to_string(all.size()) +
-                      " presses taken, evenly over their forces");
-  if (r.frames.empty())
-    throw Error(Failure::Input, "presses in '" + o.input + "'", "no frame with a contact that can be read",
-                "a recording of the sample being pressed");
+  if (!(o.scale_sd > 0)) r.setup.length_relative_sd = scale_sd(input.sensor);
+  SamplePresses presses = read_press_frames(context, recording, r.setup.sample, run_watch(common));
+  r.setup.depth_by_pressure = presses.depth_by_pressure;
+  r.frames = std::move(presses.frames);
+  r.notes = std::move(presses.notes);
 }
 
 void simulate(gpu::Context& context, const Common& common, const Options& o, ModulusReport& r) {

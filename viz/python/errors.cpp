@@ -1,5 +1,7 @@
 #include "viz/python/errors.h"
 
+#include <algorithm>
+#include <regex>
 #include <string_view>
 
 #include "palpate/error.h"
@@ -32,6 +34,21 @@ void raise(const char* type, const std::string& wanted, const std::string& found
   PyErr_SetObject(cls.ptr(), error.ptr());
 }
 
+/// Options of the command line as arguments: "--pad-kPa 200" becomes "pad_kPa=200".
+std::string as_arguments(const std::string& text) {
+  static const std::regex option("--([a-z][A-Za-z-]*)( (?=[A-Z0-9]))?");
+  std::string out;
+  auto at = text.begin();
+  for (std::sregex_iterator match(text.begin(), text.end(), option), end; match != end; ++match) {
+    out.append(at, (*match)[0].first);
+    std::string name = (*match)[1].str();
+    std::replace(name.begin(), name.end(), '-', '_');
+    out += name + ((*match)[2].matched ? "=" : "");
+    at = (*match)[0].second;
+  }
+  return out.append(at, text.end());
+}
+
 /// The parts of "wanted ...; found ...; try ...".
 Refusal parts_of(const Error& error) {
   constexpr std::string_view kFound = "; found ", kTry = "; try ", kWanted = "wanted ";
@@ -39,8 +56,9 @@ Refusal parts_of(const Error& error) {
   const size_t remedy = line.rfind(kTry), found = line.rfind(kFound, remedy);
   const std::string_view wanted = line.substr(kWanted.size(), found - kWanted.size());
   const size_t from = found + kFound.size();
-  return {type_of(error.failure()), std::string(wanted), std::string(line.substr(from, remedy - from)),
-          std::string(line.substr(remedy + kTry.size()))};
+  return {type_of(error.failure()), as_arguments(std::string(wanted)),
+          as_arguments(std::string(line.substr(from, remedy - from))),
+          as_arguments(std::string(line.substr(remedy + kTry.size())))};
 }
 
 void translate(std::exception_ptr thrown) {

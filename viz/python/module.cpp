@@ -4,10 +4,13 @@
 
 #include "engine/base/module.h"
 #include "palpate/version.h"
+#include "viz/python/calibrations.h"
 #include "viz/python/device.h"
 #include "viz/python/errors.h"
 #include "viz/python/estimate.h"
 #include "viz/python/live.h"
+#include "viz/python/numeric.h"
+#include "viz/python/recordings.h"
 #include "viz/python/sensor.h"
 #include "viz/python/touch.h"
 #include "viz/python/waiting.h"
@@ -35,6 +38,13 @@ PYBIND11_MODULE(_palpate, module) {
   bind_sensor(module);
   bind_touch(module);
   bind_live(module);
+  bind_recordings(module);
+  bind_calibrations(module);
+  bind_integrate(module);
+  bind_match(module);
+  bind_thin_plate(module);
+  bind_optics(module);
+  bind_lump(module);
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&at_exit));
 }
 

@@ -6,25 +6,11 @@
 #include <cmath>
 
 #include "engine/base/text.h"
-#include "viz/python/errors.h"
 
 namespace palpate::python {
 namespace {
 
 namespace py = pybind11;
-
-template <typename Value>
-Value by_name(const std::map<std::string, Value>& all, const std::string& name, const char* what) {
-  const auto found = all.find(name);
-  if (found != all.end()) return found->second;
-  std::vector<std::string> names;
-  std::string list;
-  for (const auto& [known, value] : all) {
-    names.push_back(known);
-    list += (list.empty() ? "" : ", ") + known;
-  }
-  throw bad_argument(what, "'" + name + "'" + did_you_mean(name, names), list);
-}
 
 std::string described(const Sensor& sensor) {
   std::string line = "<palpate.Sensor '" + sensor.name + "'";

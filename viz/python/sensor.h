@@ -3,14 +3,15 @@
 
 #include <pybind11/pybind11.h>
 
-#include <atomic>
 #include <filesystem>
-#include <memory>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "capture/run/input.h"
+#include "engine/base/text.h"
+#include "viz/python/errors.h"
 
 namespace palpate::python {
 
@@ -26,6 +27,20 @@ struct InputRequest {
 /// Opens recordings to see what they hold: without the interpreter's lock.
 MeasuredInput find(const InputRequest& request);
 SurfaceSolver solver_of(const std::string& name);
+
+/// The value of a name in a table of names; others are refused with the list.
+template <typename Value>
+Value by_name(const std::map<std::string, Value>& all, const std::string& name, const char* what) {
+  const auto found = all.find(name);
+  if (found != all.end()) return found->second;
+  std::vector<std::string> names;
+  std::string list;
+  for (const auto& [known, value] : all) {
+    names.push_back(known);
+    list += (list.empty() ? "" : ", ") + known;
+  }
+  throw bad_argument(what, "'" + name + "'" + did_you_mean(name, names), list);
+}
 
 void bind_sensor(pybind11::module_& module);
 

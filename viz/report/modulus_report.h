@@ -18,10 +18,6 @@ struct ModulusReport {
   std::vector<std::string> notes;  ///< one line each
 };
 
-/// "cube,10mm", "block,10x8mm" (width x height), "cylinder,12x10mm" (diameter x height), "sphere,16mm" (its
-/// diameter). Throws Error(Failure::Usage).
-Sample parse_sample(const std::string& text);
-
 std::string describe(const ModulusReport& report);
 std::string to_json(const ModulusReport& report);
 /// One line a way, and one line a reading of each way: measured, fitted, residual.

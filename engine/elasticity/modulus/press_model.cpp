@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 
@@ -80,6 +81,38 @@ Eigen::MatrixXd pad_compliance(const PadBody& pad, const FaceCompliance& face) {
 }
 
 }  // namespace
+
+Sample parse_sample(const std::string& text) {
+  const auto refuse = [&] {
+    return Error(Failure::Usage, "a sample as SHAPE,SIZE", "'" + text.substr(0, 60) + "'",
+                 "cube,10mm or block,10x8mm or cylinder,12x10mm or sphere,16mm");
+  };
+  Sample s;
+  const size_t comma = text.find(',');
+  if (comma == std::string::npos) throw refuse();
+  const std::string name = text.substr(0, comma);
+  double size = 0, height = 0;
+  char unit[4] = "", rest = 0;
+  const char* numbers = text.c_str() + comma + 1;
+  const bool two = std::sscanf(numbers, "%lfx%lf%3[m]%c", &size, &height, unit, &rest) == 3;
+  if (!two && std::sscanf(numbers, "%lf%3[m]%c", &size, unit, &rest) != 2) throw refuse();
+  if (std::string(unit) != "mm") throw refuse();
+  if (name == "cube" && !two)
+    s.shape = SampleShape::Cube;
+  else if (name == "block" && two)
+    s.shape = SampleShape::Cube;
+  else if (name == "cylinder" && two)
+    s.shape = SampleShape::Cylinder;
+  else if (name == "sphere" && !two)
+    s.shape = SampleShape::Sphere;
+  else if (name == "dome" && !two)
+    s.shape = SampleShape::Dome;
+  else
+    throw refuse();
+  s.size_mm = size;
+  s.height_mm = two ? height : size;
+  return s;
+}
 
 const char* to_string(SampleShape shape) {
   constexpr std::array<const char*, 4> kNames = {"sphere", "cylinder", "cube", "dome"};

@@ -41,6 +41,9 @@ struct Sample {
   double radius_mm() const;
   double face_mm2() const;
 };
+/// "cube,10mm", "block,10x8mm" (width x height), "cylinder,12x10mm" (diameter x height), "sphere,16mm" (its
+/// diameter). Throws Error(Failure::Usage).
+Sample parse_sample(const std::string& text);
 /// Throws Error(Failure::Input) on sizes or ratios out of range.
 void check(const Sample& sample, const PadBody& pad);
 

@@ -23,16 +23,6 @@
 namespace palpate {
 namespace {
 
-const std::map<std::string, ForceSignal> kSignalNames = {{"gray-sum", ForceSignal::GraySum},
-                                                         {"gradient", ForceSignal::Gradient},
-                                                         {"area", ForceSignal::Area},
-                                                         {"volume", ForceSignal::Volume},
-                                                         {"layer", ForceSignal::Layer}};
-const std::map<std::string, ForceModel> kModelNames = {{"line", ForceModel::Line},
-                                                       {"power", ForceModel::Power},
-                                                       {"spline", ForceModel::Spline},
-                                                       {"layer", ForceModel::Scale}};
-
 struct Options : GaugedOptions {
   std::vector<std::string> checks, check_gauges;
   std::string branches = "auto";
@@ -96,12 +86,7 @@ Report force(const Common& common, Options options) {
   const auto measure = [&](const std::string& input, const std::string& gauge) {
     // Brightness, gradients and area in px need no scale.
     MeasuredInput found = find_input(common.seed, input, options.sensor, options.background);
-    // A volume needs the surface; without it that work is saved.
-    if (options.signal && options.signal != ForceSignal::Volume && options.signal != ForceSignal::Layer)
-      found.outputs = static_cast<uint32_t>(Output::Force);
-    if (options.signal.value_or(ForceSignal::Gradient) == ForceSignal::Gradient &&
-        may_show_slopes(found.sensor, options.signal.has_value()))
-      found.outputs |= static_cast<uint32_t>(Output::Gradient);
+    found.outputs = force_outputs(found, options.signal);
     if (first.input.empty()) first = found;
     request.gauge = gauge;
     return measure_beside_gauge(*context, found, request, run_watch(common));
@@ -149,12 +134,12 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
           "--signal", options->signal,
           "gray-sum, gradient (of gels), area, volume, or layer (of sensors with a layer; default: as "
           "held-out presses say)")
-      ->transform(one_of(kSignalNames));
+      ->transform(one_of(kForceSignalNames));
   command
       ->add_option("--model", options->model,
                    "line, power, spline, or layer: the force by the elastic layer, whose modulus is found "
                    "(default: as held-out presses say)")
-      ->transform(one_of(kModelNames));
+      ->transform(one_of(kForceModelNames));
   command
       ->add_option("--branches", options->branches,
                    "Loading and unloading: apart, together, or auto (as held-out presses say)")

@@ -2,13 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/input_errors.h"
-#include "engine/lump/observation/saturated_loads.h"
+#include "engine/lump/observation/observe.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
@@ -30,20 +31,14 @@ lump::Observation reading_of(const Options& o) {
   if (o.force_N.size() != o.maps.size())
     throw Error(Failure::Usage, "a force for each of " + std::to_string(o.maps.size()) + " maps",
                 std::to_string(o.force_N.size()), "--force-N F1,F2,...");
-  lump::Observation observation;
-  std::vector<size_t> order(o.maps.size());
-  for (size_t k = 0; k < order.size(); ++k) order[k] = k;
-  std::sort(order.begin(), order.end(), [&o](size_t a, size_t b) { return o.force_N[a] < o.force_N[b]; });
-  for (const size_t k : order) {
-    observation.pressure_Pa.push_back(read_pressure_map(o.maps[k], o.pitch_mm));
-    observation.force_N.push_back(o.force_N[k]);
-  }
+  std::vector<fem::Map> maps;
+  for (const std::string& file : o.maps) maps.push_back(read_pressure_map(file, o.pitch_mm));
+  lump::Observation observation = lump::observe(std::move(maps), o.force_N);
   observation.young_Pa = o.young_Pa;
   if (o.window_mm.size() == 2) observation.window_mm = {o.window_mm[0], o.window_mm[1]};
   observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                           o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
-  observation.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : lump::roughness(observation.pressure_Pa.back());
-  observation.saturated_fraction = lump::saturated_fraction(observation.pressure_Pa);
+  if (o.noise_Pa >= 0) observation.noise_Pa = o.noise_Pa;
   return observation;
 }
 
@@ -81,10 +76,10 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
 
 Report run(const Common& common, const Options& o) {
   const lump::Observation observation = reading_of(o);
-  const auto network = lump_network(o.network);
-  lump::Estimate estimate = lump_estimator(o.method, network)(observation);
+  const auto network = lump::load_network(o.network);
+  lump::Estimate estimate = lump::named_estimator(o.method, network)(observation);
   // The network moves as any estimator does, in milliseconds.
-  widen_for_input_errors(lump_estimator("network", network), observation, o.errors, estimate);
+  widen_for_input_errors(lump::named_estimator("network", network), observation, o.errors, estimate);
   Report report{estimate_text(estimate), estimate_json(estimate)};
   if (!common.out.empty()) {
     make_output_folder(common.out);

@@ -156,10 +156,10 @@ Report run(const Common& common, const Options& o) {
   if (interrupted()) return {"interrupted\n", R"({"complete": false})", kInterrupted};
   lump::Estimator estimator;
   if (o.method != "none") {
-    const auto network = lump_network("");
+    const auto network = lump::load_network("");
     report.model =
         o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
-    estimator = lump_estimator(o.method, network, o.threads);
+    estimator = lump::named_estimator(o.method, network, o.threads);
   }
   report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());

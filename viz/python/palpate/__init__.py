@@ -30,14 +30,25 @@ __version__ = "@PROJECT_VERSION@"
 _PUBLIC = {
     "Contact": "_live",
     "Estimate": "_live",
+    "Heights": "_arrays",
+    "Match": "_arrays",
+    "Modulus": "_recordings",
+    "PlateFit": "_arrays",
+    "Recording": "_recordings",
     "Sensor": "_live",
+    "Strain": "_arrays",
     "Stream": "_live",
+    "ThinPlate": "_arrays",
     "Touch": "_live",
     "Truth": "_live",
     "Wrench": "_live",
+    "integrate": "_arrays",
+    "match": "_arrays",
+    "measure": "_recordings",
+    "modulus": "_recordings",
     "open": "_live",
 }
-_MODULES: set[str] = set()
+_MODULES = {"calibrate", "lump", "optics"}
 
 __all__ = [
     "ArgumentError",

@@ -8,11 +8,10 @@ from . import __version__
 from ._errors import VersionError
 
 try:
-    from . import _palpate
-except ImportError as reason:
-    raise VersionError(
-        "the compiled part of palpate", str(reason), "installing all of python3-palpate, or building it for this Python"
-    ) from reason
+    from . import _palpate as _palpate
+except ImportError as failure:
+    _remedy = "installing all of python3-palpate, or building it for this Python"
+    raise VersionError("the compiled part of palpate", str(failure), _remedy) from failure
 
 if _palpate.version != __version__:
     raise VersionError(

@@ -45,9 +45,9 @@ def kept_maps(keep: Iterable[str] | str | None) -> tuple[bool, bool, bool, bool]
 
 def request_of(
     source: Path,
-    sensor: Sensor | Path | None,
+    sensor: Sensor | Path | None = None,
     background: Path | None = None,
-    outputs: Iterable[str] | None = None,
+    outputs: Iterable[str] | str | None = None,
     seed: int = 1,
 ) -> _palpate.InputRequest:
     """A source with its sensor."""
@@ -61,7 +61,7 @@ def open(
     *,
     sensor: Sensor | Path | None = None,
     background: Path | None = None,
-    outputs: Iterable[str] | None = None,
+    outputs: Iterable[str] | str | None = None,
     solver: str = "live",
     drop: bool = True,
     keep: Iterable[str] | str = (),
@@ -70,6 +70,27 @@ def open(
     device: str = "",
     seed: int = 1,
 ) -> Stream:
+    """A stream of touches: an iterator that gives one :class:`Touch` a frame.
+
+    Args:
+        source: ``"camera:/dev/video0"``, ``"synthetic:SCENE?size=640x480&rate=30"``, a video, an image, a
+            folder of images, or a session's folder.
+        sensor: a sensor file or a :class:`Sensor`.  Sessions and simulated scenes bring their own; without
+            one nothing is calibrated, and lengths are in px.
+        background: the untouched image; else the sensor file's, the source's own, or its first frames.
+        outputs: of ``force``, ``surface``, ``confidence``, ``contacts``, ``gradient``, ``skin``,
+            ``traction``; by default what the sensor can.
+        solver: of the surface: ``live``, ``fine``, ``converged`` or ``exact``.
+        drop: the newest frame wins, frames that come too fast are dropped and counted in
+            ``stream.dropped``, and recordings come at their own pace.  ``False``: every frame, as fast as
+            it is asked for.
+        keep: maps that are read at once and stay: ``depth_mm``, ``image``, ``confidence``,
+            ``pressure_kPa``.  Others can be read until the next touch is asked for.
+        fixed_light: a colour gel's light is not followed.
+        rate_Hz: frames a second of images, which know no times themselves.
+        device: index or part of the name of a Vulkan device; by default the best one.
+        seed: of simulated scenes that name none.
+    """
     return _palpate.open_stream(
         request_of(source, sensor, background, outputs, seed),
         solver,
@@ -81,9 +102,10 @@ def open(
     )
 
 
-def _keep(touch: Touch, *names: str) -> Touch:
-    touch._keep(*kept_maps(names or ("depth_mm", "image")))
-    return touch
+def _keep(self: Touch, *names: str) -> Touch:
+    """Reads maps now, so that they stay; without names depth and image.  Gives the touch itself."""
+    self._keep(*kept_maps(names or ("depth_mm", "image")))
+    return self
 
 
-Touch.keep = _keep
+setattr(Touch, "keep", _keep)

@@ -1,0 +1,96 @@
+"""Errors say what was wanted, what was found, what to try."""
+
+import pickle
+
+import numpy as np
+import palpate as pp
+import pytest
+
+GOOD = np.zeros((8, 9), np.float32)
+POINTS = np.random.default_rng(1).uniform(0, 10, (12, 2))
+PRESS = "synthetic:press?size=64x48"
+BAD = {
+    "shape": (lambda: pp.integrate(np.zeros(5), np.zeros(5)), pp.ArgumentError, r"rows x columns.*shape \(5,\)"),
+    "shapes": (lambda: pp.integrate(GOOD, GOOD.T), pp.ArgumentError, r"\(8, 9\) and \(9, 8\)"),
+    "empty": (lambda: pp.integrate(GOOD[:0], GOOD[:0]), pp.ArgumentError, r"sides of 1"),
+    "complex": (lambda: pp.integrate(GOOD * 1j, GOOD), pp.ArgumentError, r"dtype complex"),
+    "texts": (lambda: pp.integrate([["a"]], [["b"]]), pp.ArgumentError, r"dtype <U1"),
+    "objects": (lambda: pp.integrate(object(), GOOD), pp.ArgumentError, r"gx"),
+    "NaN": (lambda: pp.integrate(np.where(GOOD == 0, np.nan, 0), GOOD), pp.ArgumentError, r"NaN.*\(0, 0\)"),
+    "weights' shape": (lambda: pp.integrate(GOOD, GOOD, weights=GOOD[1:]), pp.ArgumentError, r"weights of the shape"),
+    "negative weights": (lambda: pp.integrate(GOOD, GOOD, weights=GOOD - 1), pp.ArgumentError, r"at least 0"),
+    "NaN weights": (lambda: pp.integrate(GOOD, GOOD, weights=GOOD * np.nan), pp.ArgumentError, r"NaN at index \(0, 0\)"),
+    "solver": (lambda: pp.integrate(GOOD, GOOD, solver="exakt"), pp.ArgumentError, r"did you mean 'exact'"),
+    "points' axes": (lambda: pp.match(np.zeros((5, 4)), POINTS), pp.ArgumentError, r"points x 2 or points x 3"),
+    "NaN point": (lambda: pp.match(POINTS * np.inf, POINTS), pp.ArgumentError, r"infinity at index \(0, 0\)"),
+    "few points": (lambda: pp.match(POINTS[:2], POINTS), pp.InputError, r"points"),
+    "plate's values": (lambda: pp.ThinPlate(POINTS).fit(np.zeros(5)), pp.ArgumentError, r"values of 12 points"),
+    "plate's lam": (lambda: pp.ThinPlate(POINTS).fit(np.zeros(12), lam=-1), pp.ArgumentError, r"lam of at least 0"),
+    "plate's kernel": (lambda: pp.ThinPlate(POINTS, kernel="tps"), pp.ArgumentError, r"log, linear or cubic"),
+    "place's axes": (lambda: pp.ThinPlate(POINTS).fit(np.zeros(12))([[1, 2, 3]]), pp.ArgumentError, r"points x 2"),
+    "strain of one field": (lambda: pp.ThinPlate(POINTS).fit(np.zeros(12)).strain(POINTS), pp.ArgumentError, r"two shifts"),
+    "no recording": (lambda: pp.open("nowhere.avi"), pp.InputError, r"nothing at 'nowhere.avi'"),
+    "no scene": (lambda: pp.measure("synthetic:dance"), pp.InputError, r"'dance'; try one of"),
+    "no camera": (lambda: pp.open("camera:/dev/nowhere"), pp.Error, r"/dev/nowhere"),
+    "no sensor": (lambda: pp.open(PRESS, sensor="nowhere.json"), pp.SensorError, r"nowhere.json"),
+    "bad sensor": (lambda: pp.Sensor.from_text("{}"), pp.SensorError, r"the text"),
+    "output": (lambda: pp.open(PRESS, outputs=["forces"]), pp.ArgumentError, r"did you mean 'force'"),
+    "map": (lambda: pp.open(PRESS, keep="depth"), pp.ArgumentError, r"maps to keep"),
+    "device": (lambda: pp.open(PRESS, device="Quantum"), pp.DeviceError, r"Quantum"),
+    "sample": (lambda: pp.modulus(PRESS, sample="cube"), pp.ArgumentError, r"SHAPE,SIZE"),
+    "table": (lambda: pp.modulus(PRESS, sample="cube,10mm", table="wet"), pp.ArgumentError, r"sliding or bonded"),
+    "pad": (lambda: pp.modulus("nowhere.csv", sample="cube,10mm"), pp.Error, r"nowhere.csv"),
+    "gauge": (lambda: pp.calibrate.force(PRESS, gauge="nowhere.csv"), pp.InputError, r"nowhere.csv"),
+    "gauges": (lambda: pp.calibrate.force([PRESS, PRESS], gauge=["a.csv"]), pp.ArgumentError, r"2 recordings and 1"),
+    "folder": (lambda: pp.measure(PRESS, out="/proc/nowhere"), pp.OutputError, r"/proc/nowhere"),
+    "index": (lambda: pp.optics.stack([1, 0.3, 1]), pp.InputError, r"0.3"),
+    "indices": (lambda: pp.optics.stack([1]), pp.ArgumentError, r"two indices"),
+    "angle": (lambda: pp.optics.stack([1, 1.4, 1], angle_deg=91), pp.InputError, r"angle"),
+    "forces": (lambda: pp.lump.estimate([GOOD], force_N=[1, 2], young_Pa=4000), pp.ArgumentError, r"a force for each of 1"),
+    "method": (
+        lambda: pp.lump.estimate([GOOD + 100], force_N=[1], young_Pa=4000, method="guess"),
+        pp.ArgumentError,
+        r"network, refined or direct",
+    ),
+}
+
+
+@pytest.mark.parametrize("call, kind, message", BAD.values(), ids=BAD.keys())
+def test_a_mistake_is_named(call, kind, message):
+    with pytest.raises(kind, match=message) as failure:
+        call()
+    error = failure.value
+    assert isinstance(error, pp.Error)
+    assert error.wanted and error.found and error.remedy
+    assert str(error) == f"wanted {error.wanted}; found {error.found}; try {error.remedy}"
+    assert "--" not in str(error)
+    assert "\n" not in str(error)
+
+
+def test_options_of_the_command_line_read_as_arguments(tmp_path):
+    (tmp_path / "presses.csv").write_text("force_N,radius_mm\n1,2\n2,3\n")
+    with pytest.raises(pp.ArgumentError, match="pad_kPa=200 pad_thickness_mm=6"):
+        pp.modulus(tmp_path / "presses.csv", sample="cube,10mm")
+
+
+def test_classes():
+    assert issubclass(pp.ArgumentError, ValueError)
+    assert issubclass(pp.DeviceError, RuntimeError)
+    for kind in (pp.ArgumentError, pp.InputError, pp.SensorError, pp.DeviceError, pp.OutputError, pp.ExpiredError, pp.VersionError):
+        assert issubclass(kind, pp.Error)
+    error = pickle.loads(pickle.dumps(pp.InputError("a", "b", "c")))
+    assert (type(error), error.wanted, error.found, error.remedy) == (pp.InputError, "a", "b", "c")
+
+
+def test_a_failed_call_leaves_the_module_usable():
+    with pytest.raises(pp.Error):
+        pp.open("nowhere.avi")
+    with pp.open(PRESS, drop=False) as stream:
+        assert next(stream).sequence == 0
+
+
+def test_numbers_that_do_not_fit():
+    with pytest.raises(TypeError):
+        pp.open(PRESS, seed=-1)
+    with pytest.raises(TypeError):
+        pp.open(PRESS, drop="no", nonsense=1)

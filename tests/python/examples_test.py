@@ -1,0 +1,141 @@
+"""The lines by which the module is introduced, each run on recordings made here."""
+
+import subprocess
+
+import numpy as np
+import palpate as pp
+import pytest
+
+
+@pytest.fixture(scope="module")
+def press(tmp_path_factory, program):
+    """A press as a folder of images with its sensor and a gauge's table."""
+    folder = tmp_path_factory.mktemp("press")
+    command = [program, "simulate", "press", "--size", "160x120", "--rate", "20", "--out", folder, "--quiet"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    truth = np.genfromtxt(folder / "truth.csv", delimiter=",", names=True)
+    rows = [f"{int(f)},{n:.6f}" for f, n in zip(truth["frame"], truth["true_force_N"])]
+    (folder / "gauge.csv").write_text("frame,force_N\n" + "\n".join(rows) + "\n")
+    return folder
+
+
+def test_a_stream_of_touches(capsys):
+    with pp.open("synthetic:palpation?size=160x120&rate=20", drop=False) as stream:
+        for t in stream:
+            if t.force_N > 1:
+                hill = t.depth_mm
+                break
+            print(t.time_s, t.force_N, t.slip, len(t.contacts))
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "0.0 no contact no contact 0"
+    assert any(" ± " in line and line.endswith("N stick 1") for line in lines)
+    assert hill.shape == (120, 160) and hill.max() > 0.1
+
+
+def test_a_recording_in_columns(press):
+    run = pp.measure(press / "frames", sensor=press / "sensor.json", keep=["depth_mm"], rate_Hz=20)
+    assert run["depth_mm"].shape == (run.frames, 120, 160)
+    assert run["depth_mm"].dtype == np.float32
+    assert np.isclose(np.nanmax(run["force_N"]), 1.5, atol=0.1)
+    assert np.array_equal(run["force_N_sd"], run["force_sd_N"], equal_nan=True)
+    assert set(run["force_state"]) >= {"valid", "no contact"}
+    assert np.array_equal(np.isfinite(run["force_N"]), run["force_state"] != "no contact")
+    assert np.allclose(np.diff(run["time_s"]), 0.05)
+    peak = int(np.nanargmax(run["force_N"]))
+    assert np.isclose(run["depth_mm"][peak].max(), run["depth_max_mm"][peak], rtol=1e-3)
+    with pytest.raises(KeyError, match="force_N"):
+        run["force"]
+
+
+def test_a_force_calibration(press, tmp_path):
+    cal = pp.calibrate.force(press / "frames", gauge=press / "gauge.csv", sensor=press / "sensor.json", rate_Hz=20)
+    assert cal.fit_for_use, cal.verdict
+    assert "of full scale" in cal.verdict
+    assert len(cal.samples["force_N"]) > 20
+    cal.sensor.save(tmp_path / "pad_calibrated.json")
+    run = pp.measure(press / "frames", sensor=tmp_path / "pad_calibrated.json", rate_Hz=20)
+    truth = np.genfromtxt(press / "truth.csv", delimiter=",", names=True)["true_force_N"]
+    valid = run["force_state"] == "valid"
+    assert np.abs(run["force_N"] - truth)[valid].max() < 0.05
+
+
+def test_heights_from_slopes():
+    y, x = np.mgrid[:48, :64]
+    z = np.exp(-((x - 30) ** 2 + (y - 20) ** 2) / 200)
+    gy, gx = np.gradient(z)
+    w = np.ones_like(gx)
+    w[10:14, 40:50] = 0
+    s = pp.integrate(gx, gy, weights=w)
+    assert s.residual < 1e-5 and s.inconsistency < 0.01 and s.islands == 1 and s.unknown_px == 40
+    assert np.abs(s.height - (z - z.mean())).max() < 0.01
+    w[:, 20] = 0
+    assert pp.integrate(gx, gy, weights=w).islands == 2
+
+
+def bent(points):
+    return points + 1.5 * np.sin(points[:, ::-1] / 30)
+
+
+def test_matching_and_strain():
+    rng = np.random.default_rng(3)
+    rest_xy = rng.uniform(0, 100, (60, 2))
+    order = rng.permutation(60)[:55]
+    pressed_xy = bent(rest_xy)[order] + rng.normal(0, 0.05, (55, 2))
+    m = pp.match(rest_xy, pressed_xy)
+    assert m.reliable
+    assert m.found.sum() >= 50 and (m.partner[~m.found] == -1).all()
+    assert (order[m.partner[m.found]] == np.flatnonzero(m.found)).mean() > 0.95
+    assert ((m.probability >= 0) & (m.probability <= 1)).all()
+    assert np.abs(m.warped - bent(rest_xy)).max() < 1
+    shift_mm = pressed_xy[m.partner[m.found]] - rest_xy[m.found]
+    f = pp.ThinPlate(rest_xy[m.found]).fit(shift_mm)
+    xy = np.array([[50.0, 50.0], [40.0, 60.0]])
+    assert np.abs(f(xy) - (bent(xy) - xy)).max() < 0.1
+    gradient = f.gradient(xy)
+    assert gradient.shape == (2, 2, 2)
+    assert abs(gradient[0, 0, 1] - np.cos(50 / 30) * 1.5 / 30) < 0.02
+    assert np.allclose(f.strain(xy).xx, gradient[:, 0, 0] + (gradient[:, 0, 0] ** 2 + gradient[:, 1, 0] ** 2) / 2)
+
+
+def test_a_young_s_modulus(tmp_path):
+    force = np.array([0.001, 0.002, 0.003, 0.004])
+    radius = np.cbrt(3 * force * 8 / (4 * (0.1 / 0.75 / 2)))  # Hertz, pad as hard as the sample
+    rows = [f"{f},{r},0.002" for f, r in zip(force, radius)]
+    (tmp_path / "presses.csv").write_text("force_N,radius_mm,radius_sd_mm\n" + "\n".join(rows) + "\n")
+    E = pp.modulus(tmp_path / "presses.csv", sample="sphere,16mm", pad_kPa=100)
+    assert E.state == "valid" and E.valid
+    assert E.interval_kPa[0] < 100 < E.interval_kPa[1]
+    assert abs(E.young_kPa - 100) < 3
+    assert "kPa" in str(E)
+
+
+def test_a_modulus_that_is_not_determined():
+    E = pp.modulus("synthetic:press?seed=3&size=320x240&rate=10", sample="dome,16mm")
+    assert E.state == "pad limited"
+    assert np.isnan(E.young_kPa) and E.interval_kPa[0] > 200 and np.isinf(E.interval_kPa[1])
+    assert E.reason and E.reason in str(E)
+
+
+def test_a_lump():
+    x = (np.arange(33) - 16) * 1.25
+    r2 = x[:, None] ** 2 + x[None, :] ** 2
+    rng = np.random.default_rng(1)
+    a_Pa = 600 + 250 * np.exp(-r2 / 50) + rng.normal(0, 5, r2.shape)
+    b_Pa = 1200 + 500 * np.exp(-r2 / 50) + rng.normal(0, 5, r2.shape)
+    lump = pp.lump.estimate([a_Pa, b_Pa], force_N=[1, 2], young_Pa=4000, thickness_mm=20, pitch_mm=1.25)
+    assert lump.detection >= 1
+    assert lump.state in ("found", "stiffness open", "outside training", "inconsistent")
+    assert lump.text
+    nothing = pp.lump.estimate(
+        [np.full((33, 33), 600.0) + rng.normal(0, 5, r2.shape)], force_N=[1], young_Pa=4000, pitch_mm=1.25
+    )
+    assert not nothing.found
+
+
+def test_light_in_a_stack():
+    light = pp.optics.stack([1, 1.39, 1.40, 1.41, 1], angle_deg=np.arange(90))
+    assert light.reflectance.shape == (90,)
+    one = ((1.39 - 1) / (1.39 + 1)) ** 2
+    assert one < light.reflectance[0] < 3 * one
+    assert np.allclose(light.reflectance + light.transmittance + light.absorptance, 1)
+    assert np.isclose(light.reflectance, light.s_and_p_reflectance[:2].mean(axis=0)).all()

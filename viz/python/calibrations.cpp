@@ -1,0 +1,105 @@
+#include "viz/python/calibrations.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "capture/calibrate/force.h"
+#include "viz/python/arrays.h"
+#include "viz/python/device.h"
+#include "viz/python/sensor.h"
+#include "viz/python/waiting.h"
+
+namespace palpate::python {
+namespace {
+
+RunWatch watch_of(const std::atomic<bool>& stop) {
+  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
+}
+
+/// Recordings, each with the table of a gauge that ran beside it.
+struct Gauged {
+  std::vector<InputRequest> inputs;
+  std::vector<std::string> gauges;
+};
+
+void check_pairs(const Gauged& gauged, const char* what) {
+  if (gauged.inputs.size() != gauged.gauges.size())
+    throw bad_argument(std::string("a gauge for each ") + what,
+                       std::to_string(gauged.inputs.size()) + " recordings and " +
+                           std::to_string(gauged.gauges.size()) + " gauges",
+                       "a list of as many tables, in the same order");
+}
+
+struct ForceAsked {
+  Gauged fit, checks;
+  GaugeRequest gauge;
+  ForceChoiceOptions choice;
+  bool keep_border = false;
+  std::string device;
+};
+
+struct Outcome {
+  Sensor sensor;
+  std::string text, json, csv, verdict;
+};
+
+Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
+  const std::shared_ptr<gpu::Context> context = shared_device(asked.device);
+  std::optional<Sensor> first;
+  const auto measured = [&](const Gauged& gauged) {
+    std::vector<GaugedRecording> recordings;
+    for (size_t i = 0; i < gauged.inputs.size() && !stop; ++i) {
+      MeasuredInput input = find(gauged.inputs[i]);
+      input.outputs = force_outputs(input, asked.choice.signal);
+      if (!first) first = input.sensor;
+      GaugeRequest request = asked.gauge;
+      request.gauge = gauged.gauges[i];
+      recordings.push_back(measure_beside_gauge(*context, input, request, watch_of(stop)));
+    }
+    return recordings;
+  };
+  std::vector<GaugedRecording> recordings = measured(asked.fit);
+  if (stop) return {};
+  ForceOutcome outcome = calibrate_force(std::move(recordings), asked.choice, asked.keep_border);
+  for (const GaugedRecording& check : measured(asked.checks))
+    outcome.checks.push_back(check_force(outcome.choice.calibration, check, asked.keep_border));
+  set_force(*first, outcome.choice.calibration);
+  return {*first, describe(outcome), to_json(outcome, ""), samples_csv(outcome), verdict_of(outcome).line};
+}
+
+py::dict force(const std::vector<InputRequest>& inputs, const std::vector<std::string>& gauges,
+               const std::vector<InputRequest>& checks, const std::vector<std::string>& check_gauges,
+               const std::string& align, double rate_Hz, const std::string& signal, const std::string& model,
+               std::optional<bool> branches, bool keep_border, const std::string& device) {
+  ForceAsked asked{{inputs, gauges}, {checks, check_gauges}, {}, {}, keep_border, device};
+  check_pairs(asked.fit, "recording");
+  check_pairs(asked.checks, "recording to check");
+  if (inputs.empty())
+    throw bad_argument("a recording", "none", "calibrate.force(\"press/\", gauge=\"gauge.csv\")");
+  asked.gauge = {"", GaugeColumns::Normal, parse_alignment(align), rate_Hz};
+  if (!signal.empty()) asked.choice.signal = by_name(kForceSignalNames, signal, "a signal");
+  if (!model.empty()) asked.choice.model = by_name(kForceModelNames, model, "a model");
+  // One way of two names: the layer's force, of which one number is found.
+  if (asked.choice.model == ForceModel::Scale) asked.choice.signal = ForceSignal::Layer;
+  asked.choice.branches = branches;
+  const Outcome outcome =
+      run_apart([asked](const std::atomic<bool>& stop) { return calibrate(asked, stop); });
+  py::dict d;
+  d["sensor"] = outcome.sensor;
+  d["text"] = outcome.text;
+  d["report"] = outcome.json;
+  d["samples"] = outcome.csv;
+  d["verdict"] = outcome.verdict;
+  d["fit_for_use"] = outcome.sensor.force && outcome.sensor.force->fit_for_use;
+  return d;
+}
+
+}  // namespace
+
+void bind_calibrations(py::module_& module) {
+  module.def("calibrate_force", &force, py::arg("inputs"), py::arg("gauges"), py::arg("checks"),
+             py::arg("check_gauges"), py::arg("align"), py::arg("rate_Hz"), py::arg("signal"),
+             py::arg("model"), py::arg("branches"), py::arg("keep_border"), py::arg("device"));
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,393 @@
+"""The compiled part.  Everything that is public is in ``palpate``."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self
+
+from ._arrays import Strain
+
+version: str
+
+def add_module_folder(arg0: Path) -> None: ...
+def open_stream(
+    input: InputRequest,
+    solver: str,
+    drop: bool,
+    fixed_light: bool,
+    rate_Hz: float | None,
+    device: str,
+    keep_depth: bool,
+    keep_image: bool,
+    keep_confidence: bool,
+    keep_traction: bool,
+) -> Stream: ...
+def measure(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
+def modulus(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
+def calibrate_force(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
+def integrate(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
+def match(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
+def optics_stack(*args: Any, **kwargs: Any) -> dict[str, NDArray[np.float64]]: ...
+def lump_estimate(*args: Any, **kwargs: Any) -> tuple[str, str]: ...
+
+class InputRequest:
+    def __init__(
+        self, input: str, sensor: Sensor | None, background: str | Path, outputs: list[str], seed: int
+    ) -> None: ...
+
+class Estimate:
+    """A number with its standard error, state and unit.
+
+    ``float()`` and comparisons see the number where it is valid, else NaN.
+    """
+
+    def __init__(self, value: float, sd: float = ..., unit: str = "", state: str = "valid") -> None: ...
+    @property
+    def value(self) -> float:
+        """The number whatever its state; NaN: there is none."""
+    @property
+    def sd(self) -> float:
+        """Standard error, one sigma, in the number's unit; NaN: not stated."""
+    @property
+    def state(self) -> str:
+        """``valid``, ``not calibrated``, ``no contact``, ``below range``, ``above range``, ``saturated``, ..."""
+    @property
+    def unit(self) -> str: ...
+    @property
+    def valid(self) -> bool: ...
+    def __float__(self) -> float: ...
+    def __bool__(self) -> bool: ...
+    def __format__(self, arg0: str) -> str: ...
+    def __hash__(self) -> int: ...
+    def __array__(self, *args: Any) -> NDArray[np.float64]: ...
+    def __lt__(self, arg0: Estimate | float) -> bool: ...
+    def __le__(self, arg0: Estimate | float) -> bool: ...
+    def __gt__(self, arg0: Estimate | float) -> bool: ...
+    def __ge__(self, arg0: Estimate | float) -> bool: ...
+    def __eq__(self, arg0: object) -> bool: ...
+    def __ne__(self, arg0: object) -> bool: ...
+    def _repr_html_(self) -> str: ...
+    def __getstate__(self) -> tuple[float, float, str, str]: ...
+    def __setstate__(self, arg0: tuple[float, float, str, str]) -> None: ...
+
+class Sensor:
+    """A sensor file: what is known of a sensor."""
+
+    def __init__(self, file: str | Path) -> None: ...
+    @staticmethod
+    def from_text(text: str) -> Sensor:
+        """From the text of a sensor file."""
+    def save(self, file: str | Path) -> None:
+        """Writes a sensor file; paths in it are absolute or relative to it."""
+    @property
+    def text(self) -> str:
+        """The text of the sensor file (JSON)."""
+    @property
+    def name(self) -> str: ...
+    @property
+    def pitch_mm_per_px(self) -> float:
+        """Of the rectified frame; NaN: not known."""
+    @property
+    def pitch_sd_mm_per_px(self) -> float:
+        """Its standard error; 0: not stated."""
+    @property
+    def has_scale(self) -> bool: ...
+    @property
+    def has_force(self) -> bool: ...
+    @property
+    def has_shear(self) -> bool: ...
+    @property
+    def has_layer(self) -> bool: ...
+    @property
+    def surface(self) -> str | None:
+        """How an image becomes a surface: ``shading``, ``photometric``, ``elastic``, ``lookup``; or None."""
+    def __getstate__(self) -> str: ...
+    def __setstate__(self, arg0: str) -> None: ...
+
+class _Shape:
+    """What a frame's whole touch and one contact have in common."""
+
+    @property
+    def gray_sum(self) -> float:
+        """Sum of the filtered change from the background over the contact, gray levels."""
+    @property
+    def force_N(self) -> Estimate:
+        """Normal force; with several contacts the sum of theirs."""
+    @property
+    def shear_x_N(self) -> Estimate:
+        """Tangential force to the right, at most friction times normal force."""
+    @property
+    def shear_y_N(self) -> Estimate:
+        """Tangential force downwards."""
+    @property
+    def slip(self) -> str:
+        """``stick``, ``incipient``, ``slip``, ``no contact`` or ``not calibrated``."""
+    @property
+    def centroid_x_px(self) -> float:
+        """Gray-weighted; (0, 0) is the centre of the top left pixel.  NaN without contact."""
+    @property
+    def centroid_y_px(self) -> float: ...
+    @property
+    def area_px(self) -> int: ...
+    @property
+    def area_mm2(self) -> float: ...
+    @property
+    def ellipse_major_mm(self) -> float:
+        """Full axis of the ellipse with the area's second moments."""
+    @property
+    def ellipse_minor_mm(self) -> float: ...
+    @property
+    def ellipse_major_px(self) -> float: ...
+    @property
+    def ellipse_minor_px(self) -> float: ...
+    @property
+    def ellipse_angle_rad(self) -> float:
+        """Of the major axis from +x towards +y, in (-pi/2, pi/2]."""
+    @property
+    def peak_gray(self) -> float: ...
+    @property
+    def saturated_px(self) -> int: ...
+    @property
+    def at_border(self) -> bool:
+        """Reaches the frame's border: what presses beyond it is missing."""
+    @property
+    def shift_x_mm(self) -> float:
+        """Of the centroid since the contact's onset."""
+    @property
+    def shift_y_mm(self) -> float: ...
+    @property
+    def shift_x_px(self) -> float: ...
+    @property
+    def shift_y_px(self) -> float: ...
+
+class Contact(_Shape):
+    """One of several contacts, followed from frame to frame."""
+
+    @property
+    def id(self) -> int:
+        """From 1, in order of appearance; never used again."""
+    @property
+    def frames(self) -> int:
+        """Since its onset, this one included."""
+    @property
+    def box_px(self) -> tuple[int, int, int, int]:
+        """x, y, width and height around its pixels."""
+
+class Truth:
+    """What was really there, of simulated scenes."""
+
+    @property
+    def sequence(self) -> int: ...
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def contact(self) -> bool: ...
+    @property
+    def force_N(self) -> float: ...
+    @property
+    def shear_x_N(self) -> float: ...
+    @property
+    def shear_y_N(self) -> float: ...
+    @property
+    def slipping(self) -> bool: ...
+    @property
+    def center_x_px(self) -> float: ...
+    @property
+    def center_y_px(self) -> float: ...
+    @property
+    def radius_px(self) -> float: ...
+    @property
+    def depth_max_mm(self) -> float: ...
+    @property
+    def stick_fraction(self) -> float: ...
+    @property
+    def torsion_rad(self) -> float: ...
+    @property
+    def volume_mm3(self) -> float: ...
+
+class Wrench:
+    """Force and moment on the pad by its elastic layer: x right, y down, z into the pad, about the frame's middle."""
+
+    @property
+    def force_x_N(self) -> Estimate: ...
+    @property
+    def force_y_N(self) -> Estimate: ...
+    @property
+    def force_z_N(self) -> Estimate: ...
+    @property
+    def moment_x_Nmm(self) -> Estimate: ...
+    @property
+    def moment_y_Nmm(self) -> Estimate: ...
+    @property
+    def moment_z_Nmm(self) -> Estimate: ...
+    @property
+    def pressure_max_kPa(self) -> float: ...
+    @property
+    def shear_max_kPa(self) -> float: ...
+    @property
+    def area_mm2(self) -> float:
+        """That carries pressure."""
+    @property
+    def unexplained_slope(self) -> float:
+        """RMS of the surface's slopes that no pressure explains."""
+    @property
+    def slipping_fraction(self) -> float | None:
+        """Of the cells with pressure, those at the friction limit; None: not known."""
+
+class Touch(_Shape):
+    """The measurements of one frame.
+
+    Numbers stay.  Maps and pixels can be read until the stream's next touch is asked for; once read, or kept,
+    they stay too.
+    """
+
+    @property
+    def sequence(self) -> int:
+        """Number of the frame from 0; a gap is a lost frame."""
+    @property
+    def time_s(self) -> float:
+        """Time of exposure since the source began, on its own clock."""
+    @property
+    def time_ns(self) -> int: ...
+    @property
+    def monotonic_s(self) -> float:
+        """Time of exposure on the clock of ``time.monotonic()``; NaN: not known (recordings)."""
+    @property
+    def contact(self) -> bool: ...
+    @property
+    def contacts(self) -> list[Contact]:
+        """Each by itself, the largest 64."""
+    @property
+    def contacts_overflow(self) -> bool:
+        """More regions than there was room for: contacts are incomplete."""
+    @property
+    def gradient_sum(self) -> float | None: ...
+    @property
+    def light_state(self) -> str | None:
+        """Of colour gels: ``steady``, ``changed`` or ``unknown``."""
+    @property
+    def depth_mm(self) -> NDArray[np.float32]:
+        """rows x columns, mm below the rest level, read-only."""
+    @property
+    def depth_max_mm(self) -> Estimate: ...
+    @property
+    def volume_mm3(self) -> float: ...
+    @property
+    def image(self) -> NDArray[Any]:
+        """The rectified frame: rows x columns (x 3), uint8 or uint16, read-only."""
+    @property
+    def confidence(self) -> NDArray[np.uint16]:
+        """rows x columns: confidence 0 to 255, and 256 times the reasons (1 saturated, 2 shadowed, 4 outside)."""
+    @property
+    def pressure_kPa(self) -> NDArray[np.float32] | None:
+        """On the pad, cells of several px; None without contact."""
+    @property
+    def shear_kPa(self) -> NDArray[np.float32] | None:
+        """2 (x, y) x rows x columns of cells; None where no skin is followed, and without contact."""
+    @property
+    def wrench(self) -> Wrench: ...
+    @property
+    def skin_points(self) -> NDArray[np.float32]:
+        """Followed places x 5: x and y at rest, shift in x and y (px), correlation (0: lost)."""
+    @property
+    def skin_shift_x_mm(self) -> Estimate: ...
+    @property
+    def skin_shift_y_mm(self) -> Estimate: ...
+    @property
+    def torsion_rad(self) -> Estimate: ...
+    @property
+    def stick_fraction(self) -> Estimate: ...
+    @property
+    def truth(self) -> Truth | None: ...
+    def keep(self, *names: str) -> Touch:
+        """Reads maps now, so that they stay; without names depth and image.  Gives the touch itself."""
+    def _keep(self, arg0: bool, arg1: bool, arg2: bool, arg3: bool) -> None: ...
+    def _repr_html_(self) -> str: ...
+
+class Stream:
+    """An iterator of touches, one a frame.
+
+    Waiting holds no lock of the interpreter and ends by Ctrl-C.
+    """
+
+    def __iter__(self) -> Self: ...
+    def __next__(self) -> Touch: ...
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *args: object) -> None: ...
+    def close(self) -> None:
+        """Ends the stream; what was read stays.  Any thread, any number of times."""
+    @property
+    def closed(self) -> bool: ...
+    @property
+    def dropped(self) -> int:
+        """Frames that the camera took and nobody got."""
+    @property
+    def delivered(self) -> int: ...
+    @property
+    def drops(self) -> bool:
+        """The newest frame wins; else none is lost."""
+    @property
+    def input(self) -> str: ...
+    @property
+    def sensor(self) -> Sensor: ...
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def frame_count(self) -> int | None: ...
+    @property
+    def rate_Hz(self) -> float | None: ...
+    @property
+    def live(self) -> bool:
+        """A camera: frames come when they come."""
+    @property
+    def clock(self) -> str:
+        """What ``time_s`` counts on: ``CLOCK_MONOTONIC`` less its start, or the ``recording``'s own."""
+    @property
+    def warning(self) -> str: ...
+    @property
+    def details(self) -> list[tuple[str, str]]:
+        """Settings of a camera as it uses them."""
+    @property
+    def device(self) -> str: ...
+
+class PlateFit:
+    """A fitted spline: ``f(xy)``, ``f.gradient(xy)``, ``f.strain(xy)``."""
+
+    def __call__(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Values at places (n x axes): n, or n x fields."""
+    def gradient(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """First derivatives at places: n (x fields) x axes."""
+    def strain(self, xy: ArrayLike) -> Strain:
+        """Strain of a fit of two shifts at places (n x 2), shifts and places in one unit."""
+    def _strain(self, xy: ArrayLike) -> dict[str, NDArray[np.float64]]: ...
+    @property
+    def lam(self) -> float:
+        """Smoothing, of points scaled to an RMS distance of 1 from their centre; 0: through all points."""
+    @property
+    def lam_by_data(self) -> bool: ...
+    @property
+    def lam_raised(self) -> bool: ...
+    @property
+    def freedom(self) -> float:
+        """From 1 + rank (a polynomial) to the number of points."""
+    @property
+    def condition(self) -> float: ...
+    @property
+    def merged(self) -> int: ...
+    @property
+    def rank(self) -> int: ...
+    @property
+    def residual_sd(self) -> NDArray[np.float64]:
+        """Of each field: standard deviation of a point about the spline."""
+
+class ThinPlate:
+    """Fixed points (n x 2 or n x 3), factored once for the fields that are fitted over them."""
+
+    def __init__(self, points: ArrayLike, weights: ArrayLike | None = None, *, kernel: str = "") -> None: ...
+    def fit(self, values: ArrayLike, lam: float | None = None) -> PlateFit:
+        """A spline through values (n, or n x fields); ``lam`` None: as smooth as the data ask for."""
+    def __len__(self) -> int: ...

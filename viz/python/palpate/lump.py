@@ -1,0 +1,131 @@
+"""The lump behind pressure maps."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._core import _palpate
+from ._live import Path
+
+__all__ = ["Interval", "Lump", "estimate"]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with the interval that holds the truth nine times out of ten."""
+
+    value: float
+    low: float
+    high: float
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+
+@dataclass(frozen=True)
+class Lump:
+    """What is said of a lump; values are None where the state does not allow them."""
+
+    state: str
+    detection: float
+    false_alarm_rate: float
+    size_mm: Interval | None
+    depth_mm: Interval | None
+    stiffness_ratio: Interval | None
+    x_mm: Interval | None
+    y_mm: Interval | None
+    shape: str
+    shape_probability: dict[str, float]
+    method: str
+    reasons: tuple[str, ...]
+    text: str
+
+    @property
+    def found(self) -> bool:
+        """There is a lump whose numbers can be used."""
+        return self.state in ("found", "stiffness open")
+
+    def __str__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.text)}</pre>"
+
+
+def estimate(
+    pressure_Pa: Sequence[ArrayLike],
+    *,
+    force_N: float | Sequence[float],
+    young_Pa: float,
+    thickness_mm: float = 20.0,
+    block_mm: tuple[float, float] = (40.0, 40.0),
+    pitch_mm: float = 1.25,
+    window_mm: tuple[float, float] = (0.0, 0.0),
+    noise_Pa: float | None = None,
+    young_error: float = 0.1,
+    thickness_error: float = 0.05,
+    pitch_error: float = 0.01,
+    network: Path | None = None,
+    method: str = "refined",
+) -> Lump:
+    """Size, depth and stiffness of the lump behind pressure maps, each with its interval.
+
+    Args:
+        pressure_Pa: a map (rows x columns, Pa; NaN: not seen) for each load, or one map alone.
+        force_N: on the whole block at each load.
+        young_Pa: of the tissue, from a place without a lump.
+        thickness_mm: of the tissue.
+        block_mm: its length and width.
+        pitch_mm: between a map's nodes.
+        window_mm: the maps' middle from the block's middle, x and y.
+        noise_Pa: standard deviation of a value; by default from the last map's roughness.
+        young_error, thickness_error, pitch_error: shares by which these may be wrong, nine times out of ten;
+            they widen the intervals.
+        network: a file of ``palpate lump train``; by default the built-in one.
+        method: ``network``, ``refined``, or ``direct`` (finite elements, a minute or so).
+    """
+    maps: list[Any] = list(pressure_Pa) if np.ndim(pressure_Pa[0]) else [pressure_Pa]
+    forces = [float(f) for f in np.atleast_1d(force_N)]
+    answer, text = _palpate.lump_estimate(
+        maps,
+        forces,
+        young_Pa,
+        (*map(float, block_mm), float(thickness_mm)),
+        pitch_mm,
+        tuple(map(float, window_mm)),
+        noise_Pa,
+        (young_error, thickness_error, pitch_error),
+        os.fspath(network or ""),
+        method,
+    )
+    found = json.loads(answer)
+
+    def interval(name: str) -> Interval | None:
+        return None if found[name] is None else Interval(**found[name])
+
+    return Lump(
+        state=found["verdict"],
+        detection=found["evidence"],
+        false_alarm_rate=found["false_alarm_rate"],
+        size_mm=interval("size_mm"),
+        depth_mm=interval("depth_mm"),
+        stiffness_ratio=interval("stiffness_ratio"),
+        x_mm=interval("x_mm"),
+        y_mm=interval("y_mm"),
+        shape=found["shape"],
+        shape_probability=found["shape_probability"],
+        method=found["method"],
+        reasons=tuple(found["reasons"]),
+        text=text.rstrip(),
+    )

@@ -1,0 +1,234 @@
+#include "viz/python/recordings.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "capture/run/modulus_recording.h"
+#include "capture/run/processing.h"
+#include "viz/python/arrays.h"
+#include "viz/python/device.h"
+#include "viz/python/sensor.h"
+#include "viz/python/touch.h"
+#include "viz/python/waiting.h"
+
+namespace palpate::python {
+namespace {
+
+RunWatch watch_of(const std::atomic<bool>& stop) {
+  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
+}
+
+/// One kind of map, frame after frame; frames without one are 0.
+template <typename T>
+class Stack {
+ public:
+  void add(std::span<const T> map) {
+    if (!map.empty()) {
+      size_ = map.size();
+      values_.resize(frames_ * size_);
+      values_.insert(values_.end(), map.begin(), map.end());
+    }
+    ++frames_;
+  }
+  py::object array(Shape shape) {
+    values_.resize(frames_ * size_);
+    shape.insert(shape.begin(), static_cast<py::ssize_t>(frames_));
+    return hand_out(std::move(values_), shape);
+  }
+
+ private:
+  size_t frames_ = 0, size_ = 0;
+  std::vector<T> values_;
+};
+
+/// A recording in numbers.
+struct Measured {
+  ProcessSummary summary;
+  std::string json;
+  Sensor sensor;
+  std::string input;
+  FrameFormat format;
+  std::vector<std::string> rows;
+  Stack<float> depth, pressure, shear;
+  Stack<uint8_t> image;
+  Stack<uint16_t> confidence;
+  py::ssize_t cell_rows = 0, cell_columns = 0;
+};
+
+void collect(const Kept& kept, const Pipeline& pipeline, const Result& result, const Frame& frame,
+             Measured& all) {
+  all.format = frame.format;
+  if (kept.depth && result.touch.surface) all.depth.add(pipeline.read_depth_mm(result));
+  if (kept.image) all.image.add({frame.pixels(), frame.format.frame_bytes()});
+  if (kept.confidence && result.touch.confidence) all.confidence.add(pipeline.read_confidence(result));
+  if (!kept.traction) return;
+  const TractionMaps& maps = result.traction;
+  if (!maps.pressure_kPa.empty()) {
+    all.cell_rows = maps.height;
+    all.cell_columns = maps.width;
+  }
+  all.pressure.add(maps.pressure_kPa);
+  std::vector<float> shear(maps.shear_x_kPa.begin(), maps.shear_x_kPa.end());
+  shear.insert(shear.end(), maps.shear_y_kPa.begin(), maps.shear_y_kPa.end());
+  all.shear.add(shear);
+}
+
+py::dict measure(const InputRequest& request, const std::string& solver, double rate_Hz, uint64_t frames,
+                 bool fixed_light, const std::filesystem::path& out, const std::string& device,
+                 bool keep_depth, bool keep_image, bool keep_confidence, bool keep_traction) {
+  const Kept kept{keep_depth, keep_image, keep_confidence, keep_traction};
+  ProcessRequest process;
+  process.solver = solver_of(solver);
+  process.rate_Hz = rate_Hz;
+  process.frames = frames;
+  process.fixed_light = fixed_light;
+  process.rows = !out.empty();
+  process.digits = Digits::All;
+  const auto all = run_apart([=](const std::atomic<bool>& stop) mutable {
+    auto measured = std::make_shared<Measured>();
+    const MeasuredInput input = find(request);
+    if (kept.depth && !wants(input.outputs, Output::Surface))
+      throw Refusal{"SensorError", "depth_mm", "a sensor without a reading of the surface",
+                    "a sensor file with \"surface\""};
+    process.input = measured->input = input.input;
+    process.outputs = input.outputs;
+    if (kept.confidence) process.outputs |= static_cast<uint32_t>(Output::Confidence);
+    measured->sensor = input.sensor;
+    process.on_row = [&measured](const std::string& row) { measured->rows.push_back(row); };
+    process.on_result = [&](const Pipeline& pipeline, const Result& result, const Frame& frame) {
+      collect(kept, pipeline, result, frame, *measured);
+    };
+    const std::shared_ptr<gpu::Context> context = shared_device(device);
+    measured->summary = process_recording(*context, input.sensor, process, out, watch_of(stop));
+    measured->json = to_json(measured->summary, process, input.sensor, *context);
+    return measured;
+  });
+  const FrameFormat& f = all->format;
+  const py::ssize_t height = f.height, width = f.width;
+  py::dict maps;
+  if (kept.depth) maps["depth_mm"] = all->depth.array({height, width});
+  if (kept.image) {
+    const py::ssize_t bytes = static_cast<py::ssize_t>(f.bytes_per_pixel());
+    py::object image = all->image.array({f.channels, height, width * bytes});
+    if (bytes == 2) image = image.attr("view")("uint16");
+    maps["image"] =
+        f.channels == 1 ? image.attr("reshape")(-1, height, width) : image.attr("transpose")(0, 2, 3, 1);
+  }
+  if (kept.confidence) maps["confidence"] = all->confidence.array({height, width});
+  if (kept.traction) {
+    maps["pressure_kPa"] = all->pressure.array({all->cell_rows, all->cell_columns});
+    maps["shear_kPa"] = all->shear.array({2, all->cell_rows, all->cell_columns});
+  }
+  py::dict answer;
+  answer["columns"] = all->summary.columns;
+  answer["rows"] = all->rows;
+  answer["maps"] = maps;
+  answer["summary"] = all->json;
+  answer["sensor"] = all->sensor;
+  answer["input"] = all->input;
+  answer["warnings"] = std::vector<std::string>{all->summary.warning, all->summary.untouched_warning};
+  return answer;
+}
+
+/// What a modulus is estimated from, beside the presses.
+struct ModulusInputs {
+  std::optional<InputRequest> recording;
+  std::filesystem::path table, gauge, approach;
+  double stage_sd_mm = kStageSd_mm;
+  double pad_kPa = 0, pad_thickness_mm = 0, pad_poisson = 0.5;
+  ModulusSetup setup;
+};
+
+struct ModulusOutcome {
+  ModulusAnswer answer;
+  SamplePresses presses;
+};
+
+ModulusOutcome estimate(ModulusInputs in, const std::string& device, const std::atomic<bool>& stop) {
+  ModulusOutcome outcome;
+  const Material pad{in.pad_kPa * 1e-3, in.pad_poisson};
+  if (!in.recording) {
+    outcome.presses.frames = read_press_table(in.table);
+    in.setup.pad = pad_of(pad, in.pad_thickness_mm, nullptr);
+  } else {
+    const MeasuredInput input = find(*in.recording);
+    const PressRecording recording{input, in.gauge, in.approach, in.stage_sd_mm};
+    check(recording);
+    in.setup.pad = pad_of(pad, in.pad_thickness_mm, &input.sensor);
+    if (!(in.setup.length_relative_sd > 0)) in.setup.length_relative_sd = scale_sd(input.sensor);
+    outcome.presses = read_press_frames(*shared_device(device), recording, in.setup.sample, watch_of(stop));
+    in.setup.depth_by_pressure = outcome.presses.depth_by_pressure;
+  }
+  if (!stop) outcome.answer = estimate_modulus(outcome.presses.frames, in.setup);
+  return outcome;
+}
+
+py::dict as_dict(const ModulusEstimate& e) {
+  py::dict d;
+  const bool has = e.state == ModulusState::Valid || e.state == ModulusState::DoesNotFit;
+  d["method"] = to_string(e.way);
+  d["state"] = to_string(e.state);
+  d["reason"] = e.reason;
+  d["young_kPa"] = has ? 1e3 * e.young_MPa : std::numeric_limits<double>::quiet_NaN();
+  d["interval_kPa"] = py::make_tuple(1e3 * e.low_MPa, 1e3 * e.high_MPa);
+  d["residual"] = e.residual;
+  d["strain_max"] = e.strain_max;
+  d["readings"] = e.readings;
+  return d;
+}
+
+py::dict modulus(const std::optional<InputRequest>& recording, const std::filesystem::path& table,
+                 const std::filesystem::path& gauge, const std::filesystem::path& approach,
+                 double stage_sd_mm, const std::string& sample, double poisson, double size_sd, bool bonded,
+                 bool rubber, double pad_kPa, double pad_thickness_mm, double pad_poisson, double pad_sd,
+                 double force_sd, double scale_sd, double zero_sd_mm, uint32_t replicates, uint64_t seed,
+                 const std::string& device) {
+  ModulusInputs in{recording,        table,       gauge, approach, stage_sd_mm, pad_kPa,
+                   pad_thickness_mm, pad_poisson, {}};
+  ModulusSetup& s = in.setup;
+  s.sample = parse_sample(sample);
+  s.sample.poisson = poisson;
+  s.sample.relative_size_sd = size_sd;
+  s.sample.table = bonded ? Support::Bonded : Support::Sliding;
+  s.law = rubber ? MaterialLaw::Rubber : MaterialLaw::Linear;
+  s.pad_relative_sd = pad_sd;
+  s.force_relative_sd = force_sd;
+  s.length_relative_sd = scale_sd;
+  s.zero_sd_mm = zero_sd_mm;
+  s.replicates = replicates;
+  s.seed = seed;
+  const ModulusOutcome outcome =
+      run_apart([in, device](const std::atomic<bool>& stop) { return estimate(in, device, stop); });
+  py::dict answer = as_dict(outcome.answer.best());
+  answer["why"] = outcome.answer.why;
+  py::list methods;
+  for (const ModulusEstimate& e : outcome.answer.methods) methods.append(as_dict(e));
+  answer["methods"] = methods;
+  answer["notes"] = outcome.presses.notes;
+  std::vector<double> rows;
+  for (const PressFrame& p : outcome.presses.frames)
+    rows.insert(rows.end(), {p.force_N, p.radius_mm.value, p.depth_mm.value, p.approach_mm.value});
+  answer["presses"] = hand_out(std::move(rows), {static_cast<py::ssize_t>(outcome.presses.frames.size()), 4});
+  return answer;
+}
+
+}  // namespace
+
+void bind_recordings(py::module_& module) {
+  module.def("measure", &measure, py::arg("request"), py::arg("solver"), py::arg("rate_Hz"),
+             py::arg("frames"), py::arg("fixed_light"), py::arg("out"), py::arg("device"),
+             py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
+             py::arg("keep_traction"));
+  module.def("modulus", &modulus, py::arg("recording"), py::arg("table"), py::arg("gauge"),
+             py::arg("approach"), py::arg("stage_sd_mm"), py::arg("sample"), py::arg("poisson"),
+             py::arg("size_sd"), py::arg("bonded"), py::arg("rubber"), py::arg("pad_kPa"),
+             py::arg("pad_thickness_mm"), py::arg("pad_poisson"), py::arg("pad_sd"), py::arg("force_sd"),
+             py::arg("scale_sd"), py::arg("zero_sd_mm"), py::arg("replicates"), py::arg("seed"),
+             py::arg("device"));
+}
+
+}  // namespace palpate::python
