@@ -67,10 +67,10 @@ int fail(const std::string& message, int exit_code, Form form) {
 
 /// In the order of the help.
 constexpr void (*kCommands[])(CommandLine& program, Common& common, Command& chosen) = {
-    add_live,      add_record,  add_replay,  add_process, add_export, add_simulate,
-    add_integrate, add_devices, add_cameras, add_demo,    add_setup,  add_calibrate,
-    add_gallery,   add_profile, add_tune,    add_optics,  add_strain, add_contact,
-    add_wrench,    add_modulus, add_forward, add_lump,    add_match,  add_evaluate};
+    add_live,    add_record,  add_replay,   add_process,   add_export,    add_simulate, add_integrate,
+    add_devices, add_cameras, add_demo,     add_setup,     add_calibrate, add_gallery,  add_profile,
+    add_tune,    add_optics,  add_strain,   add_contact,   add_wrench,    add_modulus,  add_forward,
+    add_lump,    add_match,   add_evaluate, add_completion};
 
 int run(int argc, char** argv) {
   CommandLine program("a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
@@ -92,6 +92,10 @@ int run(int argc, char** argv) {
 
   const Form form = form_of(argc, argv);
   std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.size() > 1 && words.front() == "complete") {
+    print(completions(program, {words.begin() + 1, words.end()}));
+    return 0;
+  }
   if (!words.empty() && words.front() == "help") {
     words.erase(words.begin());
     words.push_back("--help");

@@ -59,6 +59,10 @@ void add_strain(CommandLine& program, Common& common, Command& chosen);
 void add_match(CommandLine& program, Common& common, Command& chosen);
 void add_wrench(CommandLine& program, Common& common, Command& chosen);
 void add_modulus(CommandLine& program, Common& common, Command& chosen);
+void add_completion(CommandLine& program, Common& common, Command& chosen);
+/// How a command line that is being typed may go on: a line "WORD<tab>about" each, and ":files" or ":folders"
+/// where such names may follow.
+std::string completions(const CommandLine& program, const std::vector<std::string>& words);
 /// The list of sources in a window: what the program does without a command, where there is a display.
 Command start_command(Common& common);
 

@@ -132,6 +132,10 @@ std::string unexpected(const std::string& word, const CLI::App& program) {
 Check::Check(CLI::Validator validator)
     : validator_(std::make_shared<const CLI::Validator>(std::move(validator))) {}
 
+Check::Check(CLI::Validator validator, std::vector<std::string> choices)
+    : validator_(std::make_shared<const CLI::Validator>(std::move(validator))),
+      choices_(std::move(choices)) {}
+
 Check::Check(std::string (*refusal)(const std::string& text))
     : Check(CLI::Validator([refusal](std::string& text) { return refusal(text); }, "")) {}
 
@@ -158,25 +162,30 @@ Check Check::one_of(std::initializer_list<const char*> words) {
 }
 Check Check::one_of(const std::vector<std::string>& words) {
   return Check(CLI::Validator(
-      [words](std::string& word) {
-        return std::ranges::find(words, word) == words.end() ? refusal_of(word, words) : std::string();
-      },
-      ""));
+                   [words](std::string& word) {
+                     return std::ranges::find(words, word) == words.end() ? refusal_of(word, words)
+                                                                          : std::string();
+                   },
+                   ""),
+               words);
 }
 Check Check::one_of(std::initializer_list<int> numbers) {
-  return Check(CLI::IsMember(std::vector<int>(numbers)));
+  std::vector<std::string> words;
+  for (const int number : numbers) words.push_back(std::to_string(number));
+  return Check(CLI::IsMember(std::vector<int>(numbers)), std::move(words));
 }
 Check Check::number_of(const std::map<std::string, int>& names) {
   std::vector<std::string> words;
   for (const auto& [name, value] : names) words.push_back(name);
   return Check(CLI::Validator(
-      [names, words](std::string& word) {
-        const auto there = names.find(CLI::detail::to_lower(word));
-        if (there == names.end()) return refusal_of(word, words);
-        word = std::to_string(there->second);
-        return std::string();
-      },
-      ""));
+                   [names, words](std::string& word) {
+                     const auto there = names.find(CLI::detail::to_lower(word));
+                     if (there == names.end()) return refusal_of(word, words);
+                     word = std::to_string(there->second);
+                     return std::string();
+                   },
+                   ""),
+               words);
 }
 
 CommandOption* CommandOption::required() {
@@ -209,10 +218,12 @@ CommandOption* CommandOption::group(const std::string& name) {
 }
 CommandOption* CommandOption::check(const Check& check) {
   option_->check(check.validator());
+  if (!check.choices().empty()) choices_ = check.choices();
   return this;
 }
 CommandOption* CommandOption::transform(const Check& check) {
   option_->transform(check.validator());
+  if (!check.choices().empty()) choices_ = check.choices();
   return this;
 }
 CommandOption* CommandOption::delimiter(char mark) {
@@ -235,6 +246,10 @@ CommandOption* CommandOption::needs(CommandOption* other) {
   option_->needs(other->option_);
   return this;
 }
+CommandOption* CommandOption::takes_path() {
+  path_ = true;
+  return this;
+}
 size_t CommandOption::count() const {
   return option_->count();
 }
@@ -252,7 +267,9 @@ CommandLine::~CommandLine() = default;
 CommandLine* CommandLine::add_subcommand(const std::string& name, const std::string& description) {
   CLI::App* app = app_->add_subcommand(name, description);
   add_help_flags(*app);
-  return below_.emplace_back(new CommandLine(app)).get();
+  CommandLine* command = below_.emplace_back(new CommandLine(app)).get();
+  command->above_ = this;
+  return command;
 }
 CommandLine* CommandLine::require_subcommand(int count) {
   app_->require_subcommand(count);
@@ -290,7 +307,10 @@ CommandOption* CommandLine::keep(CLI::Option* option) {
 
 template <typename Value>
 CommandOption* CommandLine::add_plain(const std::string& name, Value& value, const std::string& description) {
-  return keep(app_->add_option(name, value, description));
+  CommandOption* option = keep(app_->add_option(name, value, description));
+  using Path = std::filesystem::path;
+  if constexpr (std::is_same_v<Value, Path> || std::is_same_v<Value, std::vector<Path>>) option->takes_path();
+  return option;
 }
 
 #define PALPATE_PLAIN(TYPE) \
@@ -326,6 +346,11 @@ CommandOption* CommandLine::add_texts(const std::string& name, bool takes_many,
   option->expected(takes_many ? CLI::detail::expected_max_vector_size : 1);
   option->run_callback_for_default();
   return keep(option);
+}
+
+const CommandOption* CommandLine::kept(const CLI::Option* option) const {
+  const auto there = options_.find(option);
+  return there == options_.end() ? nullptr : there->second.get();
 }
 
 CommandOption* CommandLine::add_flag(const std::string& name, bool& value, const std::string& description) {

@@ -1,5 +1,5 @@
 // Command line: commands, their options and checks of values. The library behind it is seen by options.cpp
-// alone.
+// and completions.cpp alone.
 #pragma once
 
 #include <array>
@@ -32,6 +32,8 @@ class Check {
   /// `refusal` says what is wrong with a text, or nothing.
   Check(std::string (*refusal)(const std::string& text));
   const CLI::Validator& validator() const { return *validator_; }
+  /// All values that pass, where they can be listed.
+  const std::vector<std::string>& choices() const { return choices_; }
 
   /// From `least` to `most`, both of them included; the type is that of the option's value.
   static Check range(int least, int most);
@@ -47,7 +49,10 @@ class Check {
   static Check number_of(const std::map<std::string, int>& names);
 
  private:
+  Check(CLI::Validator validator, std::vector<std::string> choices);
+
   std::shared_ptr<const CLI::Validator> validator_;
+  std::vector<std::string> choices_;
 };
 
 /// Turns a name into its value; another word is refused with what there is. For CommandOption::transform of
@@ -86,8 +91,16 @@ class CommandOption {
   /// Number of times it was given; after parsing.
   size_t count() const;
 
+  /// Marks the value as a file or folder; options that hold paths are so by themselves.
+  CommandOption* takes_path();
+  bool is_path() const { return path_; }
+  /// All values that it takes, where they can be listed.
+  const std::vector<std::string>& choices() const { return choices_; }
+
  private:
   CLI::Option* option_;
+  bool path_ = false;
+  std::vector<std::string> choices_;
 };
 
 /// Outcome of parsing a command line.
@@ -97,6 +110,19 @@ struct Parsed {
       false;  ///< `text` is the help or version asked for and belongs to stdout; else an error's reason
   std::string text;
   std::vector<std::string> commands;  ///< the command and what is below it, as far as known
+};
+
+/// What may come next on a command line that is being typed.
+struct Completions {
+  struct Word {
+    std::string word;
+    std::string about;
+  };
+  std::vector<Word> words;
+  /// The option's or argument's name of its value ("FILE"), where a value is wanted; its choices are `words`.
+  std::string value;
+  std::string prefix;  ///< the part of the last word that is before such a value
+  bool path = false;   ///< a file or folder is wanted
 };
 
 /// A program, or one of its commands.
@@ -142,6 +168,10 @@ class CommandLine {
   /// For programs without commands: prints help or the error, and returns the exit code to end with.
   std::optional<int> parse_or_exit(int argc, const char* const* argv);
 
+  /// How the last of these words (without the program's name) may go on; words that do not begin so are left
+  /// out.
+  Completions complete(const std::vector<std::string>& words) const;
+
   /// Gives every option without a text of its own the name of its value from `names` (option, value name),
   /// and its default.
   void name_values(const std::pair<const char*, const char*>* names, size_t count);
@@ -153,10 +183,13 @@ class CommandLine {
                            std::function<bool(const std::vector<std::string>&)> take,
                            std::function<std::string()> now);
   CommandOption* keep(CLI::Option* option);
+  const CommandOption* kept(const CLI::Option* option) const;
+  void complete_value(const CLI::Option& option, const std::string& typed, Completions& to) const;
   Parsed read(const std::function<void()>& parse);
 
   std::unique_ptr<CLI::App> own_;
   CLI::App* app_;
+  const CommandLine* above_ = nullptr;
   std::vector<std::unique_ptr<CommandLine>> below_;
   std::map<const CLI::Option*, std::unique_ptr<CommandOption>> options_;
 
