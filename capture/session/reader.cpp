@@ -170,6 +170,7 @@ bool is_session(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error))
     return fs::exists(path / kSessionJson, error) || fs::exists(path / kSessionFrames, error);
+  if (path.filename() == kSessionJson) return fs::exists(path.parent_path() / kSessionFrames, error);
   if (path.filename() != kSessionFrames || !fs::is_regular_file(path, error)) return false;
   if (fs::exists(path.parent_path() / kSessionJson, error)) return true;
   try {
@@ -181,9 +182,10 @@ bool is_session(const fs::path& path) {
 
 Session::Session(const fs::path& folder) {
   std::error_code error;
-  const fs::path home = fs::is_directory(folder, error) || folder.filename() != kSessionFrames ? folder
-                        : folder.has_parent_path() ? folder.parent_path()
-                                                   : fs::path(".");
+  const bool file = folder.filename() == kSessionFrames || folder.filename() == kSessionJson;
+  const fs::path home = fs::is_directory(folder, error) || !file ? folder
+                        : folder.has_parent_path()               ? folder.parent_path()
+                                                                 : fs::path(".");
   if (!fs::is_regular_file(home / kSessionFrames, error))
     throw Error(Failure::Input, "a session with '" + (home / kSessionFrames).string() + "'",
                 fs::exists(home / kSessionFrames, error) ? "no file but something else" : "no such file",

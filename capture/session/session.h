@@ -85,7 +85,7 @@ class SessionWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// True for a folder that is a session, and for its frames.mkv.
+/// True for a folder that is a session, and for its frames.mkv and session.json.
 bool is_session(const std::filesystem::path& path);
 
 /// A recorded session as a source. Frames come back bit for bit with number, times and gaps; damaged ones are

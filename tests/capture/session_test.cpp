@@ -401,7 +401,7 @@ TEST_F(SessionTest, OpensAsASourceByFolderAndByItsVideo) {
   info.background = noise_frame(kGray, 70);
   const fs::path session = record("s", info, 3);
   Sensor sensor = *info.sensor;
-  for (const fs::path& input : {session, session / kSessionFrames, session / ""}) {
+  for (const fs::path& input : {session, session / kSessionFrames, session / kSessionJson, session / ""}) {
     const std::unique_ptr<Source> source = open_source(input.string(), sensor);
     EXPECT_EQ(source->format(), kGray);  // crop and quad are not applied again
     Frame frame;

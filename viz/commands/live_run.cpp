@@ -57,7 +57,7 @@ std::filesystem::path recordings_folder(const viz::Settings& settings) {
 
 namespace {
 
-/// The folder of a session that is named by itself or by its frames.mkv.
+/// The folder of a session that is named by itself or by a file in it.
 std::filesystem::path session_folder(const std::filesystem::path& session) {
   return std::filesystem::is_directory(session) ? session : session.parent_path();
 }
