@@ -1,0 +1,90 @@
+# Debian packages, one for each component: the library, its headers, the program, and what needs HDF5 or MPI.
+find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)
+if(NOT DPKG_SHLIBDEPS)
+  return()
+endif()
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME palpate)
+set(CPACK_PACKAGE_VENDOR palpate)
+set(CPACK_PACKAGE_CONTACT "palpate developers <palpate@palpate.example>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ
+  WORLD_EXECUTE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_HOMEPAGE ${PALPATE_HOMEPAGE})
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+set(CPACK_COMPONENTS_ALL)
+
+set(version ${PROJECT_VERSION}-1)
+set(gzipped ${CMAKE_CURRENT_BINARY_DIR}/changelog.Debian.gz)
+find_program(GZIP gzip REQUIRED)
+execute_process(COMMAND ${GZIP} -9nc ${CMAKE_CURRENT_SOURCE_DIR}/debian/changelog OUTPUT_FILE ${gzipped} COMMAND_ERROR_IS_FATAL ANY)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/debian/changelog)
+
+# KEY VALUE pairs are those of CPackDeb (DEPENDS, RECOMMENDS, SECTION ...).
+function(palpate_package component name summary description)
+  string(TOUPPER ${component} upper)
+  set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name} PARENT_SCOPE)
+  # The summary is the first line of the description.
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${summary}\n${description}" PARENT_SCOPE)
+  while(ARGN)
+    list(POP_FRONT ARGN key value)
+    set(CPACK_DEBIAN_${upper}_PACKAGE_${key} ${value} PARENT_SCOPE)
+  endwhile()
+  install(FILES debian/copyright ${gzipped} DESTINATION ${share}/doc/${name} COMPONENT ${component})
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/debian/${name}.lintian-overrides)
+    install(FILES debian/${name}.lintian-overrides DESTINATION ${share}/lintian/overrides RENAME ${name} COMPONENT ${component})
+  endif()
+endfunction()
+
+set(soversion ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+palpate_package(core libpalpate${soversion} "touch sensing through a camera behind a silicone pad: library"
+  "libpalpate turns frames of a camera that looks through a silicone pad into
+force, shear, slip, contact shape and the surface of the pad, each with its
+standard error. It computes on any Vulkan device, a processor included."
+  SECTION libs RECOMMENDS mesa-vulkan-drivers)
+file(CONFIGURE OUTPUT shlibs CONTENT "libpalpate ${soversion} libpalpate${soversion} (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_CORE_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/debian/triggers ${CMAKE_CURRENT_BINARY_DIR}/shlibs)
+palpate_package(development libpalpate-dev "touch sensing through a camera behind a silicone pad: headers"
+  "Headers of libpalpate, and its files for CMake and pkg-config."
+  SECTION libdevel DEPENDS "libpalpate${soversion} (= ${version})")
+palpate_package(program palpate "touch sensing through a camera behind a silicone pad"
+  "palpate measures touches on optical tactile sensors: force, shear, slip,
+contact shape and the surface of the pad, each with its standard error, live
+in a window or from a recording. It calibrates sensors, measures Young's
+modulus, finds lumps in tissue, and simulates all of it with known truth."
+  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS palpate-datasets)
+if(TARGET palpate_datasets)
+  palpate_package(datasets palpate-datasets "data sets of pressed lumps for palpate"
+    "What palpate needs to write and read data sets of lumps (HDF5), and to train
+networks on them." DEPENDS "palpate (= ${version})" SUGGESTS palpate-mpi)
+endif()
+if(TARGET palpate_mpi)
+  palpate_package(mpi palpate-mpi "data sets of pressed lumps on many processes"
+    "What palpate needs to share the making of data sets between the processes
+of mpirun." DEPENDS "palpate-datasets (= ${version}), openmpi-bin")
+endif()
+if(TARGET palpate_python)
+  palpate_package(python python3-palpate "touch sensing through a camera behind a silicone pad: Python 3"
+    "The Python module palpate: recordings, cameras and arrays to force, shear,
+slip and surfaces as NumPy arrays, each number with its standard error."
+    SECTION python DEPENDS "palpate (= ${version}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy")
+endif()
+
+# All that the packages hold.
+add_custom_target(packaged)
+foreach(target IN ITEMS palpate palpate_shared palpate_datasets palpate_mpi palpate_python)
+  if(TARGET ${target})
+    add_dependencies(packaged ${target})
+  endif()
+endforeach()
+
+include(CPack)
