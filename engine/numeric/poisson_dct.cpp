@@ -35,6 +35,17 @@ PoissonDct::~PoissonDct() {
   fftw_free(work_);
 }
 
+double PoissonDct::operations(uint32_t width, uint32_t height) {
+  const PoissonDct dct(width, height);
+  double sum = 0;
+  for (void* plan : {dct.forward_, dct.backward_}) {
+    double additions = 0, products = 0, both = 0;
+    fftw_flops(static_cast<fftw_plan>(plan), &additions, &products, &both);
+    sum += additions + products + 2 * both;
+  }
+  return sum / (static_cast<double>(width) * height);
+}
+
 template <typename Real>
 void PoissonDct::solve_as(const Real* right, Real* z, uint32_t pitch) {
   for (uint32_t y = 0; y < height_; ++y)

@@ -6,6 +6,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/poisson_dct.h"
+#include "engine/pipeline/choose_solver.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
@@ -205,6 +206,7 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   const int exponent = largest > 0 ? std::ilogb(largest) : 0;
   const Grid grid = grid_for(cols, rows);
   const StagedGradients staged(context, gradients, rows, cols, grid, exponent);
+  solver = choose_solver(solver, cols, rows, context.is_software());
   const Solved solved = solve_on_device(context, staged, grid, rows, cols, solver);
   const std::vector<double> z = unpadded_heights(solved, grid, rows, cols, solver);
   const auto [mean, low, high] = Range(z);

@@ -157,6 +157,7 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
                                    std::span<const float> weights, uint32_t rows, uint32_t cols,
                                    SurfaceSolver solver, bool kinks) {
   check(gradients, weights, rows, cols);
+  if (solver == SurfaceSolver::Auto) solver = SurfaceSolver::Converged;
   const size_t cells = weights.size();
   // Only ratios of weights matter, and of gradients: both are scaled to at most 1, so that nothing over- or
   // underflows.

@@ -10,6 +10,7 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/device_access.h"
 #include "engine/gpu/tuning.h"
+#include "engine/pipeline/choose_solver.h"
 #include "engine/pipeline/history.h"
 #include "engine/pipeline/specks.h"
 #include "engine/pipeline/steady_light.h"
@@ -26,6 +27,14 @@ std::unique_ptr<Frames> make_frames(gpu::Context& context, const Sensor& sensor,
                                     const FramePlan& plan, const Tuning& tuning) {
   if (plan.windowed) return std::make_unique<WindowedFrame>(context, sensor, format, plan, tuning);
   return std::make_unique<WholeFrame>(context, sensor, format, plan, tuning);
+}
+
+// Whether the surface has weights decides on the solver, and the solver on how traction is solved.
+FramePlan plan_for(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                   PipelineOptions options) {
+  const FramePlan plan = make_plan(sensor, format, options);
+  options.solver = choose_solver(options.solver, plan, format, context.is_software());
+  return make_plan(sensor, format, options);
 }
 
 std::string described(const FrameFormat& format) {
@@ -79,7 +88,7 @@ struct Pipeline::Impl {
        const PipelineOptions& options)
       : sensor(with_sensor),
         format(frame_format),
-        plan(make_plan(sensor, format, options)),
+        plan(plan_for(context, sensor, format, options)),
         frames(make_frames(context, sensor, format, plan,
                            options.tuning ? *options.tuning : load_tuning(context).tuning)),
         history(sensor, format, plan.regions),
@@ -229,6 +238,10 @@ uint64_t Pipeline::memory_bytes() const {
 
 const FrameFormat& Pipeline::format() const {
   return impl_->format;
+}
+
+SurfaceSolver Pipeline::solver() const {
+  return impl_->plan.solver;
 }
 
 const Sensor& Pipeline::sensor() const {

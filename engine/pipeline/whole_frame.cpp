@@ -35,7 +35,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
     cell_change_.emplace(context, format);
     gel_contacts_.emplace(sensor, format);
   }
-  if (plan.gradient) gradient_.emplace(context, sensor, format);
+  if (plan.gradient) gradient_.emplace(context, sensor, format, tuning);
   if (plan.skin) skin_.emplace(context, sensor, format);
   if (plan.markers) markers_.emplace(context, sensor, format);
   if (plan.confidence) confidence_.emplace(context, sensor, format, markers_ ? &*markers_ : nullptr);

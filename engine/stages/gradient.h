@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/gpu/kernel.h"
+#include "engine/gpu/tuning.h"
 #include "engine/stages/upload.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
@@ -20,8 +21,8 @@ class Context;
 /// on it; light that drifts, or glows through the gel, changes evenly and is left out.
 class Gradient {
  public:
-  /// Frames of 8 bits, gray or colour.
-  Gradient(gpu::Context& context, const Sensor& sensor, const FrameFormat& format);
+  /// Frames of 8 bits, gray or colour. Its form is that of the contact stage.
+  Gradient(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Tuning& tuning);
 
   uint64_t record_bytes() const { return uint64_t{push_.tiles_x} * push_.tiles_y * sizeof(uint32_t); }
 
@@ -33,6 +34,7 @@ class Gradient {
 
  private:
   shared::GradientPush push_{};
+  bool tiled_ = false;
   gpu::Kernel kernel_;
 };
 

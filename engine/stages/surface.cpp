@@ -9,22 +9,8 @@
 #include "engine/gpu/context.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/jacobi_weights.h"
-#include "shaders/ascend.spv.h"
-#include "shaders/ascend_tile.spv.h"
 #include "shaders/coarsest.spv.h"
-#include "shaders/correct.spv.h"
-#include "shaders/correct_tile.spv.h"
-#include "shaders/descend.spv.h"
-#include "shaders/descend_tile.spv.h"
-#include "shaders/interpolate.spv.h"
-#include "shaders/interpolate_add.spv.h"
-#include "shaders/interpolate_add_tile.spv.h"
-#include "shaders/interpolate_tile.spv.h"
 #include "shaders/restrict.spv.h"
-#include "shaders/restrict_residual.spv.h"
-#include "shaders/restrict_residual_tile.spv.h"
-#include "shaders/smooth.spv.h"
-#include "shaders/smooth_tile.spv.h"
 
 namespace palpate {
 namespace {
@@ -37,8 +23,6 @@ constexpr uint32_t kCyclesOfSources = 3;
 
 // Cells of a tile, as shaders/surface/tile.glsl has them.
 constexpr uint32_t kTileWidth = 32, kTileHeight = 16;
-// Of the kernels that are not tiles, where the others are: many small workgroups, each invocation one row.
-constexpr uint32_t kSmallWorkgroup = 64;
 
 // The pseudo-inverse of A on a small grid, in the padded order of the level's buffer. A is symmetric and
 // takes nothing but the constant to 0, so A + 1 1^T / n is invertible, and its inverse differs from the
@@ -242,9 +226,27 @@ struct Surface::Pass {
     commands.barrier();
   }
 
+  /// The coarse levels in one workgroup: a full-multigrid pass, or a cycle from zero.
+  void solve_coarse_levels(const gpu::Kernel& kernel) {
+    const uint32_t first = surface.coarse_first_;
+    shared::CoarsePush coarse{};
+    coarse.count = last() - first + 1;
+    coarse.pitch = level(first).grid.pitch;
+    for (uint32_t i = 0; i < coarse.count; ++i) {
+      const shared::GridPush p = push(first + i, level(first + i).grid);
+      coarse.levels[i] = {p.width, p.height, p.across, p.down, p.edge_width, p.edge_height, p.step0, p.step1};
+      if (first + i <= kCycledLevels) coarse.cycled |= 1u << i;
+    }
+    commands.dispatch(
+        kernel, {&level(first).right.words, &surface.inverse_words_, &x(first).buffer, &surface.coarse_work_},
+        coarse, {1, 1, 1});
+    commands.barrier();
+  }
+
   /// A V(2,0) cycle from zero.
   void cycle(uint32_t l) {
     if (l == last()) return solve_coarsest();
+    if (l == surface.coarse_first_) return solve_coarse_levels(surface.coarse_cycle_);
     descend(l);
     cycle(l + 1);
     correct(l);
@@ -259,9 +261,14 @@ struct Surface::Pass {
   // from the coarser one's solution. Cubics carry smooth heights up so well that coarse levels need no cycle
   // of their own.
   void full_multigrid(uint32_t finest) {
-    for (uint32_t l = finest; l < last(); l += 2) restrict_right(l);
-    solve_coarsest();
-    for (uint32_t l = last() - 1; l >= finest; --l) {
+    const bool together = surface.coarse_first_ > finest;
+    const uint32_t coarse = together ? surface.coarse_first_ : last();
+    for (uint32_t l = finest; l < coarse; l += 2) restrict_right(l);
+    if (together)
+      solve_coarse_levels(surface.coarse_pass_);
+    else
+      solve_coarsest();
+    for (uint32_t l = coarse - 1; l >= finest; --l) {
       ascend(l);
       if (l > kCycledLevels) continue;
       cycle(l + 1);
@@ -392,55 +399,6 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   if (extra_cycles_ > 0) make_correcting(context);
 }
 
-gpu::KernelInterface Surface::interface(std::vector<gpu::Binding> bindings, bool in_tiles) const {
-  const uint32_t workgroup = tiled() && !in_tiles ? kSmallWorkgroup : tuning_.surface_workgroup;
-  return {std::move(bindings), sizeof(shared::GridPush), {workgroup, 1, 1}, {}};
-}
-
-void Surface::make_strips(gpu::Context& context) {
-  using enum gpu::Binding;
-  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
-    return gpu::Kernel(context, shader, interface(std::move(bindings), false));
-  };
-  descend_ = make({"descend", k_descend}, {Texels, Texels, Storage, Storage});
-  ascend_ = make({"ascend", k_ascend}, {Texels, Texels, Texels, Storage, Storage});
-  if (last_.buffer)
-    interpolate_add_ = make({"interpolate_add", k_interpolate_add}, {Texels, Texels, Texels, Storage});
-  else
-    interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage});
-  correct_ = make({"correct", k_correct}, {Texels, Texels, Storage});
-}
-
-void Surface::make_tiles(gpu::Context& context) {
-  using enum gpu::Binding;
-  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
-    return gpu::Kernel(context, shader, interface(std::move(bindings), true));
-  };
-  descend_ = make({"descend_tile", k_descend_tile}, {Texels, Storage, Storage});
-  ascend_ = make({"ascend_tile", k_ascend_tile}, {Texels, Texels, Storage, Storage});
-  if (last_.buffer)
-    interpolate_add_ = make({"interpolate_add_tile", k_interpolate_add_tile}, {Texels, Storage, Texels});
-  else
-    interpolate_ = make({"interpolate_tile", k_interpolate_tile}, {Texels, Storage});
-  correct_ = make({"correct_tile", k_correct_tile}, {Texels, Texels, Storage});
-}
-
-// What corrects a solution that is there already.
-void Surface::make_correcting(gpu::Context& context) {
-  using enum gpu::Binding;
-  if (tiled()) {
-    smooth_ = gpu::Kernel(context, {"smooth_tile", k_smooth_tile},
-                          interface({Texels, Texels, Storage, Texels}, true));
-    restrict_residual_ = gpu::Kernel(context, {"restrict_residual_tile", k_restrict_residual_tile},
-                                     interface({Texels, Texels, Storage}, true));
-    return;
-  }
-  smooth_ =
-      gpu::Kernel(context, {"smooth", k_smooth}, interface({Texels, Texels, Texels, Texels, Storage}, false));
-  restrict_residual_ = gpu::Kernel(context, {"restrict_residual", k_restrict_residual},
-                                   interface({Texels, Texels, Texels, Storage}, false));
-}
-
 void Surface::record_coarse_right_side(gpu::Commands& commands) const {
   if (levels_.size() > 1) Pass{*this, commands, levels_.front().right}.restrict_right(0);
 }
@@ -456,7 +414,8 @@ void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
 }
 
 uint64_t Surface::memory_bytes() const {
-  uint64_t bytes = inverse_.bytes() + last_.buffer.bytes() + (edge_ ? edge_->memory_bytes() : 0);
+  uint64_t bytes =
+      inverse_.bytes() + coarse_work_.bytes() + last_.buffer.bytes() + (edge_ ? edge_->memory_bytes() : 0);
   for (const Level& level : levels_)
     bytes += level.right.buffer.bytes() + level.x[0].buffer.bytes() + level.x[1].buffer.bytes();
   return bytes;

@@ -78,6 +78,11 @@ class Surface {
   void make_strips(gpu::Context& context);
   void make_tiles(gpu::Context& context);
   void make_correcting(gpu::Context& context);
+  void make_coarse_levels(gpu::Context& context);
+  bool tiled() const { return tuning_.surface_tiles != 0; }
+  /// Of the kernels that are not tiles, where the others are: many small workgroups, each invocation one row.
+  static constexpr uint32_t kSmallWorkgroup = 64;
+  gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, bool in_tiles) const;
 
   Tuning tuning_;
   RightSides right_sides_ = RightSides::Pixels;
@@ -88,10 +93,12 @@ class Surface {
   FloatMap unused_coarse_;  ///< takes sums of a level that is not there
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;
-  bool tiled() const { return tuning_.surface_tiles != 0; }
-  gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, bool in_tiles) const;
+  /// In tiles the levels from here on are one workgroup's, in one dispatch; 0: each by itself.
+  uint32_t coarse_first_ = 0;
+  gpu::DeviceBuffer coarse_work_;
+  gpu::TexelView inverse_words_;
   gpu::Kernel descend_, ascend_, interpolate_, interpolate_add_, smooth_, restrict_, restrict_residual_,
-      correct_, coarsest_;
+      correct_, coarsest_, coarse_pass_, coarse_cycle_;
 };
 
 /// Evidence beside an answer.

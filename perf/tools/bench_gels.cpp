@@ -27,7 +27,7 @@ void Bench::skin(const Size& size, const char* pattern) {
 void Bench::gradient(const Size& size) {
   Scene scene = scene_for(size, SyntheticMode::Gel);
   const FrameFormat& format = scene.background.format;
-  const Gradient stage(context_, scene.sensor, format);
+  const Gradient stage(context_, scene.sensor, format, default_tuning(context_));
   const OpenCvGradient rival(scene.background);
   const gpu::DeviceBuffer sums(context_, "sums", stage.record_bytes(), gpu::Memory::Readback);
   PaddedImage rest(context_, "background", format), image(context_, "frame", format);

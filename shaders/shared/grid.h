@@ -25,6 +25,21 @@ struct GridPush {
   float step1;
 };
 
+// One of the levels that a single workgroup keeps; as in GridPush.
+struct CoarseLevel {
+  uint width, height;
+  float across, down;
+  float edge_width, edge_height;
+  float step0, step1;
+};
+const uint kCoarseLevels = 3;
+struct CoarsePush {
+  CoarseLevel levels[kCoarseLevels];  // finest first
+  uint count;                         // of them
+  uint pitch;                         // texels of the finest one
+  uint cycled;                        // a bit a level: a full-multigrid pass has a cycle there
+};
+
 struct CoarsestPush {
   uint texels;  // of the level
 };
@@ -57,6 +72,7 @@ struct RestLevelRecord {
 };
 
 #ifdef __cplusplus
+static_assert(sizeof(CoarsePush) == 108);
 }  // namespace palpate::shared
 #endif
 #endif

@@ -188,12 +188,11 @@ class Frames {
 TEST_F(SurfaceTest, TilesAndStripsAgree) {
   std::mt19937 random(5);
   std::normal_distribution<float> normal(0, 1);
-  for (const auto& [cols, rows] : {std::pair{33u, 17u}, {1u, 170u}, {170u, 2u}, {65u, 131u}, {161u, 119u}}) {
+  for (const auto& [cols, rows] : {std::pair{33u, 17u}, {1u, 170u}, {161u, 119u}}) {
     const scenes::HeightField field = scenes::gaussian(cols * 0.45, rows * 0.55, 12, 9);
     std::vector<float> given = scenes::gradients(field, rows, cols);
     for (float& g : given) g += 0.05f * normal(random);
     for (const auto& [solver, warm] : {std::pair{SurfaceSolver::Live, false},
-                                       {SurfaceSolver::Fine, false},
                                        {SurfaceSolver::Converged, false},
                                        {SurfaceSolver::Converged, true}}) {
       std::array<std::vector<float>, 2> heights;

@@ -39,6 +39,8 @@ enum class SurfaceSolver {
               ///< fields; what is narrower than 4 px is flattened
   Fine,       ///< that and one cycle on the pixels
   Converged,  ///< that and six cycles on the GPU: down to the rounding of single precision
+  Auto,  ///< the faster one of Converged and Exact, which both come within 3e-6: a rule by the kind of device
+         ///< and the frame's size, so that a recording gives the same digits each time (choose_solver.h)
   Exact,  ///< discrete cosine transform by FFTW on the CPU; Reconstruction::Elastic: zero-padded convolution
 };
 

@@ -128,6 +128,8 @@ class PALPATE_API Pipeline {
   uint64_t memory_bytes() const;
 
   const FrameFormat& format() const;
+  /// What SurfaceSolver::Auto has become; any other as it was asked for.
+  SurfaceSolver solver() const;
   const Sensor& sensor() const;
 
  private:

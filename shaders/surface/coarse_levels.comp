@@ -1,0 +1,177 @@
+// All that the multigrid does on its coarsest levels, in one workgroup: what takes a dispatch for each step there leaves a GPU idle.
+// FULL: a full-multigrid pass down to the finest of these levels; else a V(2,0) cycle from zero. Either reads that level's right side
+// and writes its solution. Levels lie one behind the other in `work`, each as right side, solution and a second solution, without
+// padding; the workgroup's barriers order their writes.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
+#include "shaders/surface/grid.glsl"
+#include "shaders/frame/cubic.glsl"
+
+layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
+layout(constant_id = 3) const uint FULL = 1;
+layout(push_constant) uniform Push { CoarsePush push; };
+TEXELS(0, float, right_words);
+TEXELS(1, float, inverse_words);
+layout(binding = 2) writeonly buffer Out { float result[]; };
+layout(binding = 3) coherent buffer Work { float work[]; };
+
+#define FOR_SHARED(n, count) \
+  for (int turn = 0, n = int(gl_LocalInvocationIndex); turn < (count); turn += int(gl_WorkGroupSize.x), n += int(gl_WorkGroupSize.x)) \
+    if (n < (count))
+
+void next_step() {
+  memoryBarrierBuffer();
+  barrier();
+}
+
+ivec2 size_of(int level) { return ivec2(push.levels[level].width, push.levels[level].height); }
+int cells_of(int level) { return size_of(level).x * size_of(level).y; }
+// Where a level's right side begins; its solutions follow.
+int right_at(int level) {
+  int at = 0;
+  for (int i = 0; i < level; ++i) at += 3 * cells_of(i);
+  return at;
+}
+int x_at(int level) { return right_at(level) + cells_of(level); }
+int y_at(int level) { return right_at(level) + 2 * cells_of(level); }
+
+// The operator of grid.glsl on cell n of the values that begin at `from`.
+float apply(int level, int from, int n) {
+  CoarseLevel g = push.levels[level];
+  int width = int(g.width), height = int(g.height), x = n % width, y = n / width, at = from + n;
+  float c = work[at], l = work[x > 0 ? at - 1 : at], r = work[x < width - 1 ? at + 1 : at];
+  float u = work[y > 0 ? at - width : at], d = work[y < height - 1 ? at + width : at];
+  vec2 nearer = 2.0 / (1.0 + vec2(g.edge_width, g.edge_height));
+  float left = x == width - 1 ? nearer.x : 1.0, right = x == width - 2 ? nearer.x : 1.0, wide = x == width - 1 ? g.edge_width : 1.0;
+  float up = y == height - 1 ? nearer.y : 1.0, down = y == height - 2 ? nearer.y : 1.0, high = y == height - 1 ? g.edge_height : 1.0;
+  return high * g.across * (left * (c - l) + right * (c - r)) + g.down * wide * (up * (c - u) + down * (c - d));
+}
+
+void sweep(int level, int from, int to, float step) {
+  int f = right_at(level);
+  FOR_SHARED(n, cells_of(level)) work[to + n] = work[from + n] + step * (work[f + n] - apply(level, from, n));
+  next_step();
+}
+
+// Two sweeps from zero: the first is step0 times the right side.
+void sweep_from_zero(int level) {
+  CoarseLevel g = push.levels[level];
+  int f = right_at(level), x = x_at(level);
+  FOR_SHARED(n, cells_of(level)) work[x + n] = g.step0 * work[f + n] + g.step1 * (work[f + n] - g.step0 * apply(level, f, n));
+  next_step();
+}
+
+// The coarser level's right side: sums over two by two cells of the right side or, with `residual`, of what x leaves of it.
+void restrict_to_coarser(int level, bool residual) {
+  ivec2 size = size_of(level), coarse = size_of(level + 1);
+  int f = right_at(level), x = x_at(level), to = right_at(level + 1);
+  FOR_SHARED(n, cells_of(level + 1)) {
+    float sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      ivec2 cell = 2 * ivec2(n % coarse.x, n / coarse.x) + ivec2(i & 1, i >> 1);
+      bool inside = cell.x < size.x && cell.y < size.y;
+      int at = inside ? cell.y * size.x + cell.x : 0;
+      float value = work[f + at];
+      if (residual) value -= apply(level, x, at);
+      sum += inside ? value : 0.0;
+    }
+    work[to + n] = sum;
+  }
+  next_step();
+}
+
+// The coarsest level, by the inverse of its operator, whose rows are padded to texels.
+void solve_coarsest() {
+  int level = int(push.count) - 1, width = size_of(level).x, pitch = (width + 3) / 4 * 4, padded = pitch * size_of(level).y;
+  int f = right_at(level), x = x_at(level);
+  FOR_SHARED(n, cells_of(level)) {
+    int row = (n / width * pitch + n % width) * padded;
+    float sum = 0.0;
+    for (int m = 0; m < cells_of(level); ++m) sum += texelFetch(inverse_words, row + m / width * pitch + m % width).x * work[f + m];
+    work[x + n] = sum;
+  }
+  next_step();
+}
+
+// Adds the coarser level's correction, interpolated linearly.
+void correct(int level) {
+  ivec2 size = size_of(level), coarse = size_of(level + 1), last = coarse - 1;
+  vec2 edge = vec2(push.levels[level].edge_width, push.levels[level].edge_height);
+  int x = x_at(level), from = x_at(level + 1);
+  FOR_SHARED(n, cells_of(level)) {
+    ivec2 cell = ivec2(n % size.x, n / size.x), near = cell >> 1, far = clamp(near + 2 * (cell & 1) - 1, ivec2(0), last);
+    near = min(near, last);
+    float wx = far_weight(cell.x, size.x, edge.x), wy = far_weight(cell.y, size.y, edge.y);
+    float here = mix(work[from + near.y * coarse.x + near.x], work[from + near.y * coarse.x + far.x], wx);
+    float beyond = mix(work[from + far.y * coarse.x + near.x], work[from + far.y * coarse.x + far.x], wx);
+    work[x + n] += mix(here, beyond, wy);
+  }
+  next_step();
+}
+
+// A height of the level, going on linearly beyond its edges.
+float height_at(int level, ivec2 cell) {
+  ivec2 size = size_of(level), at = clamp(cell, ivec2(0), size - 1), beyond = abs(cell - at);
+  ivec2 before = clamp(at - sign(cell - at), ivec2(0), size - 1);
+  int x = x_at(level);
+  float here = work[x + at.y * size.x + at.x], beside = work[x + at.y * size.x + before.x];
+  float under = work[x + before.y * size.x + at.x], both = work[x + before.y * size.x + before.x];
+  float row = here + float(beyond.x) * (here - beside), row_before = under + float(beyond.x) * (under - both);
+  return row + float(beyond.y) * (row - row_before);
+}
+
+// Starts from the coarser level's heights, interpolated by cubics, and sweeps twice.
+void ascend(int level) {
+  CoarseLevel g = push.levels[level];
+  ivec2 size = size_of(level);
+  int x = x_at(level), y = y_at(level);
+  FOR_SHARED(n, cells_of(level)) {
+    ivec2 cell = ivec2(n % size.x, n / size.x), away = 2 * (cell & 1) - 1, near = cell >> 1;
+    vec4 wx = cubic(cell.x, size.x, g.edge_width), wy = cubic(cell.y, size.y, g.edge_height);
+    float sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      int row = near.y + away.y * (2 - i);
+      sum += wy[i] * (wx.x * height_at(level + 1, ivec2(near.x + 2 * away.x, row)) + wx.y * height_at(level + 1, ivec2(near.x + away.x, row)) +
+                      wx.z * height_at(level + 1, ivec2(near.x, row)) + wx.w * height_at(level + 1, ivec2(near.x - away.x, row)));
+    }
+    work[x + n] = sum;
+  }
+  next_step();
+  sweep(level, x, y, g.step0);
+  sweep(level, y, x, g.step1);
+}
+
+void cycle(int first) {
+  int last = int(push.count) - 1;
+  for (int level = first; level < last; ++level) {
+    sweep_from_zero(level);
+    restrict_to_coarser(level, true);
+  }
+  solve_coarsest();
+  for (int level = last - 1; level >= first; --level) correct(level);
+}
+
+void main() {
+  int last = int(push.count) - 1;
+  ivec2 size = size_of(0);
+  FOR_SHARED(n, cells_of(0)) work[n] = texelFetch(right_words, n / size.x * 4 * int(push.pitch) + n % size.x).x;
+  next_step();
+  if (FULL == 1) {
+    for (int level = 0; level < last; ++level) restrict_to_coarser(level, false);
+    solve_coarsest();
+    for (int level = last - 1; level >= 0; --level) {
+      ascend(level);
+      if ((push.cycled >> level & 1) == 1) {
+        restrict_to_coarser(level, true);
+        cycle(level + 1);
+        correct(level);
+      }
+    }
+  } else {
+    cycle(0);
+  }
+  // Texels are whole: their last columns repeat the frame's last one.
+  int padded = 4 * int(push.pitch), x = x_at(0);
+  FOR_SHARED(n, padded * size.y) result[n] = work[x + n / padded * size.x + min(n % padded, size.x - 1)];
+}
