@@ -42,7 +42,8 @@ Sensor sensor_to_calibrate(const std::string& input, const std::filesystem::path
                            double pitch_mm_per_px = 0);
 
 /// The solvers as the command line spells them.
-inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", SurfaceSolver::Live},
+inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"auto", SurfaceSolver::Auto},
+                                                                  {"live", SurfaceSolver::Live},
                                                                   {"fine", SurfaceSolver::Fine},
                                                                   {"converged", SurfaceSolver::Converged},
                                                                   {"exact", SurfaceSolver::Exact}};

@@ -281,6 +281,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
       std::filesystem::remove(out / stale);
   }
   ProcessSummary summary;
+  summary.solver = pipeline.solver();
   summary.untouched = background_origin(sensor, *source);
   std::optional<RestCheck> rest_check;
   if (summary.untouched == BackgroundOrigin::File || summary.untouched == BackgroundOrigin::FirstFrames)
@@ -346,7 +347,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   json::Value value = {{"input", request.input},
                        {"sensor", sensor.name},
                        {"device", context.report().name},
-                       {"solver", to_string(request.solver)},
+                       {"solver", to_string(s.solver)},
                        {"complete", s.complete}};
   if (!s.complete) value["ended_by"] = s.ended_by;
   if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;

@@ -49,7 +49,7 @@ class RecordingPictures {
 struct ProcessRequest {
   std::string input;  ///< as open_source takes it
   uint32_t outputs = Output::Force | Output::Surface;
-  SurfaceSolver solver = SurfaceSolver::Converged;
+  SurfaceSolver solver = SurfaceSolver::Auto;
   bool skip_untouched = false;  ///< as in PipelineOptions
   bool fixed_light = false;     ///< likewise
   /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
@@ -83,6 +83,7 @@ struct ProcessRequest {
 
 /// Counts over the frames of a recording.
 struct ProcessSummary {
+  SurfaceSolver solver = SurfaceSolver::Auto;  ///< that the frames were solved with
   uint64_t frames = 0;
   std::string columns;   ///< names of those of measurements.csv, commas between
   uint64_t touches = 0;  ///< times that something touches: frames that touch after one that does not

@@ -17,8 +17,9 @@ constexpr std::array<std::pair<const char*, Output>, 6> kOutputs = {{{"force", O
                                                                      {"contacts", Output::Contacts},
                                                                      {"skin", Output::Skin},
                                                                      {"traction", Output::Traction}}};
-constexpr std::array<std::pair<const char*, SurfaceSolver>, 4> kSolvers = {
-    {{"live", SurfaceSolver::Live},
+constexpr std::array<std::pair<const char*, SurfaceSolver>, 5> kSolvers = {
+    {{"auto", SurfaceSolver::Auto},
+     {"live", SurfaceSolver::Live},
      {"fine", SurfaceSolver::Fine},
      {"converged", SurfaceSolver::Converged},
      {"exact", SurfaceSolver::Exact}}};

@@ -152,7 +152,7 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::existing_file());
   command
       ->add_option("--solver", options->solver,
-                   "Surface solver: live, fine, converged or exact (default: the session's; converged)")
+                   "Surface solver: auto, live, fine, converged or exact (default: the session's; auto)")
       ->transform(one_of(kSolverNames));
   command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
       ->check(Check::positive());

@@ -111,7 +111,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
                     "Let frames wait for the recorder instead of dropping them from the recording");
   command
       ->add_option("--solver", options->solver,
-                   "Surface solver: live (default), fine, converged or exact (CPU); a session's own")
+                   "Surface solver: live (default), fine, converged, exact (CPU) or auto; a session's own")
       ->transform(one_of(kSolverNames));
   command->add_flag("--skip-untouched", options->skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0");

@@ -109,8 +109,10 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       ->delimiter(',')
       ->transform(one_of(kOutputNames));
   command
-      ->add_option("--solver", request.solver,
-                   "Surface solver: live, fine, converged (default) or exact (CPU)")
+      ->add_option(
+          "--solver", request.solver,
+          "Surface solver: auto (default: converged or exact, the faster one here), live, fine, converged or "
+          "exact (CPU)")
       ->transform(one_of(kSolverNames));
   command->add_flag("--as-recorded", request.as_recorded,
                     "Of a session: the frames that were measured live, with the same solver and outputs, and "

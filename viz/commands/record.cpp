@@ -117,7 +117,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       ->transform(one_of(kOutputNames));
   command
       ->add_option("--solver", options->solver,
-                   "Surface solver: live (default), fine, converged or exact (CPU)")
+                   "Surface solver: live (default), fine, converged, exact (CPU) or auto")
       ->transform(one_of(kSolverNames));
   command->add_flag(
       "--fixed-background", options->fixed_light,

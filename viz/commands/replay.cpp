@@ -98,7 +98,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::existing_file());
   command
       ->add_option("--solver", options->solver,
-                   "Surface solver: live, fine, converged or exact (default: as recorded, else live)")
+                   "Surface solver: live, fine, converged, exact or auto (default: as recorded, else live)")
       ->transform(one_of(kSolverNames));
   command->add_option("--speed", options->live.speed, "Times the recorded speed")
       ->capture_default_str()
