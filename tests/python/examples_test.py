@@ -1,6 +1,9 @@
 """The lines by which the module is introduced, each run on recordings made here."""
 
+import os
+import re
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import palpate as pp
@@ -17,6 +20,30 @@ def press(tmp_path_factory, program):
     rows = [f"{int(f)},{n:.6f}" for f, n in zip(truth["frame"], truth["true_force_N"])]
     (folder / "gauge.csv").write_text("frame,force_N\n" + "\n".join(rows) + "\n")
     return folder
+
+
+def blocks_of(readme):
+    """The Python code of a README, block by block."""
+    text = (Path(os.environ["PALPATE_SOURCE_DIR"]) / readme).read_text()
+    return re.findall(r"```python\n(.*?)```", text, re.S)
+
+
+def test_the_readme_s_code_runs(press, tmp_path, monkeypatch, capsys):
+    (tmp_path / "press").symlink_to(press)
+    monkeypatch.chdir(tmp_path)
+    blocks = blocks_of("viz/python/README.md")
+    assert len(blocks) == 5
+    names = {}
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), names)
+    said = capsys.readouterr().out
+    assert names["hill"].shape == (480, 640)
+    assert "0.84 ± 0.01 N 0.8397 0.0121 valid\n9.5 ± 0.1 N (above range) False nan\n" in said
+    assert (tmp_path / "pad_calibrated.json").exists()
+    assert names["m"].reliable and names["s"].islands == 1
+    assert "NaN at index (0, 0)" in said
+    for block in blocks_of("README.md"):
+        exec(compile(block, "README.md", "exec"), {})
 
 
 def test_a_stream_of_touches(capsys):

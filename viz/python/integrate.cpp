@@ -29,7 +29,8 @@ std::vector<float> interleaved(const std::vector<float>& gx, const std::vector<f
     if (known && !(std::isfinite(gx[i]) && std::isfinite(gy[i]))) {
       const auto at = static_cast<py::ssize_t>(i);
       throw bad_argument("finite slopes, or weight 0 where they are not known",
-                         "NaN or infinity at index " + shape_text({at / shape[1], at % shape[1]}),
+                         std::string(std::isnan(gx[i] + gy[i]) ? "NaN" : "infinity") + " at index " +
+                             shape_text({at / shape[1], at % shape[1]}),
                          "weights=numpy.isfinite(gx) & numpy.isfinite(gy)");
     }
     both[2 * i] = known ? gx[i] : 0;
