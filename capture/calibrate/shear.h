@@ -2,6 +2,7 @@
 // the friction.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,13 @@ struct ShearRequest {
   std::optional<ShearSignal> signal;  ///< none: the one that leaves less of the force unexplained
   std::optional<double> friction;     ///< where no recording slips
 };
+
+/// What is to be measured of an input; `signal` none: what either needs.
+uint32_t shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> signal);
+
+/// The names of signals as the command line spells them.
+inline const std::map<std::string, ShearSignal> kShearSignalNames = {{"centroid", ShearSignal::Centroid},
+                                                                     {"skin", ShearSignal::Skin}};
 
 /// Touched frames beside their gauge readings. A contact whose normal force is not in the gauge's table has
 /// the sensor's own, where that is valid.

@@ -30,25 +30,6 @@ std::string latency_line(const char* what, const Percentiles& p) {
 
 }  // namespace
 
-SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,
-                         const PipelineOptions& pipeline, const gpu::Context& context) {
-  SessionInfo info;
-  info.input = input.input;
-  if (has_scale(input.sensor)) info.sensor = input.sensor;
-  info.format = source.format();
-  info.rate_Hz = source.rate_Hz();
-  if (input.sensor.background.kind == BackgroundKind::Untouched) info.background = background;
-  info.outputs = pipeline.outputs;
-  info.solver = pipeline.solver;
-  info.skip_untouched = pipeline.skip_untouched;
-  info.warm_start = pipeline.warm_start;
-  info.fixed_light = pipeline.fixed_light;
-  info.program_version = PALPATE_VERSION;
-  info.device = context.report().name;
-  info.details = source.details();
-  return info;
-}
-
 std::string describe(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions) {
   std::string line =
       palpate::text("%llu frames captured, %llu measured", whole(report.captured), whole(report.processed));

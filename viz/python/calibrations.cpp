@@ -4,6 +4,8 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "capture/calibrate/force.h"
+#include "capture/calibrate/shear.h"
+#include "palpate/error.h"
 #include "viz/python/arrays.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
@@ -94,12 +96,63 @@ py::dict force(const std::vector<InputRequest>& inputs, const std::vector<std::s
   return d;
 }
 
+struct ShearAsked {
+  Gauged fit;
+  GaugeRequest gauge;
+  ShearRequest request;
+  std::string device;
+};
+
+Outcome calibrate_pulls(const ShearAsked& asked, const std::atomic<bool>& stop) {
+  const std::shared_ptr<gpu::Context> context = shared_device(asked.device);
+  Sensor sensor;
+  std::vector<GaugedRecording> recordings;
+  for (size_t i = 0; i < asked.fit.inputs.size() && !stop; ++i) {
+    MeasuredInput input = find(asked.fit.inputs[i]);
+    if (!has_scale(input.sensor))
+      throw Error(Failure::Sensor, "a sensor with a scale", "an uncalibrated camera", "a sensor file");
+    input.outputs = shear_outputs(input, asked.request.signal);
+    if (i == 0) sensor = input.sensor;
+    GaugeRequest request = asked.gauge;
+    request.gauge = asked.fit.gauges[i];
+    recordings.push_back(measure_beside_gauge(*context, input, request, watch_of(stop)));
+  }
+  if (stop) return {};
+  const ShearOutcome outcome = calibrate_shear(std::move(recordings), sensor, asked.request);
+  sensor.shear = outcome.calibration;
+  const std::string text = describe(outcome);
+  return {sensor, text, to_json(outcome, ""), "", text.substr(0, text.find('\n'))};
+}
+
+py::dict shear(const std::vector<InputRequest>& inputs, const std::vector<std::string>& gauges,
+               const std::string& align, double rate_Hz, const std::string& signal,
+               std::optional<double> friction, const std::string& device) {
+  ShearAsked asked{
+      {inputs, gauges}, {"", GaugeColumns::Tangential, parse_alignment(align), rate_Hz}, {}, device};
+  check_pairs(asked.fit, "recording");
+  if (inputs.empty())
+    throw bad_argument("a recording", "none", "calibrate.shear(\"pull/\", gauge=\"gauge.csv\")");
+  if (!signal.empty()) asked.request.signal = by_name(kShearSignalNames, signal, "a signal");
+  asked.request.friction = friction;
+  const Outcome outcome =
+      run_apart([asked](const std::atomic<bool>& stop) { return calibrate_pulls(asked, stop); });
+  py::dict d;
+  d["sensor"] = outcome.sensor;
+  d["text"] = outcome.text;
+  d["report"] = outcome.json;
+  d["verdict"] = outcome.verdict;
+  d["fit_for_use"] = true;
+  return d;
+}
+
 }  // namespace
 
 void bind_calibrations(py::module_& module) {
   module.def("calibrate_force", &force, py::arg("inputs"), py::arg("gauges"), py::arg("checks"),
              py::arg("check_gauges"), py::arg("align"), py::arg("rate_Hz"), py::arg("signal"),
              py::arg("model"), py::arg("branches"), py::arg("keep_border"), py::arg("device"));
+  module.def("calibrate_shear", &shear, py::arg("inputs"), py::arg("gauges"), py::arg("align"),
+             py::arg("rate_Hz"), py::arg("signal"), py::arg("friction"), py::arg("device"));
 }
 
 }  // namespace palpate::python

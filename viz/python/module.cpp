@@ -14,6 +14,7 @@
 #include "viz/python/sensor.h"
 #include "viz/python/touch.h"
 #include "viz/python/waiting.h"
+#include "viz/python/workflows.h"
 
 namespace palpate::python {
 namespace {
@@ -45,6 +46,9 @@ PYBIND11_MODULE(_palpate, module) {
   bind_thin_plate(module);
   bind_optics(module);
   bind_lump(module);
+  bind_workflows(module);
+  bind_machine(module);
+  bind_mechanics(module);
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&at_exit));
 }
 

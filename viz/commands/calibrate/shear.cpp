@@ -1,9 +1,7 @@
 // palpate calibrate shear: from recordings of a pulled contact beside a tangential gauge to a sensor file
 // with stiffness and friction.
-#include <map>
-
-#include "capture/calibrate/background.h"
 #include "capture/calibrate/shear.h"
+#include "capture/calibrate/background.h"
 #include "engine/gpu/context.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/calibrate/gauged.h"
@@ -16,9 +14,6 @@
 namespace palpate {
 namespace {
 
-const std::map<std::string, ShearSignal> kSignalNames = {{"centroid", ShearSignal::Centroid},
-                                                         {"skin", ShearSignal::Skin}};
-
 struct Options : GaugedOptions {
   ShearRequest request;
 };
@@ -30,9 +25,7 @@ Report shear(const Common& common, const Options& options) {
   std::vector<GaugedRecording> recordings;
   for (size_t i = 0; i < options.inputs.size(); ++i) {
     MeasuredInput found = find_scaled_input(common, options.inputs[i], options);
-    found.outputs = static_cast<uint32_t>(Output::Force);
-    if (found.sensor.skin && options.request.signal != ShearSignal::Centroid)
-      found.outputs = found.outputs | Output::Skin;
+    found.outputs = shear_outputs(found, options.request.signal);
     if (i == 0) sensor = found.sensor;
     recordings.push_back(measure_beside_gauge(
         *context, found,
@@ -68,7 +61,7 @@ void add_calibrate_shear(CommandLine& group, Common& common, Command& chosen) {
       ->add_option(
           "--signal", options->request.signal,
           "What moves with the force: centroid or skin (default: what follows the gauge more closely)")
-      ->transform(one_of(kSignalNames));
+      ->transform(one_of(kShearSignalNames));
   command
       ->add_option("--friction", options->request.friction,
                    "Friction coefficient, where no recording slips (default: the sensor file's)")

@@ -19,7 +19,7 @@ from ._recordings import column_of
 
 Paths = Union[Path, Iterable[Path]]
 
-__all__ = ["Calibration", "force"]
+__all__ = ["Calibration", "force", "shear"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,4 +136,34 @@ def force(
             keep_border,
             device,
         )
+    )
+
+
+def shear(
+    recordings: Paths,
+    *,
+    gauge: Paths,
+    sensor: Sensor | Path | None = None,
+    background: Path | None = None,
+    align: str | float = "",
+    rate_Hz: float | None = None,
+    signal: str = "",
+    friction: float | None = None,
+    device: str = "",
+    seed: int = 1,
+) -> Calibration:
+    """Shift to tangential force and friction, from pulls beside a tangential gauge.
+
+    Args:
+        recordings: one, or several.
+        gauge: the gauge's table of each: time_s or frame, fx_N and fy_N (or shear_N and direction_deg), and
+            force_N for the friction; ``"truth"`` of simulated scenes.
+        signal: ``centroid`` or ``skin``; by default what follows the gauge more closely.
+        friction: coefficient, where no recording slips; by default the sensor file's.
+        sensor, align, background, rate_Hz, device, seed: as of :func:`force`.
+    """
+    inputs, gauges = _pairs(recordings, gauge)
+    requests = [request_of(one, sensor, background, None, seed) for one in inputs]
+    return _made(
+        _palpate.calibrate_shear(requests, gauges, str(align), rate_Hz or 0, signal, friction, device)
     )

@@ -1,0 +1,152 @@
+"""Sessions, simulated scenes, wrench, strain, mechanics: what the program does on recordings, from Python."""
+
+import json
+import subprocess
+
+import numpy as np
+import palpate as pp
+import pytest
+
+SLIDE = "synthetic:slide?size=160x120&rate=20"
+
+
+def report_of(program, *command):
+    done = subprocess.run([program, *command, "--json", "--quiet"], capture_output=True, text=True)
+    assert done.stdout, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_devices_are_those_of_the_program(program):
+    found = pp.devices()
+    expected = report_of(program, "devices")["devices"]
+    assert [d.name for d in found] == [d["name"] for d in expected]
+    assert [d.usable for d in found] == [d["usable"] for d in expected]
+    usable = next(d for d in found if d.usable)
+    with pp.open("synthetic:press?size=64x48", device=str(usable.index)) as stream:
+        assert stream.device == usable.name
+
+
+def test_cameras_are_those_of_the_machine():
+    for camera in pp.cameras():
+        assert camera.source.startswith("camera:/dev/video")
+
+
+def test_a_scene_with_its_truth():
+    scene = pp.simulate(SLIDE, frames=30, depth=True)
+    assert scene.images.shape == (30, 120, 160) and scene.images.dtype == np.uint8
+    assert scene.background.shape == (120, 160)
+    assert scene.depth_mm.shape == (30, 120, 160) and scene.depth_mm.dtype == np.float32
+    assert scene.truth["force_N"].shape == (30,)
+    assert np.allclose(scene.depth_mm.max(axis=(1, 2)), scene.truth["depth_max_mm"], atol=0.02)
+    with pp.open(SLIDE, drop=False) as stream:
+        for i, t in zip(range(30), stream):
+            assert np.array_equal(t.image, scene.images[i])
+            assert t.truth.force_N == scene.truth["force_N"][i]
+    assert pp.simulate("press?mode=gel&size=64x48", frames=1).images.shape == (1, 48, 64, 3)
+    assert pp.simulate("press?bits=12&size=64x48", frames=1).images.dtype == np.uint16
+    with pytest.raises(pp.InputError, match="nonsense"):
+        pp.simulate("press?nonsense=1")
+
+
+def test_a_session_is_measured_to_the_same_digits(tmp_path, program):
+    written = pp.record(SLIDE, tmp_path / "session", frames=40, solver="converged")
+    assert (written.recorded, written.dropped, written.measured) == (40, 0, 40)
+    run, direct = pp.measure(tmp_path / "session"), pp.measure(SLIDE, frames=40)
+    for name in run.columns:
+        if not name.startswith(("true", "depth_rms")):
+            assert np.array_equal(run[name], direct[name], equal_nan=run[name].dtype == float), name
+    report = report_of(program, "process", tmp_path / "session", "--as-recorded", "--out", tmp_path / "out")
+    assert report["as_recorded"]["equal"] == 40 and report["as_recorded"]["different"] == 0
+    with pp.open(tmp_path / "session", drop=False) as stream:
+        assert [t.sequence for t in stream] == list(range(40))
+    with pytest.raises(pp.OutputError):
+        pp.record(SLIDE, tmp_path / "session")
+
+
+def test_a_shear_calibration(tmp_path, program):
+    scenes = ["synthetic:pull?size=160x120&rate=20", SLIDE]
+    cal = pp.calibrate.shear(scenes, gauge="truth")
+    report = report_of(program, "calibrate", "shear", *scenes, "--gauge", "truth", "--out", tmp_path / "pad.json")
+    assert {**cal.report, "sensor": ""} == {**report, "sensor": ""}
+    assert cal.sensor.has_shear
+
+
+@pytest.fixture(scope="module")
+def layered(tmp_path_factory):
+    """The built-in sensor with an elastic layer stated."""
+    scene = pp.simulate("press?size=160x120&rate=10", frames=1)
+    text = json.loads(scene.sensor.text)
+    text["layer"] = {"young_MPa": 0.2, "poisson": 0.485, "thickness_mm": 6}
+    file = tmp_path_factory.mktemp("layer") / "pad.json"
+    pp.Sensor.from_text(json.dumps(text)).save(file)
+    return file
+
+
+def test_wrench(layered, tmp_path, program):
+    scene = "synthetic:press?size=160x120&rate=10"
+    found = pp.wrench(scene, sensor=layered, gauge="truth")
+    assert found.pressure_kPa.max() > 1 and found.pressure_kPa.dtype == np.float32
+    force = found.pressure_kPa.sum() * found.cell_mm**2 * 1e-3  # kPa mm^2 are mN
+    row = {name: column[found.peak] for name, column in found.columns.items()}
+    peak = next(v for k, v in row.items() if k.endswith("fz_N"))
+    assert np.isclose(force, peak, rtol=0.02)
+    assert found.check["readings"] > 5
+    command = ["wrench", scene, "--sensor", layered, "--gauge", "truth", "--out", tmp_path / "out"]
+    report_of(program, *command)
+    table = (tmp_path / "out" / "wrench.csv").read_text().splitlines()
+    assert list(found.columns) == table[0].split(",")
+    assert len(found.columns["frame"]) == len(table) - 1
+
+
+def test_a_touch_has_its_wrench(layered):
+    with pp.open("synthetic:press?size=160x120&rate=10", sensor=layered, drop=False) as stream:
+        for t in stream:
+            if t.force_N > 1:
+                break
+        wrench, pressure = t.wrench, t.pressure_kPa
+    assert wrench.force_z_N.unit == "N" and wrench.force_z_N.value > 0.3
+    assert wrench.moment_x_Nmm.unit == "N mm"
+    assert np.isclose(pressure.max(), wrench.pressure_max_kPa, rtol=1e-4)
+    assert t.shear_kPa is None and wrench.force_x_N.state == "not calibrated"
+    assert "force_z" in repr(wrench)
+    run = pp.measure("synthetic:press?size=160x120&rate=10", sensor=layered, keep="pressure_kPa")
+    assert len(run["pressure_kPa"]) == run.frames
+    assert np.isclose(np.nanmax(run["pressure_max_kPa"]), run["pressure_kPa"].max(), rtol=1e-4)
+
+
+def test_strain_between_frames(program):
+    scene = "synthetic:drag?skin=texture&size=320x240&rate=5"
+    found = pp.strain(scene, frames=(6, 10))
+    report = report_of(program, "strain", scene, "--frames", "6,10")
+    assert found.frames == (6, 10)
+    assert found.reason == (report["reason"] or "")
+    assert found.by_skin and len(found.pairs) == report["pairs"]
+    if not found.reason:
+        assert found.plane["xx"] == report["strain"]["xx"] and found.plane_sd["xx"] == report["strain_sd"]["xx"]
+        assert found.axial == report["axial"] and "axial strain" in str(found)
+
+
+def test_contact_is_hertz_on_a_deep_pad():
+    found = pp.contact(force_N=0.01, young_kPa=100, radius_mm=5, shape="paraboloid")
+    assert np.isclose(found.radius_mm, np.cbrt(3 * 0.01 * 5 / (4 * 0.1 / 0.75)), rtol=1e-6)
+    assert np.isclose(found.depth_mm, found.radius_mm**2 / 5, rtol=1e-6)
+    thin = pp.contact(force_N=0.01, young_kPa=100, radius_mm=5, thickness_mm=1)
+    assert thin.depth_mm < found.depth_mm and abs(thin.hertz_error) > 0.1
+    back = pp.contact(depth_mm=thin.depth_mm, young_kPa=100, radius_mm=5, thickness_mm=1)
+    assert np.isclose(back.force_N, 0.01)
+    with pytest.raises(pp.ArgumentError, match="force_N or depth_mm"):
+        pp.contact(young_kPa=100)
+
+
+def test_a_lump_shows_on_the_surface():
+    cells = (16, 16, 8)
+    plain, lump = pp.forward(lump=None, cells=cells), pp.forward(lump="sphere", depth_mm=3, cells=cells)
+    assert plain.converged and lump.converged
+    assert lump.stress_Pa.shape == (17, 17) and lump.stress_Pa.dtype == np.float32
+    assert lump.center_stress_Pa > 1.1 * plain.center_stress_Pa
+    assert lump.force_N > plain.force_N
+    assert lump.press_mm == 1
+    by_force = pp.forward(lump="sphere", depth_mm=3, cells=cells, force_N=lump.force_N)
+    assert np.isclose(by_force.press_mm, 1, rtol=1e-3)
+    with pytest.raises(pp.ArgumentError, match="depth"):
+        pp.forward(depth_mm=30)

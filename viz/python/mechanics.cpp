@@ -1,0 +1,123 @@
+// Contact of an indenter with a pad, and finite elements of a pressed block.
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "engine/elasticity/indentation.h"
+#include "engine/fem/solve.h"
+#include "viz/python/arrays.h"
+#include "viz/python/device.h"
+#include "viz/python/sensor.h"
+#include "viz/python/waiting.h"
+#include "viz/python/workflows.h"
+
+namespace palpate::python {
+namespace {
+
+const std::map<std::string, IndenterShape> kIndenters = {{"sphere", IndenterShape::Sphere},
+                                                         {"paraboloid", IndenterShape::Paraboloid},
+                                                         {"cone", IndenterShape::Cone},
+                                                         {"flat", IndenterShape::FlatPunch}};
+
+py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm, double young_kPa,
+                 double poisson, std::optional<double> thickness_mm, const std::string& shape,
+                 double radius_mm, double half_angle_deg, bool sliding) {
+  if (force_N.has_value() == depth_mm.has_value())
+    throw bad_argument("force_N or depth_mm", force_N ? "both" : "neither", "force_N=0.5");
+  PadBody pad;
+  pad.material = {young_kPa * 1e-3, poisson};
+  if (thickness_mm) pad.thickness_mm = *thickness_mm;
+  pad.base = sliding ? Base::Frictionless : Base::Bonded;
+  Indenter indenter;
+  indenter.shape = by_name(kIndenters, shape, "a shape");
+  indenter.radius_mm = radius_mm;
+  indenter.half_angle_rad = half_angle_deg * std::numbers::pi / 180;
+  const PadIndenter exact(pad, indenter);
+  const Indentation found = force_N ? exact.at_force(*force_N) : exact.at_depth(*depth_mm);
+  const HertzErrors errors = hertz_errors(pad, indenter, found);
+  py::dict d;
+  d["force_N"] = found.force_N;
+  d["depth_mm"] = found.depth_mm;
+  d["radius_mm"] = found.radius_mm;
+  d["pressure_max_kPa"] = 1e3 * found.pressure_max_MPa;
+  d["hertz_error"] = errors.together;
+  d["strain"] = errors.strain;
+  return d;
+}
+
+struct Asked {
+  fem::Scene scene;
+  bool large_strain = false;
+  uint32_t threads = 0;
+};
+
+const std::map<std::string, fem::InclusionShape> kInclusions = {
+    {"sphere", fem::InclusionShape::Sphere},
+    {"ellipsoid", fem::InclusionShape::Ellipsoid},
+    {"cylinder", fem::InclusionShape::Cylinder},
+    {"lying", fem::InclusionShape::LyingCylinder}};
+const std::map<std::string, fem::Presser> kPressers = {
+    {"flat", fem::Presser::Flat}, {"sphere", fem::Presser::Sphere}, {"pressure", fem::Presser::Pressure}};
+
+py::object map_of(fem::Map map) {
+  const Shape shape = {map.height, map.width};
+  return hand_out(std::move(map.values), shape);
+}
+
+py::dict forward(const std::array<double, 3>& block_mm, double young_Pa, double poisson,
+                 const std::optional<std::string>& lump, const std::array<double, 3>& size_mm,
+                 double depth_mm, double ratio, const std::array<double, 2>& offset_mm,
+                 const std::string& presser, double ball_radius_mm, std::optional<double> press_mm,
+                 std::optional<double> force_N, const std::array<uint32_t, 3>& cells, bool large_strain,
+                 uint32_t threads) {
+  Asked asked{{}, large_strain, threads};
+  fem::Scene& scene = asked.scene;
+  scene.block_mm = block_mm;
+  scene.young_Pa = young_Pa;
+  scene.poisson = poisson;
+  scene.inclusion.reset();
+  if (lump)
+    scene.inclusion =
+        fem::Inclusion{by_name(kInclusions, *lump, "a lump's shape"), size_mm, depth_mm, ratio, offset_mm};
+  scene.presser = by_name(kPressers, presser, "a presser");
+  scene.ball_radius_mm = ball_radius_mm;
+  scene.press_mm = press_mm;
+  scene.force_N = force_N;
+  scene.cells = cells;
+  check(scene);
+  fem::Result result = run_apart([asked](const std::atomic<bool>&) {
+    fem::Options options;
+    options.large_strain = asked.large_strain;
+    options.threads = asked.threads;
+    return fem::solve(asked.scene, options);
+  });
+  py::dict d;
+  d["converged"] = result.converged;
+  d["residual"] = result.residual;
+  d["force_N"] = result.force_N;
+  d["press_mm"] = result.press_mm;
+  d["center_stress_Pa"] = result.center_stress_Pa;
+  d["contact_radius_mm"] = result.contact_radius_mm;
+  d["core_strain"] = result.core_strain;
+  d["pitch_mm"] = result.stress_Pa.pitch_mm;
+  d["stress_Pa"] = map_of(std::move(result.stress_Pa));
+  d["deflection_mm"] = map_of(std::move(result.deflection_mm));
+  d["warnings"] = py::tuple(py::cast(result.warnings));
+  return d;
+}
+
+}  // namespace
+
+void bind_mechanics(py::module_& module) {
+  module.def("contact", &contact, py::arg("force_N"), py::arg("depth_mm"), py::arg("young_kPa"),
+             py::arg("poisson"), py::arg("thickness_mm"), py::arg("shape"), py::arg("radius_mm"),
+             py::arg("half_angle_deg"), py::arg("sliding"));
+  module.def("forward", &forward, py::arg("block_mm"), py::arg("young_Pa"), py::arg("poisson"),
+             py::arg("lump"), py::arg("size_mm"), py::arg("depth_mm"), py::arg("ratio"), py::arg("offset_mm"),
+             py::arg("presser"), py::arg("ball_radius_mm"), py::arg("press_mm"), py::arg("force_N"),
+             py::arg("cells"), py::arg("large_strain"), py::arg("threads"));
+}
+
+}  // namespace palpate::python

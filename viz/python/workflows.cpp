@@ -1,0 +1,242 @@
+#include "viz/python/workflows.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "capture/calibrate/wrench.h"
+#include "capture/open_source.h"
+#include "capture/run/record_session.h"
+#include "capture/run/tactile_shapes.h"
+#include "engine/measure/compression.h"
+#include "palpate/error.h"
+#include "viz/python/arrays.h"
+#include "viz/python/device.h"
+#include "viz/python/sensor.h"
+#include "viz/python/waiting.h"
+
+namespace palpate::python {
+namespace {
+
+RunWatch watch_of(const std::atomic<bool>& stop) {
+  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
+}
+
+py::dict record(const InputRequest& request, const std::filesystem::path& folder, uint64_t frames,
+                const std::string& solver, bool fixed_light, const std::string& device) {
+  const SurfaceSolver how = solver_of(solver);
+  const SessionStatus status = run_apart([=](const std::atomic<bool>& stop) {
+    const MeasuredInput input = find(request);
+    const PipelineOptions options{.outputs = input.outputs, .solver = how, .fixed_light = fixed_light};
+    return record_session(*shared_device(device), input, options, frames, folder, watch_of(stop));
+  });
+  py::dict d;
+  d["recorded"] = status.recorded;
+  d["dropped"] = status.dropped;
+  d["measured"] = status.measured;
+  return d;
+}
+
+struct WrenchOutcome {
+  WrenchSeries series;
+  std::optional<WrenchCheck> check;
+};
+
+py::dict wrench(const InputRequest& request, const std::string& gauge, const std::string& align,
+                double rate_Hz, const std::string& device) {
+  const GaugeRequest asked{gauge, GaugeColumns::Normal, parse_alignment(align), rate_Hz};
+  WrenchOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
+    WrenchOutcome found;
+    found.series = measure_wrench(*shared_device(device), find(request), asked, watch_of(stop));
+    if (!gauge.empty()) found.check = check_wrench(found.series);
+    return found;
+  });
+  WrenchSeries& s = outcome.series;
+  py::dict d;
+  d["csv"] = wrench_csv(s);
+  d["notes"] = s.notes;
+  d["peak"] = s.peak;
+  const Shape cells = {s.at_peak.height, s.at_peak.width};
+  d["cell_mm"] = s.at_peak.cell_mm;
+  const bool shear = !s.at_peak.shear_x_kPa.empty();
+  if (shear)
+    s.at_peak.shear_x_kPa.insert(s.at_peak.shear_x_kPa.end(), s.at_peak.shear_y_kPa.begin(),
+                                 s.at_peak.shear_y_kPa.end());
+  d["shear_kPa"] =
+      shear ? py::object(hand_out(std::move(s.at_peak.shear_x_kPa), {2, cells[0], cells[1]})) : py::none();
+  d["pressure_kPa"] = s.peak ? py::object(hand_out(std::move(s.at_peak.pressure_kPa), cells)) : py::none();
+  py::object check = py::none();
+  if (outcome.check) {
+    py::dict c;
+    c["readings"] = outcome.check->readings;
+    c["valid"] = outcome.check->valid;
+    c["mean_error_N"] = outcome.check->mean_error_N;
+    c["valid_mean_error_N"] = outcome.check->valid_mean_error_N;
+    c["scale"] = outcome.check->scale;
+    c["coverage"] = outcome.check->coverage;
+    check = c;
+  }
+  d["check"] = check;
+  return d;
+}
+
+struct StrainOutcome {
+  Compression compression;
+  uint64_t before = 0, after = 0;
+  bool skin = false;
+};
+
+py::dict as_dict(const PlaneStrain& e) {
+  py::dict d;
+  d["xx"] = e.xx;
+  d["yy"] = e.yy;
+  d["xy"] = e.xy;
+  d["first"] = e.first;
+  d["second"] = e.second;
+  d["direction_rad"] = e.direction_rad;
+  d["area"] = e.area;
+  return d;
+}
+
+py::dict strain(const InputRequest& request, std::optional<std::array<uint64_t, 2>> frames,
+                std::optional<std::array<double, 2>> forces_N, bool by_shape, double poisson,
+                std::optional<double> lambda, uint64_t seed, const std::string& device) {
+  ShapeRequest asked;
+  asked.frames = frames;
+  asked.forces_N = forces_N;
+  asked.control.seed = seed;
+  const CompressionOptions options{lambda, poisson};
+  const StrainOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
+    const MeasuredInput input = find(request);
+    if (!has_scale(input.sensor))
+      throw Error(Failure::Sensor, "pitch_mm_per_px", "a sensor without a scale", "palpate calibrate scale");
+    const TactileShapes shapes = read_shapes(*shared_device(device), input, asked, watch_of(stop));
+    StrainOutcome found;
+    if (stop) return found;
+    found.skin = shapes.skin && !by_shape;
+    found.before = shapes.before.touch.sequence;
+    found.after = shapes.after.touch.sequence;
+    found.compression = found.skin
+                            ? strain_of_pairs(skin_pairs(shapes, input.sensor.pitch_mm_per_px), options)
+                            : compare_draws(shapes.before.draws, shapes.after.draws, options);
+    return found;
+  });
+  const Compression& c = outcome.compression;
+  py::dict d;
+  d["reason"] = c.reason;
+  d["frames"] = py::make_tuple(outcome.before, outcome.after);
+  d["by_skin"] = outcome.skin;
+  const bool there = c.reason.empty();
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  d["plane"] = there ? py::object(as_dict(c.plane.mean)) : py::none();
+  d["plane_sd"] = there ? py::object(as_dict(c.plane.sd)) : py::none();
+  d["axial"] = there ? c.axial : none;
+  d["axial_sd"] = there ? c.axial_sd : none;
+  d["deepening_mm"] = there ? c.deepening_mm : none;
+  std::vector<double> rows;
+  for (const MatchedPoint& p : c.pairs)
+    rows.insert(rows.end(), {p.before.x_mm, p.before.y_mm, p.before.depth_mm, p.after.x_mm, p.after.y_mm,
+                             p.after.depth_mm, p.probability});
+  d["pairs"] = hand_out(std::move(rows), {static_cast<py::ssize_t>(c.pairs.size()), 7});
+  return d;
+}
+
+struct Simulated {
+  Sensor sensor;
+  std::string input;
+  FrameFormat format;
+  double rate_Hz = 0;
+  std::vector<uint8_t> images;
+  Frame background;
+  std::vector<float> depth;
+  std::vector<Truth> truth;
+};
+
+/// Pixels of frames as frames x rows x columns (x 3), or of one without the first axis.
+py::object images_of(std::vector<uint8_t> bytes, const FrameFormat& f, py::ssize_t frames) {
+  const py::ssize_t width = f.width;
+  py::object array = hand_out(std::move(bytes), {frames, f.channels, f.height,
+                                                 width * static_cast<py::ssize_t>(f.bytes_per_pixel())});
+  if (f.bytes_per_pixel() == 2) array = array.attr("view")("uint16");
+  return f.channels == 1 ? array.attr("reshape")(frames, f.height, width)
+                         : array.attr("transpose")(0, 2, 3, 1);
+}
+
+py::dict simulate(const InputRequest& request, uint64_t frames, bool depth) {
+  const auto all = run_apart([=](const std::atomic<bool>& stop) {
+    auto made = std::make_shared<Simulated>();
+    const MeasuredInput input = find(request);
+    made->sensor = input.sensor;
+    made->input = input.input;
+    const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+    if (!source->truth(0))
+      throw Refusal{"InputError", "a simulated scene", "'" + input.input + "'", "synthetic:press"};
+    if (frames == 0 && !source->frame_count())
+      throw bad_argument("an end of the scene", "repeat=0", "frames=100");
+    made->format = source->format();
+    made->rate_Hz = source->rate_Hz();
+    if (std::optional<Frame> background = source->own_background()) made->background = std::move(*background);
+    uint64_t count = 0;
+    for (Frame frame; !stop && (frames == 0 || count < frames) && source->next(frame); ++count) {
+      made->images.insert(made->images.end(), frame.pixels(), frame.pixels() + frame.format.frame_bytes());
+      Truth truth = *source->truth(frame.sequence);
+      if (depth) made->depth.insert(made->depth.end(), truth.depth_mm.begin(), truth.depth_mm.end());
+      truth.depth_mm.clear();
+      made->truth.push_back(std::move(truth));
+    }
+    return made;
+  });
+  const auto count = static_cast<py::ssize_t>(all->truth.size());
+  py::dict truth;
+  const auto column = [&](const char* name, auto member) {
+    std::vector<double> values;
+    for (const Truth& t : all->truth) values.push_back(static_cast<double>(t.*member));
+    truth[name] = hand_out(std::move(values), {count});
+  };
+  column("time_s", &Truth::time_s);
+  column("contact", &Truth::contact);
+  column("force_N", &Truth::force_N);
+  column("shear_x_N", &Truth::shear_x_N);
+  column("shear_y_N", &Truth::shear_y_N);
+  column("slipping", &Truth::slipping);
+  column("center_x_px", &Truth::center_x_px);
+  column("center_y_px", &Truth::center_y_px);
+  column("radius_px", &Truth::radius_px);
+  column("depth_max_mm", &Truth::indentation_mm);
+  column("stick_fraction", &Truth::stick_fraction);
+  column("torsion_rad", &Truth::torsion_rad);
+  column("volume_mm3", &Truth::volume_mm3);
+  py::dict d;
+  d["sensor"] = all->sensor;
+  d["input"] = all->input;
+  d["rate_Hz"] = all->rate_Hz;
+  d["images"] = images_of(std::move(all->images), all->format, count);
+  const bool background = !all->background.bytes.empty();
+  d["background"] = background
+                        ? images_of(std::move(all->background.bytes), all->format, 1).attr("__getitem__")(0)
+                        : py::none();
+  d["truth"] = truth;
+  const bool has_depth = !all->depth.empty();
+  d["depth_mm"] =
+      has_depth ? py::object(hand_out(std::move(all->depth), {count, all->format.height, all->format.width}))
+                : py::none();
+  return d;
+}
+
+}  // namespace
+
+void bind_workflows(py::module_& module) {
+  module.def("record", &record, py::arg("request"), py::arg("folder"), py::arg("frames"), py::arg("solver"),
+             py::arg("fixed_light"), py::arg("device"));
+  module.def("wrench", &wrench, py::arg("request"), py::arg("gauge"), py::arg("align"), py::arg("rate_Hz"),
+             py::arg("device"));
+  module.def("strain", &strain, py::arg("request"), py::arg("frames"), py::arg("forces_N"),
+             py::arg("by_shape"), py::arg("poisson"), py::arg("lam"), py::arg("seed"), py::arg("device"));
+  module.def("simulate", &simulate, py::arg("request"), py::arg("frames"), py::arg("depth"));
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,12 @@
+// Workflows on recordings beside measuring: sessions, wrench, strain between frames; and simulated scenes.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace palpate::python {
+
+void bind_workflows(pybind11::module_& module);
+void bind_machine(pybind11::module_& module);
+void bind_mechanics(pybind11::module_& module);
+
+}  // namespace palpate::python
