@@ -5,6 +5,7 @@
 
 #include "capture/calibrate/force.h"
 #include "capture/calibrate/shear.h"
+#include "capture/calibrate/workflow/workflow.h"
 #include "palpate/error.h"
 #include "viz/python/arrays.h"
 #include "viz/python/device.h"
@@ -145,9 +146,92 @@ py::dict shear(const std::vector<InputRequest>& inputs, const std::vector<std::s
   return d;
 }
 
+/// Runs a calibration that writes its files.
+template <typename Request>
+py::dict written(CalibrationReport (*calibrate)(const Request&, const CalibrationRun&),
+                 const Request& request, const std::filesystem::path& out) {
+  const CalibrationReport report = run_apart([calibrate, request, out](const std::atomic<bool>& stop) {
+    const RunWatch watch = watch_of(stop);
+    return calibrate(request, {out, watch});
+  });
+  py::dict d;
+  d["text"] = report.text;
+  d["report"] = report.json;
+  return d;
+}
+
+using Path = std::filesystem::path;
+
+void bind_written(py::module_& module) {
+  module.def(
+      "calibrate_background",
+      [](const std::string& input, const Path& sensor, const Path& out, uint32_t frames, uint32_t every,
+         std::optional<uint64_t> like, bool set_threshold) {
+        return written(&calibrate_background, {input, sensor, frames, every, like, set_threshold}, out);
+      },
+      py::arg("input"), py::arg("sensor"), py::arg("out"), py::arg("frames"), py::arg("every"),
+      py::arg("like"), py::arg("set_threshold"));
+  module.def(
+      "calibrate_flat",
+      [](const std::string& input, const Path& sensor, const Path& out, uint32_t frames, uint32_t every,
+         bool change) {
+        return written(&calibrate_flat, {input, sensor, frames, every, change}, out);
+      },
+      py::arg("input"), py::arg("sensor"), py::arg("out"), py::arg("frames"), py::arg("every"),
+      py::arg("change"));
+  module.def(
+      "calibrate_scale",
+      [](const std::string& input, const Path& sensor, const Path& background, const Path& out,
+         const std::string& grid, bool dots, double spacing_mm, double spacing_sd, double ring_mm,
+         double ball_mm, const std::vector<double>& travel_mm) {
+        const GridPattern pattern = dots ? GridPattern::Dots : GridPattern::Chessboard;
+        return written(
+            &calibrate_scale,
+            {input, sensor, background, grid, pattern, spacing_mm, spacing_sd, ring_mm, ball_mm, travel_mm},
+            out);
+      },
+      py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("out"), py::arg("grid"),
+      py::arg("dots"), py::arg("spacing_mm"), py::arg("spacing_sd"), py::arg("ring_mm"), py::arg("ball_mm"),
+      py::arg("travel_mm"));
+  module.def(
+      "calibrate_lookup",
+      [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
+         const Path& out, double ball_mm, double pitch_mm_per_px, uint64_t every) {
+        return written(&calibrate_lookup, {input, sensor, balls, background, ball_mm, pitch_mm_per_px, every},
+                       out);
+      },
+      py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
+      py::arg("ball_mm"), py::arg("pitch_mm_per_px"), py::arg("every"));
+  module.def(
+      "calibrate_photometric",
+      [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
+         const Path& out, double ball_mm, double pitch_mm_per_px, uint64_t every, double rest_weight,
+         const std::string& model, bool keep_markers, bool keep_contact) {
+        PhotometricRequest request;
+        static_cast<BallRequest&>(request) = {input,   sensor,          balls, background,
+                                              ball_mm, pitch_mm_per_px, every};
+        request.rest_weight = rest_weight;
+        request.model = by_name(kNormalModelNames, model, "a model");
+        request.keep_markers = keep_markers;
+        request.keep_contact = keep_contact;
+        return written(&calibrate_photometric, request, out);
+      },
+      py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
+      py::arg("ball_mm"), py::arg("pitch_mm_per_px"), py::arg("every"), py::arg("rest_weight"),
+      py::arg("model"), py::arg("keep_markers"), py::arg("keep_contact"));
+  module.def(
+      "calibrate_lights",
+      [](const std::vector<Path>& images, const Path& height, const Path& out, double pitch_mm_per_px,
+         std::optional<int> order) {
+        return written(&calibrate_lights, {images, height, pitch_mm_per_px, order}, out);
+      },
+      py::arg("images"), py::arg("height"), py::arg("out"), py::arg("pitch_mm_per_px"), py::arg("order"));
+}
+
 }  // namespace
 
 void bind_calibrations(py::module_& module) {
+  bind_written(module);
   module.def("calibrate_force", &force, py::arg("inputs"), py::arg("gauges"), py::arg("checks"),
              py::arg("check_gauges"), py::arg("align"), py::arg("rate_Hz"), py::arg("signal"),
              py::arg("model"), py::arg("branches"), py::arg("keep_border"), py::arg("device"));

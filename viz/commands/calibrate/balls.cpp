@@ -1,13 +1,12 @@
 #include "viz/commands/calibrate/balls.h"
 
-#include "palpate/error.h"
+#include "capture/calibrate/presses.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/options.h"
-#include "viz/commands/progress.h"
 
 namespace palpate {
 
-void add_ball_options(CommandLine& command, BallOptions& options, Common& common, const std::string& input,
+void add_ball_options(CommandLine& command, BallRequest& options, Common& common, const std::string& input,
                       const std::string& start) {
   command.add_option("INPUT", options.input, input)->required()->check(input_exists);
   command.add_option("--sensor", options.sensor,
@@ -26,33 +25,6 @@ void add_ball_options(CommandLine& command, BallOptions& options, Common& common
   command.add_option("--every", options.every,
                      "Look at every n-th frame (default: so that 400 are looked at)");
   command.add_option("--out", common.out, "Sensor file to write")->required()->option_text("FILE (required)");
-}
-
-void check_ball_options(const BallOptions& options) {
-  if (options.balls.empty() == (options.ball_mm == 0))
-    throw Error(Failure::Usage, "the ball's radius (--ball-mm) or a table of presses (--balls)",
-                options.balls.empty() ? "neither" : "both", "--ball-mm RADIUS");
-}
-
-Sensor with_background(Sensor sensor, const BallOptions& options) {
-  if (!options.background.empty())
-    sensor.background.image = std::filesystem::absolute(options.background).string();
-  return sensor;
-}
-
-BallPresses presses_of(const Common& common, const BallOptions& options, const Sensor& sensor,
-                       bool mask_markers, size_t least) {
-  if (!options.balls.empty()) return read_presses(options.balls, options.input, sensor, mask_markers);
-  PressSearch search;
-  search.ball_radius_mm = options.ball_mm;
-  search.mask_markers = mask_markers;
-  search.every = options.every;
-  ProgressBar bar(common, "looking for the ball", 0);
-  search.progress = [&](uint64_t done, uint64_t) {
-    bar.update(done);
-    return interrupted();
-  };
-  return find_presses(options.input, sensor, search, least);
 }
 
 }  // namespace palpate

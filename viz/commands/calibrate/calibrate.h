@@ -3,7 +3,10 @@
 
 #include <string>
 
+#include "capture/calibrate/workflow/workflow.h"
 #include "viz/commands/command.h"
+#include "viz/commands/progress.h"
+#include "viz/commands/run_watch.h"
 
 namespace palpate {
 
@@ -11,6 +14,17 @@ class CommandLine;
 
 /// For CLI's `check`: an input that is neither a camera nor synthetic has to exist. Empty: it does.
 std::string input_exists(const std::string& input);
+
+/// Runs a calibration into --out, with a progress bar; Ctrl-C ends it.
+template <typename Request>
+Report report_of(CalibrationReport (*calibrate)(const Request&, const CalibrationRun&),
+                 const Request& request, const Common& common) {
+  catch_interrupts();
+  const RunWatch watch = run_watch(common);
+  const CalibrationReport report = calibrate(request, {common.out, watch});
+  if (report.stopped) return {"", "", kInterrupted};
+  return {report.text, report.json, 0};
+}
 
 /// Each adds one command to the group `calibrate`.
 void add_calibrate_background(CommandLine& group, Common& common, Command& chosen);

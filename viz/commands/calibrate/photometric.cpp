@@ -1,260 +1,18 @@
 // palpate calibrate photometric: from presses of a known ball to a sensor file with its colour calibration.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <map>
-#include <optional>
+#include <memory>
 
-#include "capture/calibrate/background.h"
-#include "capture/calibrate/origin.h"
-#include "capture/calibrate/press_contact.h"
-#include "capture/run/input.h"
-#include "engine/base/json.h"
-#include "engine/base/statistics.h"
-#include "engine/base/text.h"
-#include "engine/calibrate/photometric/fit.h"
-#include "palpate/error.h"
-#include "palpate/sensor.h"
+#include "capture/calibrate/workflow/workflow.h"
 #include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/command.h"
 #include "viz/commands/options.h"
-#include "viz/commands/progress.h"
 
 namespace palpate {
-namespace {
-
-namespace fs = std::filesystem;
-
-// A press is of another ball where its held-out depth gain lies so far from the median (logarithms): by a
-// factor, and by so many times the usual scatter. And the least number of presses for that decision.
-constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
-constexpr size_t kEnoughToCompare = 6;
-
-struct Options : BallOptions {
-  double rest_weight = 1;
-  NormalModel model = NormalModel::Best;
-  bool keep_markers = false, keep_contact = false;
-};
-
-std::string fixed(double value, int digits) {
-  const std::string line = palpate::text("%.*f", digits, value);
-  return line;
-}
-
-json::Value errors_json(const HeldOutErrors& e) {
-  return {{"normal_rms", e.normal_rms},
-          {"normal_angle_deg", e.normal_angle_deg},
-          {"depth_rmse_mm", e.depth_rmse_mm},
-          {"depth_gain", e.depth_gain}};
-}
-
-std::string refused_text(const BallPresses& found) {
-  constexpr size_t kShown = 12;
-  std::string text;
-  for (size_t i = 0; i < found.refused.size() && i < kShown; ++i)
-    text += "not used: " + found.refused[i].label + ": " + found.refused[i].reason + "\n";
-  if (found.refused.size() > kShown)
-    text += "not used: " + std::to_string(found.refused.size() - kShown) + " more\n";
-  return text;
-}
-
-PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading, const Options& options) {
-  PhotometricFit fit(found.format, reading.pitch_mm_per_px);
-  for (size_t i = 0; i < found.presses.size(); ++i) {
-    const BallPress& p = found.presses[i];
-    fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px,
-                 p.ball_radius_mm, p.label, p.mask);
-  }
-  return fit.solve(options.rest_weight, options.model);
-}
-
-/// Takes out presses whose depth is read unlike the others'; true where there are any.
-bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) {
-  if (result.presses.size() < kEnoughToCompare) return false;
-  std::vector<double> gains, apart;
-  for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
-  const double usual = median(gains);
-  for (const double gain : gains) apart.push_back(std::abs(gain - usual));
-  const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median(apart));
-  bool any = false;
-  for (size_t i = gains.size(); i-- > 0;) {
-    if (apart[i] <= limit) continue;
-    any = true;
-    found.refused.push_back({found.presses[i].label, "reads " + fixed(std::exp(gains[i] - usual), 2) +
-                                                         " times the depth that others do: another ball"});
-    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
-    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  return any;
-}
-
-Sensor checked_sensor(const Options& options) {
-  Sensor sensor =
-      sensor_to_calibrate(options.input, options.sensor, ToMake::Reading, options.pitch_mm_per_px);
-  if (sensor.channels != 3)
-    throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
-                std::to_string(sensor.channels) + " channel",
-                "palpate calibrate lookup for a gray gel, or another sensor file");
-  if (sensor.background.kind == BackgroundKind::None)
-    throw Error(Failure::Sensor, "a sensor with an untouched image in " + options.sensor.string(),
-                "background.source 'none'", "frames as the camera sees them: slopes need a change's sign");
-  return sensor;
-}
-
-/// A fit with the presses it was made from.
-struct Fitted {
-  PhotometricFitResult result;
-  BallPresses found;
-  bool masked = false;  ///< markers were left out
-  std::string model;    ///< its name
-};
-
-Fitted fit_found(BallPresses found, const Sensor& reading, const Options& options) {
-  Fitted fitted{{}, std::move(found), false, {}};
-  fitted.masked = std::any_of(fitted.found.presses.begin(), fitted.found.presses.end(),
-                              [](const BallPress& p) { return !p.mask.empty(); });
-  fitted.result = fit_presses(fitted.found, reading, options);
-  // Each round sees the rest more clearly.
-  constexpr int kRounds = 3;
-  for (int round = 0;
-       round < kRounds && options.balls.empty() && refuse_other_balls(fitted.result, fitted.found); ++round)
-    fitted.result = fit_presses(fitted.found, reading, options);
-  fitted.model = fitted.result.model == NormalModel::Table ? "table" : "linear";
-  return fitted;
-}
-
-Sensor calibrated(Sensor sensor, const Fitted& fitted, const Options& options) {
-  const PhotometricFitResult& result = fitted.result;
-  sensor.reconstruction = Reconstruction::Photometric;
-  sensor.photometric = result.calibration;
-  sensor.photometric.origin = origin_now(
-      fs::path(options.input).filename().string(),
-      std::to_string(fitted.found.presses.size()) + " presses, " + fitted.model + " model, held out: depth " +
-          fixed(result.depth_rmse_mm, 4) + " mm RMS, normals " + fixed(result.normal_angle_deg, 2) + " deg" +
-          (fitted.masked ? ", markers left out" : ""));
-  // Weights vary across the frame: another size of frame is another camera mode.
-  sensor.size_px = {fitted.found.format.width, fitted.found.format.height};
-  return sensor;
-}
-
-/// Adds a press's line to `text`; gives its values.
-json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string& text) {
-  const std::string row =
-      palpate::text("%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(), ball.center_x_px,
-                    ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm, p.depth_gain);
-  text += row;
-  return {{"press", p.label},
-          {"center_x_px", ball.center_x_px},
-          {"center_y_px", ball.center_y_px},
-          {"contact_radius_px", ball.radius_px},
-          {"center_sd_px", ball.center_sd_px},
-          {"contact_radius_sd_px", ball.radius_sd_px},
-          {"contact_px", p.contact_px},
-          {"normal_rms", p.normal_rms},
-          {"normal_angle_deg", p.normal_angle_deg},
-          {"depth_rmse_mm", p.depth_rmse_mm},
-          {"depth_gain", p.depth_gain}};
-}
-
-std::string summary(const Fitted& fitted) {
-  const PhotometricFitResult& result = fitted.result;
-  std::string text = "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
-                     fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) +
-                     " deg, depth " + fixed(result.depth_rmse_mm, 4) +
-                     " mm RMS on presses held out, depth gain " + fixed(result.depth_gain, 3) + ", " +
-                     fixed(100 * result.explained_x, 1) + " / " + fixed(100 * result.explained_y, 1) +
-                     " % of n_x / n_y explained, condition " + fixed(result.condition, 1) +
-                     (result.ridge > 0 ? ", regularised" : "") + (fitted.masked ? ", markers left out" : "") +
-                     "\nmodel: " + fitted.model;
-  if (result.table.normal_rms > 0)
-    text += " (held out: linear " + fixed(result.linear.normal_angle_deg, 2) + " deg, " +
-            fixed(result.linear.depth_rmse_mm, 4) + " mm; table " + fixed(result.table.normal_angle_deg, 2) +
-            " deg, " + fixed(result.table.depth_rmse_mm, 4) + " mm)";
-  return text;
-}
-
-json::Value contact_json(const PressContact& c) {
-  return {{"signal", to_string(c.signal)},
-          {"change_upwards", c.brighter},
-          {"contact_gray", c.contact_gray},
-          {"untouched_gray", c.rest_gray},
-          {"threshold_gray", c.threshold_gray},
-          {"contact_gray_per_px", c.contact_gray_per_px},
-          {"gradient_gray_per_px", c.gradient_gray_per_px}};
-}
-
-Report report_of(const Fitted& fitted, const Common& common, const Options& options,
-                 const std::optional<PressContact>& contact, const std::string& background) {
-  const PhotometricFitResult& result = fitted.result;
-  json::Value presses = json::Value::array(), refused = presses;
-  std::string text =
-      "press                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
-      "(fitted "
-      "without it)\n";
-  for (size_t i = 0; i < result.presses.size(); ++i)
-    presses.push_back(add_press(result.presses[i], fitted.found.presses[i].ball, text));
-  for (const RefusedPress& r : fitted.found.refused)
-    refused.push_back({{"press", r.label}, {"reason", r.reason}});
-  json::Value value = {{"sensor", common.out.string()},
-                       {"presses", presses},
-                       {"refused", refused},
-                       {"untouched_frames", fitted.found.untouched},
-                       {"markers_masked", fitted.masked},
-                       {"model", fitted.model},
-                       {"linear", errors_json(result.linear)}};
-  if (result.table.normal_rms > 0) value["table"] = errors_json(result.table);
-  value.update({{"contact_px", result.contact_px},
-                {"rest_weight", options.rest_weight},
-                {"condition", result.condition},
-                {"ridge", result.ridge},
-                {"explained_x", result.explained_x},
-                {"explained_y", result.explained_y},
-                {"normal_rms_fitted", result.normal_rms_fitted},
-                {"normal_rms_held_out", result.normal_rms_held_out},
-                {"normal_angle_deg_held_out", result.normal_angle_deg},
-                {"depth_rmse_held_out_mm", result.depth_rmse_mm},
-                {"depth_gain_held_out", result.depth_gain}});
-  text += refused_text(fitted.found) + summary(fitted);
-  if (!fitted.found.warning.empty()) {
-    value["warning"] = fitted.found.warning;
-    text += "\nWARNING: " + fitted.found.warning;
-  }
-  if (contact) {
-    value["contact"] = contact_json(*contact);
-    text += "\n" + describe(*contact);
-  }
-  text += "\nwritten: " + common.out.string();
-  if (!background.empty()) {
-    value["background"] = background;
-    text += " and " + background;
-  }
-  return {text, value.dump(2), 0};
-}
-
-Report photometric(const Common& common, const Options& options) {
-  check_ball_options(options);
-  const Sensor original = checked_sensor(options);
-  const Sensor reading = with_background(original, options);
-  catch_interrupts();
-  BallPresses found = presses_of(common, options, reading, !options.keep_markers, 2);
-  if (interrupted()) return {"", "", kInterrupted};
-  const Fitted fitted = fit_found(std::move(found), reading, options);
-  Sensor sensor = calibrated(original, fitted, options);
-  std::optional<PressContact> contact;
-  if (!options.keep_contact) apply(contact.emplace(contact_of_presses(fitted.found, sensor.filter)), sensor);
-  if (options.sensor.empty()) sensor.name = common.out.stem().string();
-  const fs::path background = keep_background(options.background, common.out, sensor);
-  save_sensor(sensor, common.out);
-  return report_of(fitted, common, options, contact, background.string());
-}
-
-}  // namespace
 
 void add_calibrate_photometric(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
       group.add_subcommand("photometric", "Colour to slope of a gel sensor, from presses of a known ball");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PhotometricRequest>();
   add_ball_options(
       *command, *options, common,
       "Presses: a folder of images, a video, a session, synthetic:SCENE?mode=gel; with --balls the "
@@ -263,8 +21,7 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
   command
       ->add_option("--model", options->model,
                    "linear, table (a small correction on top), or best: by held-out error")
-      ->transform(one_of(std::map<std::string, NormalModel>{
-          {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}}));
+      ->transform(one_of(kNormalModelNames));
   command
       ->add_option("--rest-weight", options->rest_weight,
                    "Weight of the untouched parts: more where the light drifts, less where it is noisy")
@@ -286,8 +43,9 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
       "depth_gain is measured over true depth within the contact, 1 is right. A wrong ball radius or pitch "
       "scales\n"
       "all slopes alike and shows only where a contact would be wider than its ball.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return photometric(common, *options); }; });
+  command->callback([&common, &chosen, options] {
+    chosen = [&common, options] { return report_of(calibrate_photometric, *options, common); };
+  });
 }
 
 }  // namespace palpate

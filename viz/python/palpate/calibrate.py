@@ -14,12 +14,24 @@ from typing import Any, Union
 from numpy.typing import NDArray
 
 from ._core import _palpate
+from ._errors import ArgumentError
 from ._live import Path, Sensor, request_of
 from ._recordings import column_of
 
 Paths = Union[Path, Iterable[Path]]
 
-__all__ = ["Calibration", "force", "shear"]
+__all__ = [
+    "Calibration",
+    "Lights",
+    "background",
+    "flat",
+    "force",
+    "lights",
+    "lookup",
+    "photometric",
+    "scale",
+    "shear",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,3 +179,206 @@ def shear(
     return _made(
         _palpate.calibrate_shear(requests, gauges, str(align), rate_Hz or 0, signal, friction, device)
     )
+
+
+def _written(answer: dict[str, Any], out: Path) -> Calibration:
+    """A calibration whose sensor file was written."""
+    text = answer["text"]
+    lines = text.splitlines()
+    verdict = next((line for line in lines if line.startswith("all:")), lines[0])
+    return Calibration(Sensor(os.fspath(out)), True, verdict, text, json.loads(answer["report"]))
+
+
+def _named(file: Path | None) -> str:
+    return os.fspath(file or "")
+
+
+def background(
+    source: Path,
+    *,
+    out: Path,
+    sensor: Path | None = None,
+    frames: int = 30,
+    every: int | None = None,
+    like: int | None = None,
+    set_threshold: bool = False,
+) -> Calibration:
+    """The untouched image, its noise, and a threshold that fits.
+
+    Args:
+        source: frames as the camera gives them: a recording that shows the pad at rest somewhere, one
+            untouched picture, or a camera while nothing touches.
+        out: the sensor file to write; the image goes beside it.
+        sensor: a sensor file to start from; by default what the frames say.
+        frames: how many untouched frames make the image, 2 to 1000.
+        every: look at every n-th frame; by default at 400.
+        like: number of a frame in which nothing touches.
+        set_threshold: set the threshold as suggested; without a sensor file it is.
+    """
+    answer = _palpate.calibrate_background(
+        os.fspath(source), _named(sensor), os.fspath(out), frames, every or 0, like, set_threshold
+    )
+    return _written(answer, out)
+
+
+def flat(
+    source: Path, *, sensor: Path, out: Path, frames: int = 30, every: int = 1, change: bool = False
+) -> Calibration:
+    """Uneven light, as a field that every frame is multiplied with.
+
+    Args:
+        source: frames of what should look even.
+        sensor: the sensor file to start from.
+        out: the sensor file to write; the field's image goes beside it.
+        frames, every: how many, and which.
+        change: even out the change from the untouched image: a waveguide, pressed all over.
+    """
+    answer = _palpate.calibrate_flat(os.fspath(source), os.fspath(sensor), os.fspath(out), frames, every, change)
+    return _written(answer, out)
+
+
+def scale(
+    source: Path,
+    *,
+    out: Path,
+    sensor: Path | None = None,
+    background: Path | None = None,
+    grid: tuple[int, int] | None = None,
+    pattern: str = "chessboard",
+    spacing_mm: float = 0.0,
+    spacing_sd: float = 0.002,
+    ring_mm: float = 0.0,
+    ball_mm: float = 0.0,
+    travel_mm: Iterable[float] = (),
+) -> Calibration:
+    """mm per pixel and lens distortion, from pictures of a grid, a ring or a ball.
+
+    Args:
+        out: the sensor file to write.
+        sensor: a sensor file to start from; by default only what the pictures say.
+        background: the untouched image; a grid is then looked for in the change.
+        grid: columns and rows of inner corners, or of dots.
+        pattern: ``chessboard`` or ``dots``.
+        spacing_mm, spacing_sd: from one point of the grid to the next; its relative standard error.
+        ring_mm: outer diameter of a ring or disc pressed into the pad.
+        ball_mm: radius of a ball pressed several times.
+        travel_mm: how deep each press of the ball went, any zero.
+    """
+    if pattern not in ("chessboard", "dots"):
+        raise ArgumentError("pattern=chessboard or dots", repr(pattern), "chessboard")
+    answer = _palpate.calibrate_scale(
+        os.fspath(source),
+        _named(sensor),
+        _named(background),
+        os.fspath(out),
+        "" if grid is None else f"{grid[0]}x{grid[1]}",
+        pattern == "dots",
+        spacing_mm,
+        spacing_sd,
+        ring_mm,
+        ball_mm,
+        [float(way) for way in travel_mm],
+    )
+    return _written(answer, out)
+
+
+def photometric(
+    source: Path,
+    *,
+    out: Path,
+    ball_mm: float = 0.0,
+    balls: Path | None = None,
+    sensor: Path | None = None,
+    background: Path | None = None,
+    pitch_mm_per_px: float = 0.0,
+    every: int | None = None,
+    rest_weight: float = 1.0,
+    model: str = "best",
+    keep_markers: bool = False,
+    keep_contact: bool = False,
+) -> Calibration:
+    """Colours of a gel to normals, from presses of a known ball.
+
+    Args:
+        source: an image, a folder of images, a video, a session.
+        out: the sensor file to write.
+        ball_mm: radius of the ball, whose contacts are found; or
+        balls: a table of presses: image, center_x_px, center_y_px, contact_radius_px, ball_radius_mm.
+        sensor: a sensor file to start from; by default only what the pictures say.
+        background: the untouched image; kept beside ``out``.
+        pitch_mm_per_px: the scale; 0: the sensor file's.
+        every: look at every n-th frame; by default at 400.
+        rest_weight: weight of the untouched frame's pixels.
+        model: ``best``, ``linear`` or ``table``.
+        keep_markers: use the pixels of printed markers too.
+        keep_contact: leave the section ``contact`` as it is.
+    """
+    answer = _palpate.calibrate_photometric(
+        os.fspath(source),
+        _named(sensor),
+        _named(balls),
+        _named(background),
+        os.fspath(out),
+        ball_mm,
+        pitch_mm_per_px,
+        every or 0,
+        rest_weight,
+        model,
+        keep_markers,
+        keep_contact,
+    )
+    return _written(answer, out)
+
+
+def lookup(
+    source: Path,
+    *,
+    out: Path,
+    ball_mm: float = 0.0,
+    balls: Path | None = None,
+    sensor: Path | None = None,
+    background: Path | None = None,
+    pitch_mm_per_px: float = 0.0,
+    every: int | None = None,
+) -> Calibration:
+    """Depth of a gray gel by a table over its change, from presses of a known ball.
+
+    Args:
+        source, out, ball_mm, balls, sensor, background, pitch_mm_per_px, every: as of :func:`photometric`.
+    """
+    answer = _palpate.calibrate_lookup(
+        os.fspath(source),
+        _named(sensor),
+        _named(balls),
+        _named(background),
+        os.fspath(out),
+        ball_mm,
+        pitch_mm_per_px,
+        every or 0,
+    )
+    return _written(answer, out)
+
+
+@dataclass(frozen=True, eq=False)
+class Lights:
+    """Weights of several lights, in a file of their own."""
+
+    file: str
+    text: str = field(repr=False)
+    report: dict[str, Any] = field(repr=False)
+
+
+def lights(
+    images: Iterable[Path], *, height: Path, pitch_mm_per_px: float, out: Path, order: int | None = None
+) -> Lights:
+    """Photometric stereo with three lights or more, one gray image each, from a known shape.
+
+    Args:
+        images: of one size, in the order of the lights.
+        height: heights of what they show, mm: a NumPy file, rows x columns, or a scanner's TrueMap file.
+        out: the file to write, which ``palpate integrate --lights`` reads.
+        order: of the polynomial by which the light varies over the frame, 0 to 3; by default 0, 1 or 2.
+    """
+    files = [os.fspath(image) for image in images]
+    answer = _palpate.calibrate_lights(files, os.fspath(height), os.fspath(out), pitch_mm_per_px, order)
+    return Lights(os.fspath(out), answer["text"], json.loads(answer["report"]))

@@ -1,0 +1,196 @@
+// From an object of known size to mm per pixel and the lens's distortion.
+#include "capture/calibrate/workflow/workflow.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "capture/calibrate/background.h"
+#include "capture/calibrate/origin.h"
+#include "capture/calibrate/presses.h"
+#include "capture/calibrate/scale.h"
+#include "capture/open_source.h"
+#include "capture/run/input.h"
+#include "engine/base/json.h"
+#include "engine/base/text.h"
+#include "palpate/error.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Largest number of pictures searched for a grid; more add no information.
+constexpr uint32_t kMostPictures = 40;
+
+// NOLINTNEXTLINE(bugprone-exception-escape): moving JSON throws nothing
+struct Found {
+  json::Value value;
+  std::string text;
+};
+
+std::array<int, 2> grid_size(const std::string& text) {
+  std::array<int, 2> size{};
+  const char* end = text.data() + text.size();
+  const auto [cross, error] = std::from_chars(text.data(), end, size[0]);
+  if (error != std::errc() || cross == end || *cross != 'x' ||
+      std::from_chars(cross + 1, end, size[1]).ptr != end || size[0] < 3 || size[1] < 3 || size[0] > 200 ||
+      size[1] > 200)
+    throw Error(Failure::Usage, "--grid COLUMNSxROWS, 3 to 200 each", "'" + text + "'", "--grid 9x6");
+  return size;
+}
+
+/// The untouched image, where one is named.
+std::optional<Frame> rest_image(const ScaleRequest& options, const Sensor& reading) {
+  if (reading.background.image.empty()) return std::nullopt;
+  const std::unique_ptr<Source> source = open_source(options.input, reading);
+  return load_background(options.input, reading, *source);
+}
+
+Found by_grid(const CalibrationRun& run, const ScaleRequest& options, const Sensor& reading, Sensor& sensor) {
+  const auto [columns, rows] = grid_size(options.grid);
+  if (!(options.spacing_mm > 0)) throw Error(Failure::Usage, "the grid's spacing", "none", "--spacing-mm 2");
+  const std::vector<Frame> pictures = take_frames(options.input, reading, kMostPictures, 1,
+                                                  [&run](uint64_t) { return !run.watch.stopped(); });
+  const std::optional<Frame> rest = options.background.empty() ? std::nullopt : rest_image(options, reading);
+  std::vector<GridView> views;
+  for (const Frame& picture : pictures)
+    if (auto view =
+            find_grid(picture, rest ? &*rest : nullptr, options.pattern, columns, rows, options.spacing_mm))
+      views.push_back(std::move(*view));
+  if (views.empty())
+    throw Error(
+        Failure::Input, "a whole grid of " + options.grid + " points in " + options.input,
+        "none in " + std::to_string(pictures.size()) + " pictures",
+        options.pattern == GridPattern::Chessboard
+            ? "--grid with inner corners (one less than squares), or --pattern dots"
+            : "--grid COLUMNSxROWS as printed, a sharper or larger grid, --background for a pressed one");
+  const uint32_t width = pictures.front().format.width, height = pictures.front().format.height;
+  const GridFit fit = fit_grid(views, width, height);
+  const PadFrame pad = pad_frame(fit, views.front(), width, height, options.spacing_sd);
+  const double residual_mm = fit.lens.residual_px * pad.pitch_mm_per_px;
+  const std::string note =
+      palpate::text("grid %s of %g mm in %zu pictures, residual %.3f px", options.grid.c_str(),
+                    options.spacing_mm, views.size(), fit.lens.residual_px);
+  sensor.pitch_mm_per_px = pad.pitch_mm_per_px;
+  sensor.pitch_sd_mm_per_px = pad.pitch_sd_mm_per_px;
+  sensor.lens.reset();
+  if (fit.terms > 0) {
+    sensor.lens = fit.lens;
+    sensor.lens->origin = origin_now(fs::path(options.input).filename().string(), note);
+  }
+  if (!sensor.crop_px) sensor.camera_px = {width, height};
+  sensor.quad_px = pad.quad_px;
+  sensor.size_px = pad.size_px;
+  sensor.flat.reset();
+  Found found;
+  found.value = {{"pictures", pictures.size()},
+                 {"views", views.size()},
+                 {"points", views.size() * static_cast<size_t>(columns * rows)},
+                 {"distortion_terms", fit.terms},
+                 {"residual_px", fit.lens.residual_px},
+                 {"residual_mm", residual_mm},
+                 {"held_out_px", fit.held_out_px},
+                 {"held_out_without_lens_px", fit.plain_px},
+                 {"size_px", pad.size_px}};
+  const std::string line = palpate::text(
+      "grid found in %zu of %zu pictures; points lie %.3f px (%.4f mm) RMS from lens and plane; held out "
+      "%.3f px,\nwithout distortion %.3f px; %d distortion terms\nframe: %u x %u px\n",
+      views.size(), pictures.size(), fit.lens.residual_px, residual_mm, fit.held_out_px, fit.plain_px,
+      fit.terms, pad.size_px[0], pad.size_px[1]);
+  found.text = line;
+  return found;
+}
+
+Found by_scale(const Scale& scale, Sensor& sensor) {
+  sensor.pitch_mm_per_px = scale.pitch_mm_per_px;
+  sensor.pitch_sd_mm_per_px = scale.pitch_sd_mm_per_px;
+  return {{{"measured_px", scale.size_px}, {"note", scale.note}}, scale.note + "\n"};
+}
+
+Found by_ring(const ScaleRequest& options, const Sensor& reading, Sensor& sensor) {
+  const std::optional<Frame> rest = rest_image(options, reading);
+  if (!rest)
+    throw Error(Failure::Input, "an untouched image to see the ring against", "none", "--background IMAGE");
+  const std::vector<Frame> pictures =
+      take_frames(options.input, reading, 1, 1, [](uint64_t) { return true; });
+  if (pictures.empty()) throw Error(Failure::Input, "a picture in " + options.input, "none", "another input");
+  return by_scale(scale_from_ring(pictures.front(), *rest, options.ring_mm), sensor);
+}
+
+Found by_ball(const CalibrationRun& run, const ScaleRequest& options, const Sensor& reading, Sensor& sensor) {
+  const std::optional<Frame> rest = rest_image(options, reading);
+  if (!rest)
+    throw Error(Failure::Input, "an untouched image to see the ball against", "none", "--background IMAGE");
+  const std::vector<Frame> pictures = take_frames(options.input, reading, kMostPictures, 1,
+                                                  [&run](uint64_t) { return !run.watch.stopped(); });
+  // The search does not depend on the scale; the ball is taken as large as any contact.
+  const BallSearch search{1e6, 1e-3, reading.threshold_gray};
+  std::vector<double> radii;
+  for (const Frame& picture : pictures) {
+    const FoundBall ball = reading.channels == 3 ? find_ball(picture, *rest, {}, search)
+                                                 : find_gray_ball(picture, *rest, {}, reading.signal, search);
+    if (ball.good()) radii.push_back(ball.radius_px);
+  }
+  if (radii.empty())
+    throw Error(Failure::Input, "a pressed ball in " + options.input,
+                "none in " + std::to_string(pictures.size()) + " pictures",
+                "presses away from the border, and the untouched --background");
+  if (options.travel_mm.empty()) {
+    const double widest = *std::max_element(radii.begin(), radii.end());
+    throw Error(
+        Failure::Input,
+        "what tells the scale: a contact's size goes with depth, and its colours with slope, at any scale",
+        std::to_string(radii.size()) + " contacts up to " + std::to_string(widest) +
+            " px radius, which say only that the pitch is below " + std::to_string(options.ball_mm / widest) +
+            " mm per px",
+        "--travel-mm with the travel between the presses, --grid or --ring-mm");
+  }
+  return by_scale(scale_from_ball(radii, options.travel_mm, options.ball_mm), sensor);
+}
+
+}  // namespace
+
+CalibrationReport calibrate_scale(const ScaleRequest& options, const CalibrationRun& run) {
+  if ((!options.grid.empty()) + (options.ring_mm > 0) + (options.ball_mm > 0) != 1)
+    throw Error(Failure::Usage, "one of --grid, --ring-mm and --ball-mm", "none or more",
+                "--grid 9x6 --spacing-mm 2");
+  const Sensor original = sensor_to_calibrate(options.input, options.sensor, ToMake::Scale);
+  Sensor reading = original, sensor = original;
+  if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
+  if (!options.grid.empty()) {
+    // The grid determines the rectification, so it is searched in the camera's image, after the crop.
+    reading.lens.reset();
+    reading.quad_px.reset();
+    reading.flat.reset();
+    reading.size_px = {};
+  }
+  const Found found = !options.grid.empty() ? by_grid(run, options, reading, sensor)
+                      : options.ring_mm > 0 ? by_ring(options, reading, sensor)
+                                            : by_ball(run, options, reading, sensor);
+  if (run.watch.stopped()) return {.stopped = true};
+  if (options.sensor.empty()) sensor.name = run.out.stem().string();
+  const fs::path background = keep_background(options.background, run.out, sensor);
+  save_sensor(sensor, run.out);
+  json::Value value = {{"sensor", run.out.string()},
+                       {"pitch_mm_per_px", sensor.pitch_mm_per_px},
+                       {"pitch_sd_mm_per_px", sensor.pitch_sd_mm_per_px}};
+  value.update(found.value);
+  const std::string line =
+      palpate::text("pitch: %.6f +- %.6f mm per px (%.2f %%)\n", sensor.pitch_mm_per_px,
+                    sensor.pitch_sd_mm_per_px, 100 * sensor.pitch_sd_mm_per_px / sensor.pitch_mm_per_px);
+  std::string all = found.text + line;
+  if (original.force || original.shear || original.reconstruction != Reconstruction::None || original.flat)
+    all +=
+        "WARNING: force, shear, surface and flat field were calibrated at another scale: calibrate them "
+        "again\n";
+  all += "written: " + run.out.string();
+  if (!background.empty()) all += " and " + background.string();
+  return {all, value.dump(2)};
+}
+
+}  // namespace palpate

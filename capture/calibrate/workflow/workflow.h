@@ -1,0 +1,96 @@
+// Calibrations from their input to the sensor file, each with a report on its quality.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/calibrate/scale.h"
+#include "capture/run/run_watch.h"
+#include "engine/calibrate/photometric/fit.h"
+
+namespace palpate {
+
+/// Where a calibration goes, and who watches it. Images that belong to a sensor file lie beside it.
+struct CalibrationRun {
+  std::filesystem::path out;
+  const RunWatch& watch;
+};
+
+/// Lines for people, and the same as JSON. `stopped`: the watch ended it, and nothing was written.
+struct CalibrationReport {
+  std::string text{}, json{};
+  bool stopped = false;
+};
+
+/// The untouched image, its noise, and a threshold that fits.
+struct BackgroundRequest {
+  std::string input;
+  std::filesystem::path sensor{};  ///< to start from; empty: what the frames say
+  uint32_t frames = 30;
+  uint32_t every = 0;              ///< look at every n-th; 0: at 400
+  std::optional<uint64_t> like{};  ///< number of a frame in which nothing touches
+  bool set_threshold = false;
+};
+CalibrationReport calibrate_background(const BackgroundRequest& options, const CalibrationRun& run);
+
+/// Uneven light, as a field that every frame is multiplied with.
+struct FlatRequest {
+  std::string input;
+  std::filesystem::path sensor{};
+  uint32_t frames = 30;
+  uint32_t every = 1;
+  bool change = false;  ///< of the change from the untouched image
+};
+CalibrationReport calibrate_flat(const FlatRequest& options, const CalibrationRun& run);
+
+/// mm per pixel and lens distortion, from a grid, a ring or a ball.
+struct ScaleRequest {
+  std::string input;
+  std::filesystem::path sensor{}, background{};
+  std::string grid{};  ///< COLUMNSxROWS
+  GridPattern pattern = GridPattern::Chessboard;
+  double spacing_mm = 0;
+  double spacing_sd = 0.002;  ///< relative
+  double ring_mm = 0;         ///< outer diameter
+  double ball_mm = 0;         ///< radius
+  std::vector<double> travel_mm{};
+};
+CalibrationReport calibrate_scale(const ScaleRequest& options, const CalibrationRun& run);
+
+/// Presses of a ball.
+struct BallRequest {
+  std::string input;
+  std::filesystem::path sensor{}, balls{}, background{};
+  double ball_mm = 0;          ///< radius; 0: as the table `balls` says
+  double pitch_mm_per_px = 0;  ///< 0: the sensor file's
+  uint64_t every = 0;
+};
+/// Depth of a gray gel by a table over its change.
+CalibrationReport calibrate_lookup(const BallRequest& options, const CalibrationRun& run);
+
+/// The models as the command line spells them.
+inline const std::map<std::string, NormalModel> kNormalModelNames = {
+    {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}};
+
+struct PhotometricRequest : BallRequest {
+  double rest_weight = 1;
+  NormalModel model = NormalModel::Best;
+  bool keep_markers = false, keep_contact = false;
+};
+/// Colours of a gel to normals.
+CalibrationReport calibrate_photometric(const PhotometricRequest& options, const CalibrationRun& run);
+
+/// Weights of three lights or more, one gray image each, from a known shape.
+struct LightsRequest {
+  std::vector<std::filesystem::path> images;
+  std::filesystem::path height{};
+  double pitch_mm_per_px = 0;
+  std::optional<int> order{};  ///< none: 0, 1 or 2, as held-out bands say
+};
+CalibrationReport calibrate_lights(const LightsRequest& options, const CalibrationRun& run);
+
+}  // namespace palpate
