@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,10 +52,12 @@ std::vector<T> numbers_of(const py::handle& given, const char* name, size_t axes
 /// An array that takes `values` over, not to be written to.
 template <typename T>
 py::array_t<T> hand_out(std::vector<T> values, const Shape& shape) {
-  auto* const owned = new std::vector<T>(std::move(values));
-  const py::capsule owner(owned, [](void* p) { delete static_cast<std::vector<T>*>(p); });
-  py::array_t<T> array(shape, owned->data(), owner);
-  array.attr("flags").attr("writeable") = false;
+  auto owned = std::make_unique<std::vector<T>>(std::move(values));
+  T* const data = owned->data();
+  const py::capsule owner(owned.get(), [](void* p) { delete static_cast<std::vector<T>*>(p); });
+  owned.release();
+  py::array_t<T> array(shape, data, owner);
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;
 }
 

@@ -16,7 +16,7 @@
 namespace palpate::python {
 
 /// How long a wait goes on before it looks for Ctrl-C.
-inline constexpr std::chrono::milliseconds kSlice{10};
+inline constexpr std::chrono::milliseconds kSlice{20};
 
 /// Waits without the interpreter's lock until `ready`, which is asked under `lock`. Throws what a signal's
 /// handler raises, such as KeyboardInterrupt. Call with the interpreter's lock held and `lock` not.
