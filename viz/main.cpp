@@ -108,7 +108,7 @@ int run(int argc, char** argv) {
   if (!parsed.done) {
     const auto usage = static_cast<int>(Failure::Usage);
     if (argc == 1)
-      return fail("no command was given, and the list of sources wants a window: " + viz::no_display() +
+      return fail("no command was given, and the list of sources needs a window: " + viz::no_display() +
                       "; try: palpate --help, or palpate demo --headless",
                   usage, form);
     std::string command;

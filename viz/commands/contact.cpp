@@ -266,7 +266,7 @@ Report figure(const Common& common, int number) {
 void add_contact(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "contact",
-      "Force, depth and pressure of a ball, cone or punch on the pad, and what each formula is worth");
+      "Force, depth and pressure of a ball, cone or punch on the pad, and how accurate each formula is");
   auto options = std::make_shared<Options>();
   command->add_option("--shape", options->shape, "sphere, cone or flat (a cylinder's end)")
       ->check(Check::one_of({"sphere", "cone", "flat"}))

@@ -100,7 +100,7 @@ std::string short_help(const Help& help) {
   for (const HelpOption& option : help.commands) lines.push_back(one_line(option, name_width(help.commands)));
   for (const HelpOption& option : main) lines.push_back(one_line(option, name_width(main)));
   const std::string first = head(help),
-                    last = "All of it, with notes and exit codes: " + help.command + " --help-all\n";
+                    last = "Everything, with notes and exit codes: " + help.command + " --help-all\n";
   const auto count = [](const std::string& text) {
     return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
   };

@@ -59,8 +59,8 @@ Report match(const Common& common, const Options& options) {
 }  // namespace
 
 void add_match(CommandLine& program, Common& common, Command& chosen) {
-  CommandLine* command = program.add_subcommand(
-      "match", "Find which point of a set is which of another that is the first, bent");
+  CommandLine* command =
+      program.add_subcommand("match", "Match the points of a set with those of its deformed copy");
   auto options = std::make_shared<Options>();
   command->add_option("SETS", options->sets, "TEMPLATE.csv and TARGET.csv: columns x,y or x,y,z")
       ->expected(0, 2);

@@ -89,8 +89,8 @@ std::string formatted(const CLI::App* app, const std::string& name, CLI::AppForm
 }
 
 void add_help_flags(CLI::App& app) {
-  app.set_help_flag("-h,--help", "This help, in short")->group(kCommonGroup);
-  app.set_help_all_flag("--help-all", "All options with all that is to say of them")->group(kCommonGroup);
+  app.set_help_flag("-h,--help", "Short help")->group(kCommonGroup);
+  app.set_help_all_flag("--help-all", "All options in full, with notes")->group(kCommonGroup);
 }
 
 /// The command that was asked for, as far down as it is known.

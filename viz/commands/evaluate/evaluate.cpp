@@ -6,7 +6,7 @@ namespace palpate {
 
 void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* group = program.add_subcommand(
-      "evaluate", "Intervals and verdicts judged by cell of what varies, the worst corner by name");
+      "evaluate", "Judge intervals and verdicts in each cell of the conditions, and name the worst");
   group->require_subcommand(1);
   group->footer(
       "Examples:\n"

@@ -193,7 +193,7 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
 
 void add_lump_info(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("info", "What a data set of lumps holds, also one that is being made");
+      group.add_subcommand("info", "Contents of a data set of lumps, finished or in the making");
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();
   add_common(*command, common, "  palpate lump info train.h5\n");

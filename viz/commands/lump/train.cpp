@@ -163,8 +163,7 @@ Report run(const Common& common, Options& o) {
 }  // namespace
 
 void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command =
-      group.add_subcommand("train", "Teach a network what lumps show, from data sets of pressed blocks");
+  CommandLine* command = group.add_subcommand("train", "Train a network on data sets of pressed blocks");
   auto o = std::make_shared<Options>();
   command->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5")->required();
   command->add_option("--out", common.out, "The network's file, *.lump");

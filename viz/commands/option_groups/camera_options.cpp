@@ -28,7 +28,7 @@ void CameraChoice::add_to(CommandLine& command) {
   add("--gain", gain, "Gain in the camera's own steps, or auto (default: locked where it is)");
   add("--white-balance", white_balance, "White balance in K, or auto (default: locked where it is)");
   command.add_option("--control", controls, "Any other control: NAME=VALUE (repeatable)")->group(kGroup);
-  add("--camera-timeout", timeout, "Start the stream again after so long without a frame, as 3s");
+  add("--camera-timeout", timeout, "Restart the stream after this long without a frame, e.g. 3s");
   add("--camera-buffers", buffers, "Frames that the driver keeps, 3 to 32 (default 8)");
 }
 
