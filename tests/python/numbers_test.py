@@ -76,7 +76,7 @@ def test_summary_and_depth(both):
 def test_a_stream_gives_the_same_numbers():
     scene = SCENES["waveguide"]
     run = pp.measure(scene)
-    with pp.open(scene, drop=False, solver="converged") as stream:
+    with pp.open(scene, drop=False, solver="auto") as stream:
         for i, t in enumerate(stream):
             assert t.gray_sum == run["gray_sum"][i]
             assert t.force_N.state == run["force_state"][i]

@@ -126,7 +126,7 @@ def measure(
     background: Path | None = None,
     outputs: Iterable[str] | str | None = None,
     keep: Iterable[str] | str = (),
-    solver: str = "converged",
+    solver: str = "auto",
     fixed_light: bool = False,
     rate_Hz: float | None = None,
     frames: int | None = None,
