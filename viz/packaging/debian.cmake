@@ -73,10 +73,14 @@ if(TARGET palpate_mpi)
 of mpirun." DEPENDS "palpate-datasets (= ${version}), openmpi-bin")
 endif()
 if(TARGET palpate_python)
+  # A compiled module is for one minor version.
+  execute_process(COMMAND ${PALPATE_PYTHON_EXECUTABLE} -c
+    "import sys; print(f'python3 (>= 3.{sys.version_info.minor}), python3 (<< 3.{sys.version_info.minor + 1})', end='')"
+    OUTPUT_VARIABLE python_version COMMAND_ERROR_IS_FATAL ANY)
   palpate_package(python python3-palpate "touch sensing through a camera behind a silicone pad: Python 3"
     "The Python module palpate: recordings, cameras and arrays to force, shear,
 slip and surfaces as NumPy arrays, each number with its standard error."
-    SECTION python DEPENDS "palpate (= ${version}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy")
+    SECTION python DEPENDS "palpate (= ${version}), ${python_version}, python3-numpy")
 endif()
 
 # All that the packages hold.
