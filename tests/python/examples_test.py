@@ -42,8 +42,6 @@ def test_the_readme_s_code_runs(press, tmp_path, monkeypatch, capsys):
     assert (tmp_path / "pad_calibrated.json").exists()
     assert names["m"].reliable and names["s"].islands == 1
     assert "NaN at index (0, 0)" in said
-    for block in blocks_of("README.md"):
-        exec(compile(block, "README.md", "exec"), {})
 
 
 def test_a_stream_of_touches(capsys):
