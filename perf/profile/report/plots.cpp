@@ -359,7 +359,7 @@ Plot compared_frames(const std::vector<Profile>& profiles, const std::vector<std
   }
   std::string script = std::move(blocks);
   script.append(kFrameOfPlot).append("set key below center\n").append(size_axis(all));
-  script.append("set bmargin " + std::to_string(9 + 2 * profiles.size()) +
+  script.append("set bmargin " + std::to_string(9 + profiles.size() / 2) +
                 "\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, ms'\n");
   script.append("set title 'Time of a frame, reading ")
       .append(reading)
@@ -367,7 +367,7 @@ Plot compared_frames(const std::vector<Profile>& profiles, const std::vector<std
       .append(plot)
       .append("\n");
   return {"compare-" + reading, "Median time of a frame (bars: quartiles), reading " + reading + ".", kWidth,
-          kHeight + static_cast<uint32_t>(30 * profiles.size()), std::move(script)};
+          kHeight + static_cast<uint32_t>(10 * profiles.size()), std::move(script)};
 }
 
 /// Error of every solver over its time on one truth of one size; each machine a colour.
@@ -379,7 +379,7 @@ Plot compared_errors(const std::vector<Profile>& profiles, const std::vector<std
     for (const SolverFigure& s : profiles[i].solvers)
       if (s.truth == first.truth && s.width_px == first.width_px && s.height_px == first.height_px)
         lines += number(s.time.median_ms) + " " + number(s.relative_rms_error) + " " + number(s.time.q25_ms) +
-                 " " + number(s.time.q75_ms) + " " + gnuplot_quoted(s.solver) + "\n";
+                 " " + number(s.time.q75_ms) + " \"" + s.solver + "\"\n";
     if (lines.empty()) continue;
     const std::string e = "$e" + std::to_string(i);
     blocks += block("e" + std::to_string(i), lines);
@@ -391,7 +391,7 @@ Plot compared_errors(const std::vector<Profile>& profiles, const std::vector<std
   std::string script = std::move(blocks);
   script.append(kFrameOfPlot)
       .append("set key below center\nset offsets graph 0.02, graph 0.2, graph 0.06, graph 0.02\n")
-      .append("set bmargin " + std::to_string(5 + 2 * profiles.size()) + "\nset logscale xy\n")
+      .append("set bmargin " + std::to_string(5 + profiles.size() / 2) + "\nset logscale xy\n")
       .append("set format '%g'\nset xlabel 'time of a solve, ms'\nset ylabel 'relative RMS error'\n")
       .append("set title " + gnuplot_quoted("Error against run time, " + first.truth + ", " + size) + "\n")
       .append(plot)
@@ -399,7 +399,7 @@ Plot compared_errors(const std::vector<Profile>& profiles, const std::vector<std
   return {"compare-error-" + std::to_string(first.width_px) + "x" + std::to_string(first.height_px),
           "Relative RMS error of every surface solver over its median time (bars: quartiles) on the truth " +
               first.truth + ", " + size + ". Lower left is better.",
-          kWidth, kHeight + static_cast<uint32_t>(30 * profiles.size()), std::move(script)};
+          kWidth, kHeight + static_cast<uint32_t>(10 * profiles.size()), std::move(script)};
 }
 
 }  // namespace
