@@ -1,8 +1,8 @@
 // A Vulkan layer for tests: the n-th call that may fail fails, as out of device memory or as a lost device,
 // and what is created and not destroyed is counted. One instance and one device use it at a time. Controlled
-// by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when the first instance is
-// made) or, in the same process, by arm(). With PALPATE_FAIL_HANG the device is not lost, but never finishes
-// what it is given from then on.
+// by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when the first instance
+// is made) or, in the same process, by arm(). With PALPATE_FAIL_HANG the device is not lost, but never
+// finishes what it is given from then on.
 #include "tests/support/failing_layer.h"
 
 #include <vulkan/vk_layer.h>
