@@ -16,9 +16,7 @@ TEXELS(1, float, inverse_words);
 layout(binding = 2) writeonly buffer Out { float result[]; };
 layout(binding = 3) coherent buffer Work { float work[]; };
 
-#define FOR_SHARED(n, count) \
-  for (int turn = 0, n = int(gl_LocalInvocationIndex); turn < (count); turn += int(gl_WorkGroupSize.x), n += int(gl_WorkGroupSize.x)) \
-    if (n < (count))
+#include "shaders/surface/for_shared.glsl"
 
 void next_step() {
   memoryBarrierBuffer();

@@ -8,10 +8,7 @@ ivec2 tile_origin() { return ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth, kTileH
 
 bool in_frame(ivec2 cell) { return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, ivec2(push.width, push.height))); }
 
-// The workgroup's loop over `count` things; all invocations make the same number of turns.
-#define FOR_SHARED(n, count) \
-  for (int turn = 0, n = int(gl_LocalInvocationIndex); turn < (count); turn += int(gl_WorkGroupSize.x), n += int(gl_WorkGroupSize.x)) \
-    if (n < (count))
+#include "shaders/surface/for_shared.glsl"
 // That over the cells of the tile with `halo` cells around it, in the order of its arrays; n is a cell's index.
 #define FOR_TILE(halo) FOR_SHARED(n, (kTileWidth + 2 * (halo)) * (kTileHeight + 2 * (halo)))
 // The place of such a cell in the tile, and its index in an array with another halo.
