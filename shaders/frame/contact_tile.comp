@@ -29,9 +29,7 @@ layout(binding = 4) writeonly buffer Marks { uint marks[]; };  // of a tile its 
 #endif
 layout(push_constant) uniform Push { ContactPush push; };
 
-const int kRows = 8, kWords = 8;
-// Around the tile: a word at either side, two rows above and below.
-const int kWordsRead = kWords + 2, kRowsRead = kRows + 4;
+#include "shaders/frame/tile_words.glsl"
 
 // A word's even and odd pixels: 8-bit pixels in two lanes of 16 bits, 16-bit pixels alone.
 #ifdef WIDE
@@ -39,8 +37,6 @@ const int kPixels = 2;
 uint even_of(uint w) { return w & 0xffffu; }
 uint odd_of(uint w) { return w >> 16; }
 uint above(uint a, uint b) { return a - min(a, b); }
-uint from_left(uint w, uint left) { return left; }
-uint from_right(uint w, uint right) { return right; }
 uint pixel(uint even, uint odd, int i) { return i == 0 ? even : odd; }
 #else
 const int kPixels = 4;
@@ -51,8 +47,6 @@ uint above(uint a, uint b) {
   uint t = (a | 0x01000100u) - b;
   return t & (((t >> 8) & 0x00010001u) * 0xffu);
 }
-uint from_left(uint w, uint left) { return (w << 16) | (left >> 16); }
-uint from_right(uint w, uint right) { return (w >> 16) | (right << 16); }
 uint pixel(uint even, uint odd, int i) { return ((i & 1) == 0 ? even : odd) >> (16 * (i >> 1)) & 0xffffu; }
 #endif
 
@@ -93,11 +87,10 @@ void fetch_changes(uint tile_x, int y0) {
 void filter_across() {
   for (int n = int(gl_LocalInvocationIndex); n < kWords * kRowsRead; n += int(gl_WorkGroupSize.x)) {
     int at = n / kWords * kWordsRead + n % kWords + 1;
-    uint even = change_even[at], odd = change_odd[at];
-    uint even_2l = from_left(even, change_even[at - 1]), even_2r = from_right(even, change_even[at + 1]);
-    uint odd_1l = from_left(odd, change_odd[at - 1]), odd_2r = from_right(odd, change_odd[at + 1]);
-    across_even[n] = even_2l + even_2r + ((odd_1l + even + odd) << 2) + (even << 1);
-    across_odd[n] = odd_1l + odd_2r + ((even + odd + even_2r) << 2) + (odd << 1);
+    uvec2 smoothed = binomial(along(change_even[at], change_odd[at], change_even[at - 1], change_even[at + 1], change_odd[at - 1],
+                                    change_odd[at + 1]));
+    across_even[n] = smoothed.x;
+    across_odd[n] = smoothed.y;
   }
 }
 #define FILTER_DOWN(rows, at) \

@@ -13,9 +13,7 @@ TEXELS(1, uint, rest_words);
 layout(binding = 2) writeonly buffer Sums { uint sums[]; };
 layout(push_constant) uniform Push { GradientPush push; };
 
-const int kRows = 8, kWords = 8;
-// Around the tile: a word at either side, two rows above and below.
-const int kWordsRead = kWords + 2, kRowsRead = kRows + 4;
+#include "shaders/frame/tile_words.glsl"
 // What keeps lanes from falling below 0: see gradient.comp.
 const uint kRaise = 3 * 510, kRaised = kRaise * 16;
 
@@ -24,8 +22,6 @@ shared uint change_even[kWordsRead * kRowsRead], change_odd[kWordsRead * kRowsRe
 shared uint smooth_even[kWords * kRowsRead], smooth_odd[kWords * kRowsRead], slope_even[kWords * kRowsRead], slope_odd[kWords * kRowsRead];
 shared uint tile_sum;
 
-uint from_left(uint w, uint left) { return (w << 16) | (left >> 16); }
-uint from_right(uint w, uint right) { return (w >> 16) | (right << 16); }
 uint lane(uint w, int i) { return w >> (16 * i) & 0xffffu; }
 
 void fetch_changes(int plane, ivec2 tile) {
@@ -43,13 +39,12 @@ void filter_across() {
   const uint raise = kRaise * 0x00010001u;
   for (int n = int(gl_LocalInvocationIndex); n < kWords * kRowsRead; n += int(gl_WorkGroupSize.x)) {
     int at = n / kWords * kWordsRead + n % kWords + 1;
-    uint even = change_even[at], odd = change_odd[at];
-    uint even_2l = from_left(even, change_even[at - 1]), even_2r = from_right(even, change_even[at + 1]);
-    uint odd_1l = from_left(odd, change_odd[at - 1]), odd_2r = from_right(odd, change_odd[at + 1]);
-    smooth_even[n] = even_2l + even_2r + ((odd_1l + even + odd) << 2) + (even << 1);
-    smooth_odd[n] = odd_1l + odd_2r + ((even + odd + even_2r) << 2) + (odd << 1);
-    slope_even[n] = even_2r + (odd << 1) + raise - even_2l - (odd_1l << 1);
-    slope_odd[n] = odd_2r + (even_2r << 1) + raise - odd_1l - (even << 1);
+    Along a = along(change_even[at], change_odd[at], change_even[at - 1], change_even[at + 1], change_odd[at - 1], change_odd[at + 1]);
+    uvec2 smoothed = binomial(a);
+    smooth_even[n] = smoothed.x;
+    smooth_odd[n] = smoothed.y;
+    slope_even[n] = a.even_2r + (a.odd << 1) + raise - a.even_2l - (a.odd_1l << 1);
+    slope_odd[n] = a.odd_2r + (a.even_2r << 1) + raise - a.odd_1l - (a.even << 1);
   }
 }
 
