@@ -25,7 +25,9 @@ const fs::path kData = fs::weakly_canonical(kRoot / "../shared/data");
 /// The block of commands, for the shell.
 std::string commands() {
   const std::string text = slurp(kRoot / "viz/README.md");
-  const size_t section = text.find("## Your first hour"), start = text.find("```\n", section) + 4;
+  const size_t section = text.find("## Your first hour"), fence = text.find("```sh\n", section),
+               start = fence + 6;
+  if (section == std::string::npos || fence == std::string::npos) return "false\n";
   std::string block = text.substr(start, text.find("```", start) - start);
   for (size_t at; (at = block.find("DATA")) != std::string::npos;) block.replace(at, 4, kData.string());
   for (size_t at; (at = block.find("PALPATE")) != std::string::npos;) block.replace(at, 7, kRoot.string());
