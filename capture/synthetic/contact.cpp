@@ -94,19 +94,24 @@ RadialTable PressedPad::facing_light(const LayerContact& contact) const {
   return table;
 }
 
-RadialTable PressedPad::depth(const LayerContact& contact, double per_px) const {
-  const double reach_px = 2.0 * std::hypot(options_.width, options_.height) + 2;
+RadialTable PressedPad::over_frame(double x_px, double y_px, double per_px) const {
+  const double to_corner_px = std::hypot(std::max(x_px, options_.width - 1 - x_px),
+                                         std::max(y_px, options_.height - 1 - y_px));
   // Nothing is drawn beyond the layer's reach of 16 thicknesses.
-  const double reach = std::min(reach_px, 16 * options_.pad_thickness_mm / pitch_mm_ + 2);
-  auto table = RadialTable::make(per_px, static_cast<int>(reach * per_px) + 3);
+  const double reach = std::min(to_corner_px + 1, 16 * options_.pad_thickness_mm / pitch_mm_ + 2);
+  return RadialTable::make(per_px, static_cast<int>(reach * per_px) + 3);
+}
+
+RadialTable PressedPad::depth(const LayerContact& contact, double x_px, double y_px, double per_px) const {
+  RadialTable table = over_frame(x_px, y_px, per_px);
   for (size_t i = 0; i < table.values.size(); ++i)
     table.values[i] = static_cast<float>(contact.deflection_mm(static_cast<double>(i) * pitch_mm_ / per_px));
   return table;
 }
 
-RadialTable PressedPad::slope_over_r(const LayerContact& contact) const {
+RadialTable PressedPad::slope_over_r(const LayerContact& contact, double x_px, double y_px) const {
   const double per_px = 2;
-  auto table = depth(contact, per_px);
+  RadialTable table = over_frame(x_px, y_px, per_px);
   const double step_mm = pitch_mm_ / per_px, a = contact.summary().radius_mm;
   std::vector<double> slope(table.values.size());
   for (size_t i = 1; i < slope.size(); ++i) {

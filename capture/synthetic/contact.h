@@ -48,12 +48,15 @@ class PressedPad {
   /// Lambert: facing_gray * n_z inside the contact, nothing outside; the rim pixel is blended by its covered
   /// fraction inside.
   RadialTable facing_light(const LayerContact& contact) const;
-  /// Depth over the whole frame, mm.
-  RadialTable depth(const LayerContact& contact, double per_px) const;
+  /// Depth over the whole frame, mm, about a contact's centre.
+  RadialTable depth(const LayerContact& contact, double x_px, double y_px, double per_px) const;
   /// d(depth)/dr / r, 1/mm: times the offset from the centre it is the gradient.
-  RadialTable slope_over_r(const LayerContact& contact) const;
+  RadialTable slope_over_r(const LayerContact& contact, double x_px, double y_px) const;
 
  private:
+  /// Without values yet: from the centre to the farthest corner.
+  RadialTable over_frame(double x_px, double y_px, double per_px) const;
+
   SyntheticOptions options_;
   double pitch_mm_;
   bool flat_;

@@ -290,7 +290,7 @@ struct SyntheticSensor::Impl : PressedPad {
     const std::vector<Touching> contacts = touching(sequence);
     std::vector<RadialTable> tables;
     tables.reserve(contacts.size());
-    for (const Touching& t : contacts) tables.push_back(slope_over_r(t.contact));
+    for (const Touching& t : contacts) tables.push_back(slope_over_r(t.contact, t.x_px, t.y_px));
     const std::vector<SkinField> fields = skin ? skin_fields(contacts) : std::vector<SkinField>{};
     const auto pitch = static_cast<float>(pitch_mm);
     const double per_e = max_gray / optics::kFullWell_e;
@@ -466,7 +466,7 @@ std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
     t.center_y_px = y / t.force_N;
   }
   for (const Touching& c : contacts) {
-    const RadialTable table = impl_->depth(c.contact, 4);
+    const RadialTable table = impl_->depth(c.contact, c.x_px, c.y_px, 4);
     const auto cx = static_cast<float>(c.x_px);
     for (uint32_t row = 0; row < h; ++row) {
       const auto dy = static_cast<float>(row - c.y_px);

@@ -232,11 +232,13 @@ void GelContacts::blur_rows(const std::vector<float>& values, uint32_t radius) {
     float* to = scratch_.data() + size_t{y} * cells_x_;
     double sum = 0;
     for (uint32_t x = 0; x < std::min(radius, cells_x_); ++x) sum += double{from[x]};
+    const double whole = 1.0 / (2 * radius + 1);  // divisions are most of the time
     for (uint32_t x = 0; x < cells_x_; ++x) {
       if (x + radius < cells_x_) sum += double{from[x + radius]};
       if (x > radius) sum -= double{from[x - radius - 1]};
       const uint32_t first = x - std::min(x, radius), last = std::min(x + radius, cells_x_ - 1);
-      to[x] = static_cast<float>(sum / (last - first + 1));
+      const uint32_t cells = last - first + 1;
+      to[x] = static_cast<float>(cells == 2 * radius + 1 ? sum * whole : sum / cells);
     }
   }
 }

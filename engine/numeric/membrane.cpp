@@ -14,7 +14,8 @@ constexpr int kCoarsestSweeps = 60;
 Membrane::Membrane(uint32_t width, uint32_t height) {
   while (true) {
     const size_t cells = size_t{width} * height;
-    levels_.push_back({width, height, std::vector<float>(cells), std::vector<uint8_t>(cells)});
+    levels_.push_back(
+        {width, height, std::vector<float>(cells), std::vector<uint8_t>(cells), std::vector<Run>(height)});
     if (width <= 2 && height <= 2) return;
     width = (width + 1) / 2;
     height = (height + 1) / 2;
@@ -35,12 +36,24 @@ void Membrane::fill(std::span<float> values, std::span<const uint8_t> known) {
     if (last.known[i] != 0) sum += last.values[i], count += 1;
   for (size_t i = 0; i < last.values.size(); ++i)
     if (last.known[i] == 0) last.values[i] = sum / count;
+  for (Level& level : levels_) find_unknown(level);
   sweep(last, kCoarsestSweeps);
   for (size_t l = levels_.size() - 1; l-- > 0;) {
     interpolate(levels_[l + 1], levels_[l]);
     sweep(levels_[l], kSweeps);
   }
   std::ranges::copy(finest.values, values.begin());
+}
+
+void Membrane::find_unknown(Level& level) {
+  const auto unknown = [](uint8_t known) { return known == 0; };
+  for (uint32_t y = 0; y < level.height; ++y) {
+    const auto row = level.known.begin() + static_cast<std::ptrdiff_t>(size_t{y} * level.width);
+    const auto end = row + level.width, first = std::find_if(row, end, unknown);
+    const auto last =
+        std::find_if(std::make_reverse_iterator(end), std::make_reverse_iterator(first), unknown);
+    level.unknown[y] = {static_cast<uint32_t>(first - row), static_cast<uint32_t>(last.base() - row)};
+  }
 }
 
 // Means of the known cells.
@@ -66,7 +79,7 @@ void Membrane::interpolate(const Level& coarse, Level& fine) {
     return coarse.values[static_cast<size_t>(y) * coarse.width + static_cast<size_t>(x)];
   };
   for (uint32_t y = 0; y < fine.height; ++y)
-    for (uint32_t x = 0; x < fine.width; ++x) {
+    for (uint32_t x = fine.unknown[y].begin; x < fine.unknown[y].end; ++x) {
       const size_t cell = size_t{y} * fine.width + x;
       if (fine.known[cell] != 0) continue;
       const int64_t u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1, v2 = y % 2 == 0 ? v - 1 : v + 1;
@@ -78,7 +91,7 @@ void Membrane::sweep(Level& level, int count) {
   const uint32_t width = level.width, height = level.height;
   for (int pass = 0; pass < count; ++pass)
     for (uint32_t y = 0; y < height; ++y)
-      for (uint32_t x = 0; x < width; ++x) {
+      for (uint32_t x = level.unknown[y].begin; x < level.unknown[y].end; ++x) {
         const size_t cell = size_t{y} * width + x;
         if (level.known[cell] != 0) continue;
         float sum = 0, neighbours = 0;

@@ -18,11 +18,16 @@ class Membrane {
   void fill(std::span<float> values, std::span<const uint8_t> known);
 
  private:
+  struct Run {
+    uint32_t begin = 0, end = 0;
+  };
   struct Level {
     uint32_t width = 0, height = 0;
     std::vector<float> values;
     std::vector<uint8_t> known;
+    std::vector<Run> unknown;  // of each row: from its first unknown cell to its last
   };
+  static void find_unknown(Level& level);
   static void restrict_to(const Level& fine, Level& coarse);
   static void interpolate(const Level& coarse, Level& fine);
   static void sweep(Level& level, int count);

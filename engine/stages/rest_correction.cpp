@@ -22,13 +22,16 @@ RestCorrection::RestCorrection(gpu::Context& context, const Grid& grid)
   depth_mm_.resize(levels_.size());
   using enum gpu::Binding;
   kernel_ = gpu::Kernel(context, {"rest_correction", k_rest_correction},
-                        {{Storage, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
+                        {{Texels, Texels, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
 }
 
 RestCorrection::Slot RestCorrection::slot(gpu::Context& context) const {
   const uint64_t bytes = levels_.size() * sizeof(float);
-  return {gpu::DeviceBuffer(context, "cell heights", bytes, gpu::Memory::Readback),
-          gpu::DeviceBuffer(context, "rest levels", bytes, gpu::Memory::Upload)};
+  Slot slot{gpu::DeviceBuffer(context, "cell heights", bytes, gpu::Memory::Readback),
+            gpu::DeviceBuffer(context, "rest levels", bytes, gpu::Memory::Upload),
+            {}};
+  slot.level_texels = gpu::TexelView(context, slot.levels, VK_FORMAT_R32_SFLOAT);
+  return slot;
 }
 
 void RestCorrection::record_means(gpu::Commands& commands, const FloatMap& depth, const Slot& slot) const {
@@ -60,27 +63,34 @@ bool RestCorrection::find(const Slot& slot, std::span<const uint8_t> at_rest) {
 
 void RestCorrection::smooth() {
   const uint32_t width = push_.cells_x, height = push_.cells_y;
-  const auto along = [&](const std::vector<float>& from, std::vector<float>& to, uint32_t lines,
-                         uint32_t length, size_t line_step, size_t step) {
-    for (uint32_t line = 0; line < lines; ++line)
-      for (uint32_t i = 0; i < length; ++i) {
-        // As far to both sides: a tilt stays one up to the border.
-        const uint32_t reach = std::min({kSmoothing_cells, i, length - 1 - i});
-        const uint32_t first = i - reach, last = i + reach;
-        float sum = 0;
-        for (uint32_t k = first; k <= last; ++k) sum += from[line * line_step + k * step];
-        to[line * line_step + i * step] = sum / static_cast<float>(last - first + 1);
-      }
+  // As far to both sides: a tilt stays one up to the border.
+  const auto reach = [](uint32_t i, uint32_t length) {
+    return std::min({kSmoothing_cells, i, length - 1 - i});
   };
-  along(levels_, scratch_, height, width, width, 1);
-  along(scratch_, levels_, width, height, 1, width);
+  for (uint32_t y = 0; y < height; ++y) {
+    const float* from = levels_.data() + size_t{y} * width;
+    for (uint32_t x = 0; x < width; ++x) {
+      const uint32_t r = reach(x, width);
+      float sum = 0;
+      for (uint32_t k = x - r; k <= x + r; ++k) sum += from[k];
+      scratch_[size_t{y} * width + x] = sum / static_cast<float>(2 * r + 1);
+    }
+  }
+  for (uint32_t y = 0; y < height; ++y) {
+    const uint32_t r = reach(y, height);
+    float* to = levels_.data() + size_t{y} * width;
+    std::fill_n(to, width, 0.0f);
+    for (uint32_t k = y - r; k <= y + r; ++k)
+      for (uint32_t x = 0; x < width; ++x) to[x] += scratch_[size_t{k} * width + x];
+    for (uint32_t x = 0; x < width; ++x) to[x] /= static_cast<float>(2 * r + 1);
+  }
 }
 
 void RestCorrection::record(gpu::Commands& commands, const FloatMap& depth, const Slot& slot) const {
   const auto scope = commands.scope("rest correction");
-  const uint32_t texels = push_.cells_x * push_.height;
-  commands.dispatch(kernel_, {&slot.levels, &depth.buffer}, push_,
-                    {(texels + kWorkgroup - 1) / kWorkgroup, 1, 1});
+  const uint32_t cells = push_.cells_x * push_.cells_y;
+  commands.dispatch(kernel_, {&slot.level_texels, &depth.texels, &depth.buffer}, push_,
+                    {(cells + kWorkgroup - 1) / kWorkgroup, 1, 1});
   commands.barrier();
 }
 

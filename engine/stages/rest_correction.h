@@ -32,6 +32,7 @@ class RestCorrection {
   struct Slot {
     gpu::DeviceBuffer means;   ///< of each cell's heights, mm
     gpu::DeviceBuffer levels;  ///< what is taken off, mm
+    gpu::TexelView level_texels;
   };
   Slot slot(gpu::Context& context) const;
 

@@ -27,7 +27,9 @@ struct SurfacePush {
   uint row_pitch;  // texels from one row of the buffer to the next
   uint mesh_size;  // vertices, columns in the lower half and rows in the upper
   uint load_size;  // texels of the map of loads, columns in the lower half and rows in the upper
-  uint lit;        // 0: plain colours, to be read against the colour bar
+  // Lowest bit 0: plain colours, to be read against the colour bar. Above it the texels from a pixel's own to
+  // those its slope is taken from, where it covers several; else 0.
+  uint lit_spread;
   // Part of the map that the buffer holds, x in the lower half and y in the upper; beyond it depth is 0.
   uint window_place;
   uint window_size;
@@ -48,12 +50,13 @@ struct ImagePush {
   float step_px;        // image px covered by one screen pixel
   float strain_range;   // with the last colour; 0: no strain is drawn over the image
   uint strain_pitch;    // texels from one row of the map to the next
+  uint strain_step;     // texels of the map along one px of the image
   uint strain_colours;  // the colour map
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(SurfacePush) == 128);
-static_assert(sizeof(ImagePush) == 56);
+static_assert(sizeof(ImagePush) == 60);
 }  // namespace palpate::viz
 #endif
 #endif

@@ -26,7 +26,7 @@ void main() {
   }
   vec3 shade = sum * push.scale / float(push.taps * push.taps);
   if (push.strain_range > 0) {
-    const ivec2 p = clamp(ivec2(image_px), ivec2(0), ivec2(push.width, push.height) - 1);
+    const ivec2 p = ivec2(clamp(image_px, vec2(0), vec2(push.width, push.height) - 0.5) * float(push.strain_step));
     const float value = texelFetch(strain, p.y * int(push.strain_pitch) + p.x).x;
     const float t = clamp(value / push.strain_range, 0.0, 1.0);
     const int map = int(push.strain_colours);

@@ -10,6 +10,7 @@ layout(push_constant) uniform Push { SurfacePush push; };
 TEXELS(1, float, load_map);  // pressure (MPa) or shear over it, over the same frame, of another size
 layout(constant_id = 0) const int kMap = PALPATE_MAP_VIRIDIS;
 layout(constant_id = 1) const int kShown = PALPATE_SHOWN_DEPTH;
+layout(constant_id = 2) const int kFine = 1;  // 0: a pixel covers several texels
 
 layout(location = 0) in vec2 texel;
 layout(location = 1) in vec3 world_mm;
@@ -28,8 +29,9 @@ float load_at(vec2 place) {
              mix(texelFetch(load_map, b.y * size.x + a.x).x, texelFetch(load_map, b.y * size.x + b.x).x, f.x), f.y);
 }
 
-void main() {
-  // Central differences at the four texels around, blended: a slope without facets.
+// Depth and slope where a pixel is smaller than a texel or as large: central differences at the four texels
+// around, blended, for a slope without facets.
+void look_closely(out float depth, out vec2 slope) {
   const ivec2 p = ivec2(floor(texel));
   const vec2 f = texel - vec2(p);
   const float d00 = depth_at(p), d10 = depth_at(p + ivec2(1, 0));
@@ -40,8 +42,25 @@ void main() {
   const vec2 gy1 = vec2(depth_at(p + ivec2(0, 2)) - d00, depth_at(p + ivec2(1, 2)) - d10);
   const vec2 gx = mix(gx0, gx1, f.y);
   const vec2 gy = mix(gy0, gy1, f.y);
-  const float depth = mix(mix(d00, d10, f.x), mix(d01, d11, f.x), f.y);
-  const vec2 slope = 0.5 * vec2(mix(gx.x, gx.y, f.x), mix(gy.x, gy.y, f.x)) / push.pitch_mm;
+  depth = mix(mix(d00, d10, f.x), mix(d01, d11, f.x), f.y);
+  slope = 0.5 * vec2(mix(gx.x, gx.y, f.x), mix(gy.x, gy.y, f.x)) / push.pitch_mm;
+}
+
+// The same over the texels that the pixel covers, from five of them.
+void look_from_afar(out float depth, out vec2 slope) {
+  const int spread = int(push.lit_spread >> 1);
+  const ivec2 p = ivec2(texel + 0.5);
+  const float left = depth_at(p - ivec2(spread, 0)), right = depth_at(p + ivec2(spread, 0));
+  const float above = depth_at(p - ivec2(0, spread)), below = depth_at(p + ivec2(0, spread));
+  depth = 0.2 * (depth_at(p) + left + right + above + below);
+  slope = vec2(right - left, below - above) / (2.0 * float(spread) * push.pitch_mm);
+}
+
+void main() {
+  float depth;
+  vec2 slope;
+  if (kFine != 0) look_closely(depth, slope);
+  else look_from_afar(depth, slope);
 
   float value = depth;
   if (kShown == PALPATE_SHOWN_PRESSURE || kShown == PALPATE_SHOWN_FRICTION) value = load_at(texel);
@@ -55,7 +74,7 @@ void main() {
     const float line = 1.0 - min(min(away.x, away.y), 1.0);
     shade = mix(shade, vec3(1.0), 0.16 * line);
   }
-  if (push.lit != 0) {
+  if ((push.lit_spread & 1u) != 0u) {
     // Scaled so that a level facet keeps the colour of the colour bar.
     vec3 normal = normalize(vec3(slope.x * push.exaggeration, -slope.y * push.exaggeration, 1.0));
     const vec3 eye = normalize(vec3(push.eye_x_mm, push.eye_y_mm, push.eye_z_mm) - world_mm);
@@ -67,5 +86,7 @@ void main() {
     for (int i = 0; i < 5; ++i) gloss *= gloss;  // to the power 32, cheaper than pow
     shade = shade * (kAmbient + (1.0 - kAmbient) * min(diffuse, 1.35)) + 0.14 * gloss;
   }
-  color = vec4(shade, 1);
+  // The edge of the pad, smooth with one sample a pixel.
+  const vec2 to_edge = min(texel, vec2(push.width, push.height) - 1.0 - texel) / max(fwidth(texel), vec2(1e-6));
+  color = vec4(shade, clamp(min(to_edge.x, to_edge.y), 0.0, 1.0));
 }

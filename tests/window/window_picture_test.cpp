@@ -89,7 +89,6 @@ class WindowPicture : public GpuTest {
   }
   static PictureOptions look() {
     PictureOptions options;
-    options.smooth = false;
     options.mesh_columns = 128;
     return options;
   }

@@ -74,7 +74,6 @@ void Display::retire(const Finished& finished) {
 }
 
 bool Display::draw(bool is_new) {
-  while (window_.in_flight() >= Window::kPicturesInFlight) retire(*window_.poll_finished(true));
   if (!window_.begin_picture()) return false;
   Drawing d;
   d.is_new = is_new;
@@ -107,7 +106,7 @@ void Display::handle_input() {
       camera.orbit(-0.008 * io.MouseDelta.x, 0.008 * io.MouseDelta.y);
     } else if (left || right) {
       const Eye& eye = scene_.eye();
-      const double mm_per_px = 2 * eye.distance_mm * std::tan(Camera::kFieldOfView_rad / 2) / height;
+      const double mm_per_px = eye.mm_per_px(height);
       camera.target =
           camera.target - eye.right * (io.MouseDelta.x * mm_per_px) + eye.up * (io.MouseDelta.y * mm_per_px);
     }
@@ -229,7 +228,9 @@ void Display::show(LiveReport& report) {
     if (options_.interrupted && options_.interrupted()) report.interrupted = true;
     if (report.interrupted) break;
     if (options_.max_seconds > 0 && seconds_between(start_, Clock::now()) >= options_.max_seconds) break;
-    while (auto finished = window_.poll_finished(false)) retire(*finished);
+    // The newest result is taken when there is room for its picture, not before it has to wait for that.
+    while (auto finished = window_.poll_finished(window_.in_flight() >= Window::kPicturesInFlight))
+      retire(*finished);
     if (drawing_.empty()) {
       for (Measured& m : std::exchange(replaced_, {})) give_back(m);
     }

@@ -17,8 +17,7 @@ struct PictureRenderer::Impl {
   Impl(gpu::Context& context, const Sensor& sensor, const PictureOptions& o, const Frame* background)
       : options(o),
         software(context.is_software()),
-        pass(context, OffscreenTarget::kFormat,
-             choose_samples(context, o.smooth ? VK_SAMPLE_COUNT_4_BIT : VK_SAMPLE_COUNT_1_BIT),
+        pass(context, OffscreenTarget::kFormat, choose_samples(context),
              VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL),
         target(context, pass, {o.width, o.height}),
         scene(context, pass, sensor, background, 1, nullptr,
@@ -82,7 +81,6 @@ double PictureRenderer::draw_ms() const {
 
 std::function<void(const Frame&, const Result&)> timed_drawer(gpu::Context& context, const Sensor& sensor) {
   PictureOptions look;
-  look.smooth = false;
   const auto renderer = std::make_shared<PictureRenderer>(context, sensor, look);
   return [renderer](const Frame& frame, const Result& result) {
     renderer->render(frame, result.touch, result.surface, result.traction);

@@ -23,8 +23,7 @@ struct PictureOptions {
   uint32_t width = 1280;        ///< px
   uint32_t height = 720;        ///< px
   float scale = 0;              ///< of text and panels; 0: height / 720
-  bool smooth = true;           ///< four samples a pixel also on CPU drivers (four times slower there)
-  uint32_t mesh_columns = 256;  ///< on CPU drivers; hardware draws every texel
+  uint32_t mesh_columns = 256;  ///< at most, on CPU drivers; hardware draws every texel
   double range_mm = 0;          ///< depth with the last colour; 0: follows the touch
   double exaggeration = 0;      ///< of depth; 0: follows the range
   bool lit = true;

@@ -46,6 +46,13 @@ void Scene::follow(const Touch& touch) {
   state_.follow(touch, longest_side_mm_);
 }
 
+/// Vertices across that show a pad so wide: a triangle of a few pixels is shaded many times over on a CPU.
+static uint32_t columns_seen(double width_px) {
+  constexpr double kCell_px = 4;
+  constexpr uint32_t kStep = 16;  // so that few meshes are made while the camera moves
+  return kStep * std::max(3u, static_cast<uint32_t>(std::min(width_px / kCell_px, 4096.0)) / kStep);
+}
+
 void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
                    const LiveStats* live, const std::function<void()>& begin_pass) {
   const FrameFormat& format = shown.frame.format;
@@ -83,6 +90,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   eye_ =
       place(state_.camera, half_mm, view.aspect(), std::max(0.3, 1 - (labels_px + 2 * bar_px) / view.width),
             std::max(0.3, 1 - labels_px / view.height));
+  if (mesh_columns > 0)
+    mesh_columns = std::min(mesh_columns, columns_seen(2 * half_mm.x / eye_.mm_per_px(view.height)));
   Profile profile;
   const bool section = has_surface && state_.section;
   if (section)

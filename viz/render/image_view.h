@@ -26,10 +26,10 @@ class ImageView {
   /// `frames_in_flight`: uploads kept, one for each picture that may be drawing.
   ImageView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight);
 
-  /// Copies the frame (gray or colour planes, 8 to 16 bit) to the device and draws it into `rect` of a
-  /// picture of size `extent`; full scale is white. Pixels of which `map` says that nothing is known are
-  /// hatched. Once a picture.
-  /// Over it `strain`, as wide and high as the frame, if there is any.
+  /// Copies the frame (gray or colour planes, 8 to 16 bit), halved as often as `rect` resolves no more, to
+  /// the device and draws it into `rect` of a picture of size `extent`; full scale is white. Pixels of which
+  /// `map` says that nothing is known are hatched. Once a picture. Over it `strain`, as wide and high as the
+  /// frame, if there is any.
   void draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& map, const ViewRect& rect,
             VkExtent2D extent, const ImageStrain& strain = {});
 

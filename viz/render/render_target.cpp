@@ -109,8 +109,8 @@ void RenderPass::begin(VkCommandBuffer cmd, VkFramebuffer framebuffer, VkExtent2
   vkCmdSetScissor(cmd, 0, 1, &scissor);
 }
 
-VkSampleCountFlagBits choose_samples(const gpu::Context& context, VkSampleCountFlagBits software) {
-  if (context.is_software()) return software;
+VkSampleCountFlagBits choose_samples(const gpu::Context& context) {
+  if (context.is_software()) return VK_SAMPLE_COUNT_1_BIT;
   const VkPhysicalDeviceLimits& limits = context.properties().limits;
   const VkSampleCountFlags both = limits.framebufferColorSampleCounts & limits.framebufferDepthSampleCounts;
   return both & VK_SAMPLE_COUNT_4_BIT ? VK_SAMPLE_COUNT_4_BIT : VK_SAMPLE_COUNT_1_BIT;

@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, 512};
 constexpr size_t kFirstLevel = 2;
+// Of the map in one pixel: from here on the blend of four slopes shows nothing that five texels do not.
+constexpr double kSeveralTexels = 1.8;
 
 VkShaderModule make_module(gpu::Context& context, std::span<const uint32_t> spirv, const char* name) {
   VkShaderModuleCreateInfo info{};
@@ -95,7 +97,7 @@ class ShaderStages {
 
 // Fixed-function state of a pipeline without vertex buffers.
 struct FixedStages {
-  FixedStages(VkPrimitiveTopology topology, VkSampleCountFlagBits samples, bool depth_test) {
+  FixedStages(VkPrimitiveTopology topology, VkSampleCountFlagBits samples, bool depth_test, bool blended) {
     no_vertices.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
     assembly.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
     assembly.topology = topology;
@@ -113,11 +115,18 @@ struct FixedStages {
     depth.depthTestEnable = depth_test;
     depth.depthWriteEnable = depth_test;
     depth.depthCompareOp = VK_COMPARE_OP_LESS;
-    opaque_.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
-                             VK_COLOR_COMPONENT_A_BIT;
+    if (blended) {
+      written_.blendEnable = VK_TRUE;
+      written_.srcColorBlendFactor = VK_BLEND_FACTOR_SRC_ALPHA;
+      written_.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
+      written_.srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE;
+      written_.dstAlphaBlendFactor = VK_BLEND_FACTOR_ZERO;
+    }
+    written_.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
+                              VK_COLOR_COMPONENT_A_BIT;
     blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
     blend.attachmentCount = 1;
-    blend.pAttachments = &opaque_;
+    blend.pAttachments = &written_;
     dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
     dynamic.dynamicStateCount = static_cast<uint32_t>(states_.size());
     dynamic.pDynamicStates = states_.data();
@@ -135,7 +144,7 @@ struct FixedStages {
   VkPipelineDynamicStateCreateInfo dynamic{};
 
  private:
-  VkPipelineColorBlendAttachmentState opaque_{};
+  VkPipelineColorBlendAttachmentState written_{};
   std::array<VkDynamicState, 2> states_{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
 };
 
@@ -148,13 +157,13 @@ Vec3 surface_half_size_mm(uint32_t width, uint32_t height, double pitch_mm_per_p
 }
 
 TexelPipeline::TexelPipeline(gpu::Context& context, const RenderPass& pass, const Shaders& shaders,
-                             uint32_t push_bytes, VkPrimitiveTopology topology, bool depth_test,
+                             uint32_t push_bytes, VkPrimitiveTopology topology, bool depth_test, bool blended,
                              uint32_t buffers, const std::vector<int32_t>& constants)
     : context_(context), push_bytes_(push_bytes) {
   set_layout_ = make_set_layout(context, buffers, shaders.name);
   layout_ = make_layout(context, set_layout_, push_bytes, shaders.name);
   const ShaderStages stages(context, shaders, constants);
-  const FixedStages fixed(topology, pass.samples(), depth_test);
+  const FixedStages fixed(topology, pass.samples(), depth_test, blended);
   VkGraphicsPipelineCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO;
   info.stageCount = static_cast<uint32_t>(stages.infos.size());
@@ -207,16 +216,17 @@ void TexelPipeline::bind(VkCommandBuffer cmd, gpu::DescriptorSets& sets,
 
 SurfaceView::SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight)
     : context_(context), pass_(pass), frames_in_flight_(frames_in_flight) {
-  pipeline({});
+  pipeline({}, true);
 }
 
-const TexelPipeline& SurfaceView::pipeline(const SurfaceStyle& style) {
-  std::unique_ptr<TexelPipeline>& made = pipelines_[{style.map, style.quantity}];
+const TexelPipeline& SurfaceView::pipeline(const SurfaceStyle& style, bool fine) {
+  std::unique_ptr<TexelPipeline>& made = pipelines_[{style.map, style.quantity, fine}];
   if (!made)
     made = std::make_unique<TexelPipeline>(
         context_, pass_, TexelPipeline::Shaders{"surface view", k_surface_vert, k_surface_frag},
-        sizeof(SurfacePush), VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true, 2u,
-        std::vector<int32_t>{static_cast<int32_t>(style.map), static_cast<int32_t>(style.quantity)});
+        sizeof(SurfacePush), VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true, true, 2u,
+        std::vector<int32_t>{static_cast<int32_t>(style.map), static_cast<int32_t>(style.quantity),
+                             fine ? 1 : 0});
   return *made;
 }
 
@@ -299,7 +309,10 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   push.window_size = held.width | held.height << 16;
   push.mesh_size = columns | rows << 16;
   push.load_size = std::max(load.width, 1u) | std::max(load.height, 1u) << 16;
-  push.lit = style.lit ? 1 : 0;
+  const double texels_per_px = eye.mm_per_px(view.height) / pitch_mm_per_px;
+  const bool fine = texels_per_px < kSeveralTexels;
+  const auto spread = static_cast<uint32_t>(std::clamp(std::round(texels_per_px / 2), 1.0, 1000.0));
+  push.lit_spread = (style.lit ? 1u : 0u) | (fine ? 0 : spread) << 1;
 
   const VkViewport viewport{static_cast<float>(view.x),
                             static_cast<float>(view.y),
@@ -315,7 +328,7 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   const gpu::TexelView* const heights = &bound_.back().heights;
   const std::array texels{heights, load.texels ? load.texels : heights};
   assert(load.texels || (style.quantity != Quantity::Pressure && style.quantity != Quantity::Friction));
-  pipeline(style).bind(cmd, bound_.back().sets, texels, &push);
+  pipeline(style, fine).bind(cmd, bound_.back().sets, texels, &push);
   vkCmdBindIndexBuffer(cmd, grid.indices.handle(), 0, VK_INDEX_TYPE_UINT32);
   vkCmdDrawIndexed(cmd, grid.count, 1, 0, 0, 0);
 }

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -54,9 +55,10 @@ class TexelPipeline {
     const char* name;
     gpu::Spirv vertex, fragment;
   };
-  /// `buffers`: bound texel buffers. `constants`: of the fragment shader, by their constant_id from 0.
+  /// `blended`: over what is there, by alpha. `buffers`: bound texel buffers. `constants`: of the fragment
+  /// shader, by their constant_id from 0.
   TexelPipeline(gpu::Context& context, const RenderPass& pass, const Shaders& shaders, uint32_t push_bytes,
-                VkPrimitiveTopology topology, bool depth_test, uint32_t buffers = 1,
+                VkPrimitiveTopology topology, bool depth_test, bool blended, uint32_t buffers = 1,
                 const std::vector<int32_t>& constants = {});
   ~TexelPipeline();
   TexelPipeline(const TexelPipeline&) = delete;
@@ -102,12 +104,12 @@ class SurfaceView {
     uint32_t count = 0;
   };
   const Mesh& mesh(uint32_t columns, uint32_t rows);
-  const TexelPipeline& pipeline(const SurfaceStyle& style);
+  const TexelPipeline& pipeline(const SurfaceStyle& style, bool fine);
 
   gpu::Context& context_;
   const RenderPass& pass_;
   uint32_t frames_in_flight_;
-  std::map<std::pair<ColourMap, Quantity>, std::unique_ptr<TexelPipeline>>
+  std::map<std::tuple<ColourMap, Quantity, bool>, std::unique_ptr<TexelPipeline>>
       pipelines_;  // made when first shown
   std::map<std::pair<uint32_t, uint32_t>, Mesh> meshes_;
   struct Bound {

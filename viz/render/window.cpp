@@ -131,9 +131,8 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
       break;
     }
   }
-  pass_ =
-      std::make_unique<RenderPass>(context, format_.format, choose_samples(context, VK_SAMPLE_COUNT_1_BIT),
-                                   VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+  pass_ = std::make_unique<RenderPass>(context, format_.format, choose_samples(context),
+                                       VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
   vsync_ = offers(options.vsync) ? options.vsync : Vsync::On;  // every display has FIFO
   create_slots();
   create_swapchain();
