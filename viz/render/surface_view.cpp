@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, 512};
 constexpr size_t kFirstLevel = 2;
 // Of the map in one pixel: from here on the blend of four slopes shows nothing that five texels do not.
-constexpr double kSeveralTexels = 1.8;
+constexpr double kSeveralTexels = 1.0;
 
 VkShaderModule make_module(gpu::Context& context, std::span<const uint32_t> spirv, const char* name) {
   VkShaderModuleCreateInfo info{};
