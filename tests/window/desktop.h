@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <map>
 #include <optional>
 #include <thread>
 
@@ -119,14 +120,17 @@ class WindowTest : public Program {
   fs::path config() const { return folder_ / "config" / "window.json"; }
   fs::path home() const { return folder_ / "home"; }
 
-  void open(const std::vector<std::string>& arguments, uint32_t width = 1280, uint32_t height = 800) {
+  /// `also`: of the environment, beside the display and places of its own.
+  void open(const std::vector<std::string>& arguments, uint32_t width = 1280, uint32_t height = 800,
+            std::map<std::string, std::string> also = {}) {
     desktop_.emplace(width, height);
     ASSERT_FALSE(desktop_->name().empty()) << "no Xvfb";
     fs::create_directories(home());
-    child_ = start(arguments, {.environment = {{"DISPLAY", desktop_->name()},
-                                               {"WAYLAND_DISPLAY", ""},
-                                               {"HOME", home()},
-                                               {"PALPATE_CONFIG", config()}}});
+    also.merge(std::map<std::string, std::string>{{"DISPLAY", desktop_->name()},
+                                                  {"WAYLAND_DISPLAY", ""},
+                                                  {"HOME", home()},
+                                                  {"PALPATE_CONFIG", config()}});
+    child_ = start(arguments, {.environment = also});
   }
   static bool wait_for(const std::function<bool()>& what) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);

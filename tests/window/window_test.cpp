@@ -78,6 +78,26 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   EXPECT_EQ(thumbnails, 1);
 }
 
+// The window stays, whoever opened it, and goes on with the same source.
+TEST_F(WindowTest, ADeviceThatIsLostIsOpenedAnewBehindTheWindow) {
+  open({}, 1280, 800,
+       {{"VK_LAYER_PATH", PALPATE_LAYER_DIR},
+        {"VK_INSTANCE_LAYERS", "VK_LAYER_PALPATE_failing"},
+        {"PALPATE_FAIL_CALL", "vkQueueSubmit2"},
+        {"PALPATE_FAIL_AT", "60"}});
+  ASSERT_TRUE(titled("^palpate$"));
+  Desktop::rest();
+  desktop_->key("Return");  // the first simulated touch
+  ASSERT_TRUE(drawn(home() / "palpate" / "synthetic-palpation"));
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  EXPECT_TRUE(desktop_->tool("search --name 'palpate: synthetic'")) << "the source is still shown";
+  desktop_->key("s");
+  EXPECT_TRUE(exists(home() / "palpate" / "synthetic-palpation" / "palpate-0002.csv"));
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_TRUE(contains(done.err, "opened anew, the run goes on")) << done.err;
+}
+
 TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
   ASSERT_TRUE(drawn(folder_ / "out"));

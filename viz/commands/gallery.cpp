@@ -49,7 +49,8 @@ struct Shown {
 };
 
 std::vector<Entry> entries(const Options& options) {
-  const fs::path list = options.list.empty() ? shipped_sensors_folder() / "gallery/recordings.json" : options.list;
+  const fs::path list =
+      options.list.empty() ? shipped_sensors_folder() / "gallery/recordings.json" : options.list;
   std::ifstream in(list, std::ios::binary);
   if (!in)
     throw Error(Failure::Input, "a list of sensors and recordings", "nothing at " + list.string(),

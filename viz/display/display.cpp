@@ -53,6 +53,7 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
                        options.replay_start_s});
   for (const Event& event : options.known_events) scene_.mark(event);
   if (!options.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + options.notes.string();
+  if (session.device_losses > 0) stats_.note = "the device was lost and opened anew: the terminal says more";
   stats_.from_list = options.from_list;
 }
 

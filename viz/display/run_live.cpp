@@ -15,31 +15,34 @@ namespace {
 class WindowViewer : public LiveViewer {
  public:
   WindowViewer(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
-               LiveSession& session, LatencyLog& latency) {
-    Window* window = options.window;
-    if (!window) {
-      WindowOptions as{options.title, options.width, options.height, options.vsync};
-      if (options.settings) as.width = options.settings->width, as.height = options.settings->height;
-      own_window_ = std::make_unique<Window>(context, as);
-      window = own_window_.get();
-    }
-    window->set_title(options.title);
-    display_.emplace(context, *window, what, options, session, latency);
-  }
+               LiveSession& session, LatencyLog& latency)
+      : display_(context, *options.window, what, options, session, latency) {}
 
-  LiveReport run() override { return display_->run(); }
-  void finish_presses() override { display_->finish_presses(); }
+  LiveReport run() override { return display_.run(); }
+  void finish_presses() override { display_.finish_presses(); }
 
  private:
-  std::unique_ptr<Window> own_window_;
-  std::optional<Display> display_;
+  Display display_;
 };
 
 }  // namespace
 
 LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                     const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
-                    const LiveOptions& options) {
+                    LiveOptions options) {
+  std::optional<Window> own_window;
+  if (!options.window) {
+    WindowOptions as{options.title, options.width, options.height, options.vsync};
+    if (options.settings) as.width = options.settings->width, as.height = options.settings->height;
+    options.window = &own_window.emplace(context, as);
+  }
+  Window& window = *options.window;
+  window.set_title(options.title);
+  options.reopen_device = [&window](gpu::Context& lost) {
+    window.detach();
+    lost.reopen();
+    window.attach();
+  };
   // Current picture, pictures in flight, mailbox, engine.
   pipeline_options.slots =
       std::max(pipeline_options.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);

@@ -18,6 +18,6 @@ namespace palpate::viz {
 /// capture or engine threw.
 LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                     const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
-                    const LiveOptions& options);
+                    LiveOptions options);
 
 }  // namespace palpate::viz

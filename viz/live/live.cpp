@@ -195,12 +195,16 @@ LiveReport run_session(gpu::Context& context, const std::function<std::unique_pt
       const std::optional<DeviceLost> lost = session.take_device_error();
       if (!lost || report.interrupted) break;
       // A device that measures nothing before it is lost again is given up.
-      const bool hopeless = session.processed == processed_before || options.window;
+      const bool hopeless = session.processed == processed_before;
       if (hopeless || (!next && session.to_engine.finished())) throw DeviceLost(*lost);
       processed_before = session.processed;
-      ++report.device_losses;
+      report.device_losses = ++session.device_losses;
       if (options.on_device_lost) options.on_device_lost(*lost);
-      context.reopen();
+      if (options.reopen_device) {
+        options.reopen_device(context);
+      } else {
+        context.reopen();
+      }
     }
   }
   session.rethrow();

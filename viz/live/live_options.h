@@ -45,7 +45,9 @@ struct LiveOptions {
   /// Folder of snapshots (palpate-NNNN.png and its companions) and events.csv while nothing is recorded, else
   /// they lie in the session that is being written; empty: there are none.
   std::filesystem::path notes;
-  std::vector<Event> known_events;              ///< of a replay: what its events.csv holds
+  std::vector<Event> known_events;  ///< of a replay: what its events.csv holds
+  /// Opens a lost device anew, once nothing of the session is left on it; unset: Context::reopen.
+  std::function<void(gpu::Context&)> reopen_device;
   Window* window = nullptr;                     ///< shown in it; null: a window of its own
   Settings* settings = nullptr;                 ///< how the view starts, and how it was left; null: defaults
   bool from_list = false;                       ///< the person chose this source in the window

@@ -69,6 +69,7 @@ struct LiveSession {
   std::atomic<bool> stop{false};
   /// The device is lost: engine and viewer end what they do on it, capture goes on.
   std::atomic<bool> device_lost{false};
+  std::atomic<uint32_t> device_losses{0};  ///< after which it was opened anew
   std::atomic<bool> paused{false};
   std::atomic<uint64_t> captured{0};
   std::atomic<uint64_t> passed_over{0};  ///< captured, but the recorder had no room: not measured either

@@ -103,24 +103,35 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
   glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
   // A click between two pictures is seen by whoever asks next.
   glfwSetInputMode(window_, GLFW_STICKY_MOUSE_BUTTONS, GLFW_TRUE);
-  if (glfwCreateWindowSurface(context.instance(), window_, nullptr, &surface_) != VK_SUCCESS) {
-    const std::string found = glfw_message();
+  vsync_ = options.vsync;
+  try {
+    attach();
+  } catch (...) {
+    detach();
     glfwDestroyWindow(window_);
-    throw Error(Failure::Display, "a window that Vulkan can draw to", found, "another display or driver");
+    throw;
   }
+}
+
+Window::~Window() {
+  detach();
+  glfwDestroyWindow(window_);
+}
+
+void Window::attach() {
+  if (glfwCreateWindowSurface(context_.instance(), window_, nullptr, &surface_) != VK_SUCCESS)
+    throw Error(Failure::Display, "a window that Vulkan can draw to", glfw_message(),
+                "another display or driver");
   VkBool32 presentable = VK_FALSE;
-  vkGetPhysicalDeviceSurfaceSupportKHR(context.physical_device(), context.queue_family(), surface_,
+  vkGetPhysicalDeviceSurfaceSupportKHR(context_.physical_device(), context_.queue_family(), surface_,
                                        &presentable);
-  if (!presentable) {
-    vkDestroySurfaceKHR(context.instance(), surface_, nullptr);
-    glfwDestroyWindow(window_);
+  if (!presentable)
     throw Error(Failure::Device, "a device that can show pictures in this window",
-                context.report().name + ", which cannot", "--device with another one of palpate devices");
-  }
+                context_.report().name + ", which cannot", "--device with another one of palpate devices");
   uint32_t count = 0;
-  vkGetPhysicalDeviceSurfaceFormatsKHR(context.physical_device(), surface_, &count, nullptr);
+  vkGetPhysicalDeviceSurfaceFormatsKHR(context_.physical_device(), surface_, &count, nullptr);
   std::vector<VkSurfaceFormatKHR> formats(count);
-  vkGetPhysicalDeviceSurfaceFormatsKHR(context.physical_device(), surface_, &count, formats.data());
+  vkGetPhysicalDeviceSurfaceFormatsKHR(context_.physical_device(), surface_, &count, formats.data());
   if (formats.empty())
     throw Error(Failure::Display, "a pixel format for the window", "none", "another display");
   // Colours are display encoded by the shaders already: no sRGB conversion on writing.
@@ -131,14 +142,14 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
       break;
     }
   }
-  pass_ = std::make_unique<RenderPass>(context, format_.format, choose_samples(context),
+  pass_ = std::make_unique<RenderPass>(context_, format_.format, choose_samples(context_),
                                        VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
-  vsync_ = offers(options.vsync) ? options.vsync : Vsync::On;  // every display has FIFO
+  if (!offers(vsync_)) vsync_ = Vsync::On;  // every display has FIFO
   create_slots();
   create_swapchain();
 }
 
-Window::~Window() {
+void Window::detach() {
   context_.wait_idle();
   if (!context_.hung()) {
     destroy_targets();
@@ -148,9 +159,17 @@ Window::~Window() {
       vkDestroyFence(context_.device(), s.fence, nullptr);
       vkDestroyCommandPool(context_.device(), s.pool, nullptr);
     }
-    vkDestroySurfaceKHR(context_.instance(), surface_, nullptr);
+    if (surface_) vkDestroySurfaceKHR(context_.instance(), surface_, nullptr);
   }
-  glfwDestroyWindow(window_);
+  targets_.clear();
+  slots_ = {};
+  swapchain_ = VK_NULL_HANDLE;
+  surface_ = VK_NULL_HANDLE;
+  attachments_ = {};
+  readback_ = {};
+  captured_picture_.reset();
+  pass_.reset();
+  oldest_unfinished_ = next_picture_;
 }
 
 void Window::create_slots() {

@@ -61,6 +61,11 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
+  /// Gives up all that is on the device; the window stays on the screen, without new pictures. Before
+  /// Context::reopen, with attach after it. Pictures in flight are given up.
+  void detach();
+  void attach();
+
   GLFWwindow* handle() const { return window_; }
   const RenderPass& pass() const { return *pass_; }
   VkExtent2D extent() const { return extent_; }
