@@ -68,10 +68,10 @@ constexpr Arrow kArrows[] = {
     {"perf/measure", "engine/base"},
     {"perf/rivals", "perf/measure viz/report"},
     {"perf/profile", "perf/rivals viz/live"},
-    {"viz/commands/help_text", ""},
-    {"viz/commands/options", "engine/base viz/commands/help_text"},
-    {"perf/tools", "perf/profile viz/commands/options"},
-    {"viz/commands", "viz/display perf/profile viz/commands/options"},
+    {"viz/commands/support/help_text", ""},
+    {"viz/commands/support/options", "engine/base viz/commands/support/help_text"},
+    {"perf/tools", "perf/profile viz/commands/support/options"},
+    {"viz/commands", "viz/display perf/profile viz/commands/support/options"},
     {"viz/main", "viz/commands"},
 };
 

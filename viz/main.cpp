@@ -13,9 +13,9 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/render/window.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/render/desktop.h"
 
 namespace {
 
@@ -108,7 +108,7 @@ int run(int argc, char** argv) {
   if (!parsed.done) {
     const auto usage = static_cast<int>(Failure::Usage);
     if (argc == 1)
-      return fail("no command was given, and the list of sources needs a window: " + viz::no_display() +
+      return fail("no command was given, and the list of sources needs a window: " + viz::desktop_message() +
                       "; try: palpate --help, or palpate demo --headless",
                   usage, form);
     std::string command;

@@ -11,7 +11,7 @@
 #include "capture/files/csv_table.h"
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
-#include "engine/stages/elastic.h"
+#include "engine/stages/surface/elastic.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/open_source.h"
-#include "engine/pipeline/surface_sample.h"
+#include "engine/pipeline/surface/surface_sample.h"
 #include "palpate/error.h"
 
 namespace palpate {

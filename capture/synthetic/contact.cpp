@@ -95,8 +95,8 @@ RadialTable PressedPad::facing_light(const LayerContact& contact) const {
 }
 
 RadialTable PressedPad::over_frame(double x_px, double y_px, double per_px) const {
-  const double to_corner_px = std::hypot(std::max(x_px, options_.width - 1 - x_px),
-                                         std::max(y_px, options_.height - 1 - y_px));
+  const double to_corner_px =
+      std::hypot(std::max(x_px, options_.width - 1 - x_px), std::max(y_px, options_.height - 1 - y_px));
   // Nothing is drawn beyond the layer's reach of 16 thicknesses.
   const double reach = std::min(to_corner_px + 1, 16 * options_.pad_thickness_mm / pitch_mm_ + 2);
   return RadialTable::make(per_px, static_cast<int>(reach * per_px) + 3);

@@ -1,6 +1,7 @@
 #include "engine/elasticity/layer_continuation.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 
@@ -16,6 +17,13 @@ LayerContinuation::LayerContinuation(const LayerKernel& kernel, uint32_t width, 
     }
   wide_.resize(nearest_.size());
   answer_.resize(nearest_.size());
+}
+
+uint32_t LayerContinuation::margin_cells(double thickness_mm, double cell_mm, uint32_t width,
+                                         uint32_t height) {
+  const double most = std::min(width, height) / 2;
+  const double cells = thickness_mm > 0 ? std::ceil(thickness_mm / cell_mm) : most;
+  return static_cast<uint32_t>(std::clamp(cells, 1.0, std::max(1.0, most)));
 }
 
 void LayerContinuation::crop(const std::vector<double>& from, std::vector<double>& to) const {

@@ -16,6 +16,10 @@ class LayerContinuation {
   /// `margin`: cells beyond each border. `shear`: shift_by_pressure() is wanted.
   LayerContinuation(const LayerKernel& kernel, uint32_t width, uint32_t height, uint32_t margin, bool shear);
 
+  /// How far a contact is taken to go on: a thickness; no farther than half of the grid, where the layer is
+  /// thick. Thickness 0: a half space.
+  static uint32_t margin_cells(double thickness_mm, double cell_mm, uint32_t width, uint32_t height);
+
   bool has_shear() const { return layer_.has_shear(); }
 
   /// Depth in the grid, mm, by pressure in it and beyond, MPa.

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/elasticity/known_edges.h"
 #include "engine/elasticity/layer_continuation.h"
 #include "engine/elasticity/layer_convolution.h"
 #include "engine/elasticity/masked_gradients.h"
@@ -25,43 +26,13 @@ constexpr double kHidden = 0.5;           // of what a cell of unknown depth may
 constexpr double kRectified = 4;          // errors of a cell's pressure that nothing may look like
 constexpr double kBeyond = 1;             // of the pressure beyond the border: a standard error
 
-/// How far a contact is taken to go on: a thickness; no farther than half of the grid, where the layer is
-/// thick.
-uint32_t margin_cells(double thickness_mm, const TractionGrid& grid) {
-  const double most = std::min(grid.width, grid.height) / 2;
-  const double cells = thickness_mm > 0 ? std::ceil(thickness_mm / grid.cell_mm) : most;
-  return static_cast<uint32_t>(std::clamp(cells, 1.0, std::max(1.0, most)));
-}
-
-void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
-  throw Error(Failure::Input, wanted, found, remedy);
-}
-
 }  // namespace
-
-void check_traction(const TractionGrid& grid, const TractionOptions& options) {
-  if (grid.width < 2 || grid.height < 2 || !(grid.cell_mm > 0) || !std::isfinite(grid.cell_mm))
-    refuse("a grid of 2 x 2 cells or more, with their side in mm",
-           std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
-               std::to_string(grid.cell_mm) + " mm",
-           "a larger frame, or smaller cells");
-  const auto positive = [](double value) { return value > 0 && std::isfinite(value); };
-  if (!positive(options.slope_sd) || !positive(options.shift_sd_mm) || !positive(options.tolerance) ||
-      !(options.error_length_mm >= 0) || options.most_iterations == 0)
-    refuse("standard errors, tolerance and iterations > 0", "others", "the defaults of TractionOptions");
-}
-
-TractionWeights traction_weights(const Material& layer, const TractionOptions& options) {
-  const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
-  const double most = std::pow(slope_per_MPa, 2), prior = most * std::pow(options.slope_sd, 2);
-  return {prior, 1 / (most + prior)};
-}
 
 struct TractionSolver::Impl {
   Impl(const Material& layer, double thickness_mm, const TractionGrid& on, const TractionOptions& with)
       : grid(on),
         options(with),
-        margin(margin_cells(thickness_mm, on)),
+        margin(LayerContinuation::margin_cells(thickness_mm, on.cell_mm, on.width, on.height)),
         kernel(layer, thickness_mm, on.cell_mm),
         weights(traction_weights(layer, with)) {
     check_traction(grid, options);
@@ -87,24 +58,9 @@ struct TractionSolver::Impl {
     return (static_cast<double>(cell / grid.width) + 0.5 - 0.5 * grid.height) * grid.cell_mm;
   }
 
-  /// Minus the divergence of the gradient over the edges between known cells, 1 / mm^2.
+  /// Minus the divergence of the gradient between known cells, 1 / mm^2.
   void laplacian(const Field& of, Field& out) const {
-    const uint32_t w = grid.width, h = grid.height;
-    std::fill(out.begin(), out.end(), 0);
-    const auto edge = [&](size_t a, size_t b) {
-      if (known[a] == 0 || known[b] == 0) return;
-      const double difference = of[b] - of[a];
-      out[b] += difference;
-      out[a] -= difference;
-    };
-    for (uint32_t y = 0; y < h; ++y)
-      for (uint32_t x = 0; x < w; ++x) {
-        const size_t i = size_t{y} * w + x;
-        if (x + 1 < w) edge(i, i + 1);
-        if (y + 1 < h) edge(i, i + w);
-      }
-    const double scale = 1 / (grid.cell_mm * grid.cell_mm);
-    for (double& value : out) value *= scale;
+    known_laplacian(known, grid.width, grid.cell_mm, of, out);
   }
 
   void depth_by_pressure(const Field& of, Field& out) {
@@ -348,13 +304,7 @@ struct TractionSolver::Impl {
     depth_by_pressure(pressure, answer);
     for (size_t i = 0; i < n; ++i) scratch[i] -= answer[i];
     laplacian(scratch, scratch2);
-    double edges = 0;
-    for (uint32_t y = 0; y < grid.height; ++y)
-      for (uint32_t x = 0; x < grid.width; ++x) {
-        const size_t i = size_t{y} * grid.width + x;
-        if (x + 1 < grid.width && known[i] != 0 && known[i + 1] != 0) ++edges;
-        if (y + 1 < grid.height && known[i] != 0 && known[i + grid.width] != 0) ++edges;
-      }
+    const double edges = known_edges(known, grid.width);
     result.slope_rms = edges > 0 ? std::sqrt(std::max(0.0, dot(scratch, scratch2)) / (edges / 2)) : 0;
   }
 
@@ -444,8 +394,9 @@ struct TractionSolver::Impl {
     if ((given_pressure ? input.pressure_MPa.size() : input.depth_mm.size()) != n ||
         !fits(input.contact.size()) || !fits(input.known.size()) || !fits(input.shift_x_mm.size()) ||
         !fits(input.shift_known.size()) || input.shift_x_mm.size() != input.shift_y_mm.size())
-      refuse("maps of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells",
-             std::to_string(input.depth_mm.size()) + " depths", "maps of the solver's grid");
+      throw Error(Failure::Input,
+                  "maps of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells",
+                  std::to_string(input.depth_mm.size()) + " depths", "maps of the solver's grid");
     for (size_t i = 0; i < n; ++i) {
       known[i] = input.known.empty() || input.known[i] != 0 ? 1 : 0;
       allowed[i] = input.contact.empty() || input.contact[i] != 0 ? 1 : 0;
@@ -453,8 +404,8 @@ struct TractionSolver::Impl {
                  : known[i] != 0 ? double{input.depth_mm[i]}
                                  : 0;
       if (!std::isfinite(given[i]))
-        refuse("a depth of every cell that is known", "one that is not a number",
-               "leaving it out of `known`");
+        throw Error(Failure::Input, "a depth of every cell that is known", "one that is not a number",
+                    "leaving it out of `known`");
     }
     const bool solves = shift || !input.depth_mm.empty();
     if (solves && (!convolution || (shift && !convolution->has_shear())))
@@ -474,8 +425,8 @@ struct TractionSolver::Impl {
     for (size_t i = 0; i < n; ++i) {
       shift_known[i] = input.shift_known.empty() || input.shift_known[i] != 0 ? 1 : 0;
       if (shift_known[i] != 0 && !(std::isfinite(input.shift_x_mm[i]) && std::isfinite(input.shift_y_mm[i])))
-        refuse("a shift of every cell that is known", "one that is not a number",
-               "leaving it out of `shift_known`");
+        throw Error(Failure::Input, "a shift of every cell that is known", "one that is not a number",
+                    "leaving it out of `shift_known`");
     }
   }
 

@@ -1,5 +1,5 @@
 // Weighted least squares of slopes in double precision on the CPU: the exact solver of weighted surfaces, and
-// what the GPU's answer is judged by. The same equations as engine/stages/weighted_surface.h.
+// what the GPU's answer is judged by. The same equations as engine/stages/surface/weighted_surface.h.
 #pragma once
 
 #include <cstdint>

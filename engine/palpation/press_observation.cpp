@@ -6,7 +6,7 @@
 
 #include "engine/base/text.h"
 #include "engine/lump/network/network.h"
-#include "engine/stages/elastic.h"
+#include "engine/stages/surface/elastic.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,5 @@
 #include "engine/pipeline/contact_tiles.h"
+#include "engine/base/divide_up.h"
 
 #include <algorithm>
 #include <array>
@@ -92,8 +93,8 @@ ContactTiles::ContactTiles(const Sensor& sensor, const FrameFormat& format)
       row_(2 * (size_t{format.width} + 2 * kReach)),
       most_(4 * size_t{format.width}) {
   for (auto& row : across_) row.resize(4 * size_t{format.width});
-  tiles_.columns = (format.width + kTile - 1) / kTile;
-  tiles_.rows = (format.height + kTile - 1) / kTile;
+  tiles_.columns = divide_up(format.width, kTile);
+  tiles_.rows = divide_up(format.height, kTile);
   tiles_.touched.resize(size_t{tiles_.columns} * tiles_.rows);
 }
 

@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "engine/gpu/commands.h"
-#include "engine/pipeline/weighted_slot.h"
-#include "engine/stages/confidence.h"
-#include "engine/stages/contact.h"
-#include "engine/stages/markers.h"
-#include "engine/stages/regions.h"
-#include "engine/stages/rest_correction.h"
-#include "engine/stages/rest_level.h"
+#include "engine/pipeline/surface/weighted_slot.h"
+#include "engine/stages/frame/confidence.h"
+#include "engine/stages/frame/contact.h"
+#include "engine/stages/frame/markers.h"
+#include "engine/stages/frame/regions.h"
+#include "engine/stages/frame/upload.h"
+#include "engine/stages/surface/rest_correction.h"
+#include "engine/stages/surface/rest_level.h"
 #include "engine/stages/traction.h"
-#include "engine/stages/upload.h"
 
 namespace palpate {
 

@@ -7,9 +7,9 @@
 #include "engine/gpu/context.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/pipeline/choose_solver.h"
-#include "engine/stages/contact.h"
-#include "engine/stages/slope.h"
-#include "engine/stages/surface.h"
+#include "engine/stages/frame/contact.h"
+#include "engine/stages/surface/slope.h"
+#include "engine/stages/surface/surface.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -6,8 +6,8 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/weighted_poisson.h"
-#include "engine/stages/contact.h"
-#include "engine/stages/weighted_surface.h"
+#include "engine/stages/frame/contact.h"
+#include "engine/stages/surface/weighted_surface.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -9,8 +9,8 @@
 
 #include "engine/elasticity/traction.h"
 #include "engine/pipeline/frame_slot.h"
-#include "engine/pipeline/surface_method.h"
-#include "engine/stages/cell_heights.h"
+#include "engine/pipeline/surface/surface_method.h"
+#include "engine/stages/surface/cell_heights.h"
 #include "engine/stages/traction.h"
 #include "palpate/pipeline.h"
 #include "palpate/touch.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/divide_up.h"
 #include "engine/sensor/fit.h"
 
 namespace palpate {
@@ -14,8 +15,7 @@ constexpr uint32_t kLeast_px = 64;  // sides of a window below which nothing is 
 // kWindowStep_px.
 uint32_t side_for(uint32_t least, uint32_t frame) {
   const uint32_t rest = frame % kWindowStep_px;
-  const uint32_t side =
-      (std::max(least, rest) - rest + kWindowStep_px - 1) / kWindowStep_px * kWindowStep_px + rest;
+  const uint32_t side = divide_up(std::max(least, rest) - rest, kWindowStep_px) * kWindowStep_px + rest;
   return std::min(side, frame);
 }
 

@@ -1,6 +1,6 @@
 #include "engine/pipeline/whole_frame.h"
 
-#include "engine/pipeline/make_surface.h"
+#include "engine/pipeline/surface/make_surface.h"
 
 #include "engine/gpu/context.h"
 #include "engine/measure/contact_shape.h"

@@ -11,12 +11,12 @@
 #include "engine/pipeline/frames.h"
 #include "engine/pipeline/layer_traction.h"
 #include "engine/pipeline/plan.h"
-#include "engine/pipeline/surface_method.h"
-#include "engine/stages/cell_change.h"
-#include "engine/stages/gradient.h"
-#include "engine/stages/import_pages.h"
-#include "engine/stages/markers.h"
-#include "engine/stages/skin.h"
+#include "engine/pipeline/surface/surface_method.h"
+#include "engine/stages/frame/cell_change.h"
+#include "engine/stages/frame/gradient.h"
+#include "engine/stages/frame/import_pages.h"
+#include "engine/stages/frame/markers.h"
+#include "engine/stages/frame/skin.h"
 
 namespace palpate {
 

@@ -5,8 +5,9 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
-#include "engine/pipeline/surface_gradient.h"
+#include "engine/pipeline/surface/surface_gradient.h"
 
 namespace palpate {
 namespace {
@@ -34,8 +35,7 @@ PixelRect place_window(const PixelRect& size, const PixelRect& box, const std::o
   if (last && last->contains(box)) return *last;
   const auto along = [](uint32_t first, uint32_t length, uint32_t side, uint32_t frame) {
     const uint32_t before = (side - length) / 2;
-    const uint32_t lowest =
-        (std::max(first + length, side) - side + kWindowStep_px - 1) / kWindowStep_px * kWindowStep_px;
+    const uint32_t lowest = divide_up(std::max(first + length, side) - side, kWindowStep_px) * kWindowStep_px;
     const uint32_t wanted = (std::max(first, before) - before) / kWindowStep_px * kWindowStep_px;
     return std::min(std::max(wanted, lowest), frame - side);
   };

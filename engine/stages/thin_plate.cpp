@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -17,7 +18,7 @@ namespace {
 constexpr uint32_t kWorkgroup = 64, kStep = shared::kPlateStep;
 
 std::array<uint32_t, 3> groups_for(uint32_t invocations) {
-  return {(invocations + kWorkgroup - 1) / kWorkgroup, 1, 1};
+  return {divide_up(invocations, kWorkgroup), 1, 1};
 }
 
 /// Largest error of the pieces' gradient for one point of weight 1 at this distance from the cell, step 1.
@@ -47,8 +48,8 @@ PlateMap::PlateMap(gpu::Context& context, uint32_t width, uint32_t height, Plate
   using enum gpu::Binding;
   push_.width = width;
   push_.height = height;
-  push_.nodes_x = (width + kStep - 1) / kStep + 1;
-  push_.nodes_y = (height + kStep - 1) / kStep + 1;
+  push_.nodes_x = divide_up(width, kStep) + 1;
+  push_.nodes_y = divide_up(height, kStep) + 1;
   push_.pitch = (push_.nodes_x - 1) * (kStep / 4);
   const uint64_t texel = 4 * sizeof(float);
   points_ = gpu::DeviceBuffer(context, "spline points", kMostPoints * texel, gpu::Memory::Upload);

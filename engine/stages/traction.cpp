@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "engine/base/divide_up.h"
 #include "engine/elasticity/layer_kernel.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
@@ -36,7 +37,7 @@ void refuse(const std::string& wanted, const std::string& found, const std::stri
 }
 
 uint32_t padded(uint32_t cells) {
-  return (cells + shared::kTractionBlock - 1) / shared::kTractionBlock * shared::kTractionBlock;
+  return divide_up(cells, shared::kTractionBlock) * shared::kTractionBlock;
 }
 
 }  // namespace

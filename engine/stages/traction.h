@@ -15,7 +15,7 @@
 #include "engine/elasticity/traction.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/kernel.h"
-#include "engine/stages/surface_grid.h"
+#include "engine/stages/surface/surface_grid.h"
 #include "shaders/shared/traction.h"
 
 namespace palpate {

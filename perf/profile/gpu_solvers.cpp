@@ -4,7 +4,7 @@
 
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
-#include "engine/stages/contact.h"
+#include "engine/stages/frame/contact.h"
 
 namespace palpate::perf {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
-#include "engine/stages/slope.h"
-#include "engine/stages/surface.h"
-#include "engine/stages/weighted_surface.h"
+#include "engine/stages/surface/slope.h"
+#include "engine/stages/surface/surface.h"
+#include "engine/stages/surface/weighted_surface.h"
 #include "perf/profile/truths.h"
 
 namespace palpate::perf {

@@ -10,8 +10,8 @@
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
-#include "engine/stages/skin.h"
-#include "engine/stages/upload.h"
+#include "engine/stages/frame/skin.h"
+#include "engine/stages/frame/upload.h"
 #include "perf/rivals/skin_rival.h"
 
 namespace palpate::perf {

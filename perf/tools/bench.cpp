@@ -14,7 +14,7 @@
 #include "perf/rivals/spline_rival.h"
 #include "perf/rivals/traction_study.h"
 #include "perf/tools/program.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate::perf {
 

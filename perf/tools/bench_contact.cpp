@@ -10,7 +10,7 @@
 
 #include "engine/base/mapped_pages.h"
 #include "engine/gpu/commands.h"
-#include "engine/stages/contact.h"
+#include "engine/stages/frame/contact.h"
 #include "perf/rivals/rivals.h"
 
 namespace palpate::perf {

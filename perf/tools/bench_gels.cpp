@@ -8,7 +8,7 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
-#include "engine/stages/gradient.h"
+#include "engine/stages/frame/gradient.h"
 #include "perf/rivals/gradient_rival.h"
 #include "perf/rivals/skin_run.h"
 

@@ -13,8 +13,8 @@
 #include "engine/gpu/context.h"
 #include "engine/pipeline/contact_tiles.h"
 #include "engine/sensor/outline.h"
-#include "engine/stages/contact.h"
-#include "engine/stages/upload.h"
+#include "engine/stages/frame/contact.h"
+#include "engine/stages/frame/upload.h"
 #include "palpate/pipeline.h"
 #include "perf/measure.h"
 #include "perf/profile/frames.h"
@@ -23,7 +23,7 @@
 #include "perf/rivals/rivals.h"
 #include "perf/rivals/skin_run.h"
 #include "perf/tools/program.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate::perf {
 namespace {

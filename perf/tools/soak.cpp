@@ -16,7 +16,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "perf/tools/program.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 #include "viz/live/live.h"
 #include "viz/live/recorder.h"
 #include "viz/report/gnuplot.h"

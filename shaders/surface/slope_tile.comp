@@ -3,6 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/slope.h"
+#include "shaders/shared/tile.h"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
@@ -16,7 +17,6 @@ layout(binding = FIRST_OUTPUT) writeonly buffer Right { float right_side[]; };
 layout(binding = FIRST_OUTPUT + 1) writeonly buffer Coarse { float coarse[]; };
 #endif
 
-const int kTileWidth = 32, kTileHeight = 16;
 // Two pixels around the tile, in whole groups of four columns.
 const int kGroups = kTileWidth / 4 + 2, kStride = 4 * kGroups, kSlopeRows = kTileHeight + 4;
 shared float slope_x[kStride * kSlopeRows], slope_y[kStride * kSlopeRows];

@@ -1,7 +1,7 @@
 // The form of the level's kernels for GPUs: a workgroup owns a tile of kTileWidth x kTileHeight cells and what its stages need around
 // them, in shared memory; an invocation computes single cells. Where the strips of a processor keep rows in registers, a GPU has none
 // to spare. Included after `push` (GridPush) is declared; needs grid.glsl.
-const int kTileWidth = 32, kTileHeight = 16;
+#include "shaders/shared/tile.h"
 
 // Place of the tile's first cell.
 ivec2 tile_origin() { return ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth, kTileHeight); }

@@ -8,7 +8,7 @@
 #include "capture/v4l2/camera_clock.h"
 #include "capture/v4l2/camera_setup.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
-#include "engine/stages/contact.h"
+#include "engine/stages/frame/contact.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"

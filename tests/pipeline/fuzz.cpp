@@ -11,7 +11,7 @@
 #include "palpate/error.h"
 #include "tests/pipeline/fuzz_cases.h"
 #include "tests/pipeline/fuzz_files.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace {
 

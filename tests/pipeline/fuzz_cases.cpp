@@ -7,7 +7,7 @@
 
 #include "engine/numeric/poisson_dct.h"
 #include "engine/pipeline/specks.h"
-#include "engine/stages/surface.h"
+#include "engine/stages/surface/surface.h"
 #include "palpate/error.h"
 #include "tests/pipeline/dice.h"
 #include "tests/pipeline/fuzz_gel.h"

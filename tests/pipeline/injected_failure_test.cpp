@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "engine/gpu/context.h"
-#include "engine/stages/surface.h"
+#include "engine/stages/surface/surface.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/scenes/dent.h"

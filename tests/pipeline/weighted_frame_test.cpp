@@ -1,6 +1,6 @@
 // The pipeline with unknown pixels, on the synthetic sensor: masked pixels do no harm, and a frame without
 // any costs nothing extra.
-#include "engine/stages/weighted_surface.h"
+#include "engine/stages/surface/weighted_surface.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
-#include "viz/render/window.h"
+#include "viz/render/desktop.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/stages/contact.h"
+#include "engine/stages/frame/contact.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 

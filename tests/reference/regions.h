@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/stages/regions.h"
+#include "engine/stages/frame/regions.h"
 #include "tests/reference/contact.h"
 
 namespace palpate::reference {

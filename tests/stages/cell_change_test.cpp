@@ -1,5 +1,5 @@
 // The cell change stage: its sums are those of plain loops, to the last unit.
-#include "engine/stages/cell_change.h"
+#include "engine/stages/frame/cell_change.h"
 
 #include <gtest/gtest.h>
 

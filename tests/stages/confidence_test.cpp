@@ -1,4 +1,4 @@
-#include "engine/stages/confidence.h"
+#include "engine/stages/frame/confidence.h"
 
 #include <unistd.h>
 

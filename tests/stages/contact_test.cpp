@@ -1,4 +1,4 @@
-#include "engine/stages/contact.h"
+#include "engine/stages/frame/contact.h"
 
 #include <random>
 

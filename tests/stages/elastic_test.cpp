@@ -1,6 +1,6 @@
 // Pressure to deflection: the GPU against the plain version, the pyramid against closed forms and against the
 // convolution as it is defined, and the whole frame against the synthetic waveguide's truth.
-#include "engine/stages/elastic.h"
+#include "engine/stages/surface/elastic.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

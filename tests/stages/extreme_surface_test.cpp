@@ -1,5 +1,5 @@
 // Stiff and extreme surfaces: gradient fields of any size, steepness and consistency, and whole pipelines on
-// extreme images. Results are free of NaN, and wrong numbers are reported. perf/results/README.md has the
+// extreme images. Results are free of NaN, and wrong numbers are reported. perf/results/stiff_and_extreme.md has the
 // table that these tests print.
 #include <Eigen/Dense>
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include "engine/base/text.h"
 #include "engine/numeric/poisson_dct.h"
-#include "engine/stages/surface.h"
+#include "engine/stages/surface/surface.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/reference/slope.h"

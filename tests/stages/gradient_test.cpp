@@ -1,6 +1,6 @@
 // The gradient stage: its sum is that of plain loops to the last unit, light that changes evenly leaves it
 // alone, and it grows with what presses on a gel.
-#include "engine/stages/gradient.h"
+#include "engine/stages/frame/gradient.h"
 
 #include <gtest/gtest.h>
 

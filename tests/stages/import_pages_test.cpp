@@ -1,7 +1,7 @@
 // Frames read in place from memory that a camera driver maps: padded as the processor does it, to the last
 // bit; imported once; given back when the frame is finished and not earlier; never read through an import of
 // pages that have gone.
-#include "engine/stages/import_pages.h"
+#include "engine/stages/frame/import_pages.h"
 
 #include <thread>
 

@@ -10,7 +10,7 @@
 #include "engine/gpu/tuning.h"
 #include "engine/numeric/islands.h"
 #include "engine/numeric/weighted_poisson.h"
-#include "engine/stages/surface.h"
+#include "engine/stages/surface/surface.h"
 #include "tests/support/gpu_fixture.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // Reconstruction::Lookup: the engine's depth against the table evaluated pixel by pixel, and its states.
-#include "engine/stages/lookup.h"
+#include "engine/stages/surface/lookup.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The markers stage: it finds and fills what plain loops do, to the last bit.
-#include "engine/stages/markers.h"
+#include "engine/stages/frame/markers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/stages/regions.h"
+#include "engine/stages/frame/regions.h"
 
 #include <opencv2/imgproc.hpp>
 #include <random>

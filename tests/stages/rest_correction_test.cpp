@@ -1,6 +1,6 @@
 // The rest correction: means and what is taken off are those of plain loops; tilt and bowl beside a press go,
 // the press stays.
-#include "engine/stages/rest_correction.h"
+#include "engine/stages/surface/rest_correction.h"
 
 #include <gtest/gtest.h>
 

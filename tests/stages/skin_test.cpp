@@ -1,6 +1,6 @@
 // The skin stage: the pattern is found, the kernel equals plain loops, and the followed motion is that of the
 // synthetic pad's skin.
-#include "engine/stages/skin.h"
+#include "engine/stages/frame/skin.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/stages/slope.h"
+#include "engine/stages/surface/slope.h"
 
 #include <random>
 

@@ -1,10 +1,10 @@
-#include "engine/stages/surface.h"
+#include "engine/stages/surface/surface.h"
 
 #include <algorithm>
 #include <random>
 
 #include "engine/gpu/commands.h"
-#include "engine/stages/slope.h"
+#include "engine/stages/surface/slope.h"
 #include "palpate/error.h"
 #include "tests/scenes/heights.h"
 #include "tests/support/gpu_fixture.h"

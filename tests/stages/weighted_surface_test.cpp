@@ -1,4 +1,4 @@
-#include "engine/stages/weighted_surface.h"
+#include "engine/stages/surface/weighted_surface.h"
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>

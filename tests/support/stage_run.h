@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/gpu/commands.h"
-#include "engine/stages/contact.h"
-#include "engine/stages/slope.h"
+#include "engine/stages/frame/contact.h"
+#include "engine/stages/surface/slope.h"
 
 namespace palpate {
 

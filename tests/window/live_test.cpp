@@ -1,5 +1,5 @@
 #include "viz/display/run_live.h"
-#include "viz/render/window.h"
+#include "viz/render/desktop.h"
 
 #include <gtest/gtest.h>
 

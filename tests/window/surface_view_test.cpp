@@ -12,6 +12,7 @@
 #include "tests/support/gpu_fixture.h"
 #include "viz/display/picture.h"
 #include "viz/panels/hud.h"
+#include "viz/render/desktop.h"
 #include "viz/render/view_state.h"
 #include "viz/render/window.h"
 

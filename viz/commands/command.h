@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "viz/commands/report_value.h"
+#include "viz/commands/support/report_value.h"
 
 namespace palpate {
 

@@ -10,7 +10,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 #include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 #include "viz/report/contact_answers.h"
 #include "viz/report/contact_figures.h"
 #include "viz/report/plot_script.h"

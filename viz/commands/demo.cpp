@@ -13,13 +13,13 @@
 #include "engine/calibrate/photometric/fit.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
 #include "viz/display/run_live.h"
+#include "viz/render/desktop.h"
 #include "viz/render/format.h"
-#include "viz/render/window.h"
 #include "viz/report/process_report.h"
 
 namespace palpate {

@@ -6,8 +6,8 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/option_groups/look_options.h"
-#include "viz/commands/options.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
 
 namespace palpate {

@@ -9,14 +9,14 @@
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
-#include "engine/stages/surface.h"
-#include "engine/stages/weighted_surface.h"
+#include "engine/stages/surface/surface.h"
+#include "engine/stages/surface/weighted_surface.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 #include "viz/commands/command.h"
-#include "viz/commands/integrate_lights.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/integrate_lights.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -10,13 +10,13 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/live_run.h"
 #include "viz/commands/option_groups/camera_options.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/live_run.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/live/live.h"
 #include "viz/live/live_report.h"
-#include "viz/render/window.h"
+#include "viz/render/desktop.h"
 
 namespace palpate {
 namespace {

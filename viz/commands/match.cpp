@@ -6,8 +6,8 @@
 #include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/report/match_plot.h"
 
 namespace palpate {

@@ -11,9 +11,9 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 #include "viz/report/modulus_report.h"
 #include "viz/report/plot_script.h"
 

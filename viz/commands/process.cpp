@@ -8,8 +8,8 @@
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/look_options.h"
-#include "viz/commands/options.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
 #include "viz/report/process_report.h"
 

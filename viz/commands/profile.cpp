@@ -12,8 +12,8 @@
 #include "perf/profile/report/tables.h"
 #include "perf/profile/run.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/display/picture.h"
 
 namespace palpate {

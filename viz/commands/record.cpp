@@ -10,8 +10,8 @@
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/live/live.h"
 #include "viz/live/live_report.h"
 

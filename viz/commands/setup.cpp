@@ -8,10 +8,10 @@
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/sensor_setup.h"
-#include "viz/commands/setup_window.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/sensor_setup.h"
+#include "viz/commands/support/setup_window.h"
 
 namespace palpate {
 namespace {

@@ -15,8 +15,8 @@
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -9,11 +9,12 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/live_run.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/setup_window.h"
+#include "viz/commands/support/live_run.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/setup_window.h"
 #include "viz/live/live_report.h"
 #include "viz/panels/start_view.h"
+#include "viz/render/desktop.h"
 #include "viz/render/window.h"
 
 namespace palpate {

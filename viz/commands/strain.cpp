@@ -9,8 +9,8 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 

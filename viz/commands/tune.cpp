@@ -5,13 +5,13 @@
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
-#include "engine/stages/contact.h"
+#include "engine/stages/frame/contact.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 #include "perf/profile/tune.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/pipeline/surface_sample.h"
+#include "engine/pipeline/surface/surface_sample.h"
 
 namespace palpate::viz {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/stages/surface.h"
-#include "engine/stages/weighted_surface.h"
+#include "engine/stages/surface/surface.h"
+#include "engine/stages/surface/weighted_surface.h"
 #include "viz/python/arrays.h"
 #include "viz/python/device.h"
 #include "viz/python/numeric.h"

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/files/images/images.h"
-#include "engine/stages/elastic.h"
+#include "engine/stages/surface/elastic.h"
 
 namespace palpate::viz {
 

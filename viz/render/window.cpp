@@ -10,21 +10,10 @@
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "viz/render/desktop.h"
 
 namespace palpate::viz {
 namespace {
-
-std::string glfw_message() {
-  const char* text = nullptr;
-  if (glfwGetError(&text) == GLFW_NO_ERROR || !text) return "no display";
-  return text;
-}
-
-// GLFW lives as long as the process: the Vulkan instance may not outlive its connection to the display.
-bool start_glfw() {
-  static const bool started = glfwInit() == GLFW_TRUE;
-  return started;
-}
 
 VkPresentModeKHR present_mode(Vsync vsync) {
   switch (vsync) {
@@ -46,31 +35,13 @@ void check_present(VkResult result, const char* what) {
 
 }  // namespace
 
-bool display_available() {
-  return start_glfw() && glfwVulkanSupported();
-}
-
-std::string no_display() {
-  return glfw_message();
-}
-
-std::vector<const char*> window_extensions() {
-  constexpr const char* kRemedy =
-      "running on a desktop, setting DISPLAY or WAYLAND_DISPLAY, or palpate process, which needs no window";
-  if (!start_glfw()) throw Error(Failure::Display, "a display for the window", glfw_message(), kRemedy);
-  uint32_t count = 0;
-  const char** names = glfwGetRequiredInstanceExtensions(&count);
-  if (!names) throw Error(Failure::Display, "a display that Vulkan can draw to", glfw_message(), kRemedy);
-  return {names, names + count};
-}
-
 Window::Window(gpu::Context& context, const WindowOptions& options) : context_(context) {
   window_extensions();
   glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   window_ = glfwCreateWindow(static_cast<int>(options.width), static_cast<int>(options.height),
                              options.title.c_str(), nullptr, nullptr);
-  if (!window_) throw Error(Failure::Display, "a window", glfw_message(), "a running desktop");
+  if (!window_) throw Error(Failure::Display, "a window", desktop_message(), "a running desktop");
   // Keys are collected here: one pressed and released between two pictures must not be lost. ImGui chains its
   // own callback.
   glfwSetWindowUserPointer(window_, this);
@@ -120,7 +91,7 @@ Window::~Window() {
 
 void Window::attach() {
   if (glfwCreateWindowSurface(context_.instance(), window_, nullptr, &surface_) != VK_SUCCESS)
-    throw Error(Failure::Display, "a window that Vulkan can draw to", glfw_message(),
+    throw Error(Failure::Display, "a window that Vulkan can draw to", desktop_message(),
                 "another display or driver");
   VkBool32 presentable = VK_FALSE;
   vkGetPhysicalDeviceSurfaceSupportKHR(context_.physical_device(), context_.queue_family(), surface_,

@@ -19,14 +19,6 @@ struct GLFWwindow;
 
 namespace palpate::viz {
 
-/// Is there a display that Vulkan can draw to?
-bool display_available();
-/// Why there is none, right after display_available() said so.
-std::string no_display();
-/// Extensions that the Context of a window needs (ContextOptions::instance_extensions, with presentation =
-/// true). Throws Error(Failure::Display) without a display.
-std::vector<const char*> window_extensions();
-
 struct WindowOptions {
   std::string title = "palpate";
   uint32_t width = 1280;

@@ -4,7 +4,7 @@
 #include "capture/calibrate/workflow/workflow.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 

@@ -2,7 +2,7 @@
 
 #include "capture/calibrate/presses.h"
 #include "viz/commands/calibrate/calibrate.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 

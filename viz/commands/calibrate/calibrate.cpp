@@ -1,6 +1,6 @@
 // palpate calibrate: from known touches to a section of the sensor file.
 #include "viz/commands/calibrate/calibrate.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 #include <filesystem>
 

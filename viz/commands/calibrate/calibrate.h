@@ -5,8 +5,8 @@
 
 #include "capture/calibrate/workflow/workflow.h"
 #include "viz/commands/command.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 
 namespace palpate {
 

@@ -14,9 +14,9 @@
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/calibrate/gauged.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 #include "viz/report/calibration_plots.h"
 #include "viz/report/gnuplot.h"
 

@@ -2,7 +2,7 @@
 
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 

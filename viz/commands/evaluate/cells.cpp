@@ -2,7 +2,7 @@
 #include "engine/base/text.h"
 #include "engine/judge/report.h"
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 #include "viz/report/coverage_plot.h"
 
 namespace palpate {

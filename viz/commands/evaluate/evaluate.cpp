@@ -1,6 +1,6 @@
 // palpate evaluate: verdicts and intervals judged cell by cell of what varies.
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 

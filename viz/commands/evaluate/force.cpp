@@ -12,9 +12,9 @@
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 
 namespace palpate {
 namespace {

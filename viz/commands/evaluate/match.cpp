@@ -7,8 +7,8 @@
 #include "capture/synthetic/bent_points.h"
 #include "engine/base/text.h"
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -9,8 +9,8 @@
 #include "palpate/error.h"
 #include "perf/rivals/modulus_trials.h"
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "capture/files/judged_table.h"
 #include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 namespace {

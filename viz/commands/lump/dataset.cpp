@@ -12,8 +12,8 @@
 #include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/option_groups/forward_options.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

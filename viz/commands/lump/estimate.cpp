@@ -13,7 +13,7 @@
 #include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {

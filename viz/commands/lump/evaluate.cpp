@@ -15,8 +15,8 @@
 #include "viz/commands/evaluate/evaluate.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/report/coverage_plot.h"
 #include "viz/report/lump_evaluation_plot.h"
 

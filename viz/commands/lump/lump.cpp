@@ -1,6 +1,6 @@
 // palpate lump: size, depth and stiffness of a lump hidden in tissue.
 #include "viz/commands/lump/lump.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 

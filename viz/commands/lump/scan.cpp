@@ -15,9 +15,9 @@
 #include "viz/commands/lump/method.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/forward_options.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
-#include "viz/commands/run_watch.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 
 namespace palpate {
 namespace {

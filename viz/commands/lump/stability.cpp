@@ -8,8 +8,8 @@
 #include "engine/lump/study/stability.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,7 @@
 #include "engine/optics/refractive_index.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 namespace {

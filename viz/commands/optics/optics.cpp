@@ -7,7 +7,7 @@
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include "engine/optics/optical_stack.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {

@@ -12,8 +12,8 @@
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
-#include "viz/commands/progress.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "capture/v4l2/camera.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,5 @@
 #include "viz/commands/option_groups/look_options.h"
-#include "viz/commands/options.h"
+#include "viz/commands/support/options.h"
 
 #include <algorithm>
 #include <map>

@@ -1,0 +1,49 @@
+#include "engine/pipeline/surface/surface_elastic.h"
+
+#include <cmath>
+
+namespace palpate {
+
+ElasticSurface::ElasticSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                               const FramePlan& plan, const Contact& contact, const Tuning& tuning)
+    : SurfaceMethod(context, sensor, format, contact, tuning),
+      elastic_(context, sensor, format, contact, tuning) {
+  if (plan.solver == SurfaceSolver::Exact)
+    convolution_.emplace(ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width, format.height);
+}
+
+void ElasticSurface::make(FrameSlot& slot) const {
+  SurfaceMethod::make(slot);
+  slot.surface.border_records =
+      gpu::DeviceBuffer(context_, "border records", Elastic::kBorderBytes, gpu::Memory::Readback);
+  if (convolution_) make_host_solve(slot, elastic_.pressure());
+}
+
+void ElasticSurface::record(gpu::Commands& commands, FrameSlot& slot) {
+  elastic_.record_pressure(commands, slot.surface.border_records);
+  if (convolution_) return record_host_solve(commands, elastic_.pressure(), slot);
+  elastic_.record_deflection(commands, slot.surface.depth);
+  record_rest_level(commands, slot);
+}
+
+void ElasticSurface::solve(FrameSlot& slot) {
+  if (!convolution_) return;
+  slot.surface.right_side.invalidate();
+  convolution_->solve(slot.surface.right_side.as<float>().data() + elastic_.pressure_start(),
+                      elastic_.pressure_pitch(), slot.surface.solved.as<float>().data(), grid_.pitch * 4);
+  finish_host_solve(slot);
+}
+
+void ElasticSurface::measure(const FrameSlot& slot, Touch& touch) const {
+  count_from_zero(measure_heights(slot, touch), touch);
+  touch.surface->volume_mm3 = volume_mm3(slot, 0);
+  touch.surface->depth_sd_mm = sensor_.elastic.relative_sd * std::abs(touch.surface->depth_max_mm);
+  slot.surface.border_records.invalidate();
+  if (touch.contact && Elastic::touches_border(slot.surface.border_records.as<const float>()))
+    touch.surface->validity = Validity::AtBorder;
+  if (touch.contact &&
+      (touch.saturated_px > 0 || touch.peak_gray > Elastic::largest_readable_gray(sensor_.elastic)))
+    touch.surface->validity = Validity::Saturated;
+}
+
+}  // namespace palpate

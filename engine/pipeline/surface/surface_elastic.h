@@ -1,0 +1,32 @@
+// Surface from pressure: Reconstruction::Elastic. Depth is absolute: there is no rest level to be found.
+#pragma once
+
+#include <optional>
+
+#include "engine/elasticity/elastic_convolution.h"
+#include "engine/pipeline/surface/surface_method.h"
+#include "engine/stages/surface/elastic.h"
+
+namespace palpate {
+
+class ElasticSurface : public SurfaceMethod {
+ public:
+  ElasticSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                 const FramePlan& plan, const Contact& contact, const Tuning& tuning);
+
+  void make(FrameSlot& slot) const override;
+  void record(gpu::Commands& commands, FrameSlot& slot) override;
+  void solve(FrameSlot& slot) override;
+  void measure(const FrameSlot& slot, Touch& touch) const override;
+  std::optional<PressureMap> pressure() const override {
+    return PressureMap{&elastic_.pressure(), elastic_.pressure_pitch(), elastic_.pressure_start()};
+  }
+  uint64_t memory_bytes() const override { return elastic_.memory_bytes(); }
+  using SurfaceMethod::memory_bytes;
+
+ private:
+  Elastic elastic_;
+  std::optional<ElasticConvolution> convolution_;  ///< SurfaceSolver::Exact
+};
+
+}  // namespace palpate

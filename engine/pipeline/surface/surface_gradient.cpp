@@ -1,0 +1,128 @@
+#include "engine/pipeline/surface/surface_gradient.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace palpate {
+namespace {
+
+// Whether so much of the contact is clipped that its depth cannot be right: a fraction of its area, and in
+// Reconstruction::Shading more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
+bool too_many_clipped(const Touch& t, const Sensor& sensor) {
+  constexpr double kFraction = 0.01, kRim_px = 4;
+  double allowed_px = kFraction * static_cast<double>(t.area_px);
+  if (sensor.reconstruction == Reconstruction::Shading) {
+    // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
+    const double across_px = std::hypot(t.ellipse.major_px, t.ellipse.minor_px);
+    allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
+  }
+  return static_cast<double>(t.surface->clipped_px) > allowed_px;
+}
+
+}  // namespace
+
+bool too_many_saturated(const Touch& touch) {
+  constexpr uint64_t kOneIn = 100;
+  return touch.saturated_px * kOneIn > touch.area_px;
+}
+
+GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                                 const FramePlan& plan, const Contact& contact, const Confidence* confidence,
+                                 const Tuning& tuning)
+    : SurfaceMethod(context, sensor, format, contact, tuning),
+      surface_(context, format.width, format.height, plan.solver, tuning, false, plan.warm_start),
+      slope_(context, sensor, format, contact, surface_.right_sides(), tuning) {
+  if (plan.solver == SurfaceSolver::Exact) dct_.emplace(format.width, format.height);
+  if (!plan.weights) return;
+  if (surface_.right_sides() == RightSides::Cells)
+    slope_.prepare_known(context);
+  else
+    slope_.prepare_slopes(context);
+  weighted_.emplace(context, sensor, format, plan, *confidence, contact, surface_, slope_, rest_level_);
+}
+
+void GradientSurface::set_confidence(const Confidence& confidence) {
+  // The host solves each frame by itself, with weights or without.
+  if (!weighted_ || dct_) return;
+  std::vector<uint8_t> known = confidence.still_known();
+  if (known == known_) return;
+  known_ = std::move(known);
+  surface_.set_known(context_, known_);
+  weighted_->set_known(known_);
+}
+
+void GradientSurface::make(FrameSlot& slot) const {
+  SurfaceMethod::make(slot);
+  slot.surface.clipped =
+      gpu::DeviceBuffer(context_, "clipped pixels", slope_.clipped_bytes(), gpu::Memory::Readback);
+  if (dct_) make_host_solve(slot, surface_.right_side().buffer);
+  if (weighted_) weighted_->make(slot.surface.weighted);
+}
+
+void GradientSurface::record(gpu::Commands& commands, FrameSlot& slot) {
+  if (weighted_) weighted_->record(slot);
+  if (may_weigh()) {
+    // For a frame that turns out to need no weights.
+    gpu::Commands& own = slot.surface.weighted.plain;
+    own.begin();
+    weighted_->record_filtered(own, slot);
+    record_plain(own, slot);
+    own.host_barrier();
+    own.end();
+  }
+  record_plain(commands, slot);
+}
+
+void GradientSurface::record_plain(gpu::Commands& commands, FrameSlot& slot) const {
+  if (surface_.solves_known_part())
+    weighted_->record_right_side(commands, slot);
+  else
+    slope_.record(commands, slot.without_markers(), slot.background, surface_, slot.surface.clipped);
+  if (dct_) return record_host_solve(commands, surface_.right_side().buffer, slot);
+  surface_.record(commands, slot.surface.depth);
+  record_rest_level(commands, slot);
+}
+
+void GradientSurface::record_weighted(gpu::Commands& commands, FrameSlot& slot) const {
+  weighted_->record_solve(commands, slot);
+}
+
+void GradientSurface::solve(FrameSlot& slot) {
+  if (weighted_) {
+    weighted_->solve(slot, grid_.pitch * 4);
+    expects_weights_ = may_weigh() && slot.surface.weighted.used;
+  }
+  if (!dct_) return;
+  if (!slot.surface.weighted.used) {
+    slot.surface.right_side.invalidate();
+    dct_->solve(slot.surface.right_side.as<float>().data(), slot.surface.solved.as<float>().data(),
+                grid_.pitch * 4);
+  }
+  finish_host_solve(slot);
+}
+
+bool GradientSurface::solved_apart(const FrameSlot& slot) const {
+  return dct_ || slot.surface.weighted.again;
+}
+
+void GradientSurface::measure(const FrameSlot& slot, Touch& touch) const {
+  measure_heights(slot, touch);
+  slot.surface.clipped.invalidate();
+  touch.surface->clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
+  if (touch.surface->validity == Validity::Saturated && !too_many_saturated(touch))
+    touch.surface->validity = Validity::Valid;
+  if (touch.surface->validity == Validity::Valid && too_many_clipped(touch, sensor_))
+    touch.surface->validity = Validity::Clipped;
+  if (weighted_) weighted_->measure(slot.surface.weighted, touch);
+}
+
+void GradientSurface::add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const {
+  SurfaceMethod::add_times(slot, times);
+  if (weighted_) weighted_->add_times(slot.surface.weighted, times);
+}
+
+uint64_t GradientSurface::memory_bytes() const {
+  return surface_.memory_bytes() + (weighted_ ? weighted_->memory_bytes() : 0);
+}
+
+}  // namespace palpate

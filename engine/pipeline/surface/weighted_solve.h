@@ -1,0 +1,81 @@
+// Weighted solve: the surface of a frame from the pixels of non-zero confidence. Built only where a caller
+// asks for Output::Confidence or the sensor file names a pad or a shadow level; used for frames in which
+// other pixels than those that no frame shows are unknown, or uncertain.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/pipeline/plan.h"
+#include "engine/pipeline/surface/weighted_slot.h"
+#include "engine/stages/surface/weighted_surface.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+class Confidence;
+class Contact;
+class RestLevel;
+class Slope;
+class Surface;
+struct FrameSlot;
+
+class WeightedSolve {
+ public:
+  using Slot = WeightedSlot;
+
+  /// The stages live longer than this.
+  WeightedSolve(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
+                const Confidence& confidence, const Contact& contact, const Surface& plain,
+                const Slope& slope, const RestLevel& rest_level);
+
+  /// Which pixels are known in every frame.
+  void set_known(std::span<const uint8_t> known);
+
+  /// Buffers of a slot.
+  void make(Slot& slot) const;
+  /// The plain solve's right sides, of what is known in every frame; and clipped pixels.
+  void record_right_side(gpu::Commands& commands, const FrameSlot& slot) const;
+  /// Into commands of its own, which run where a frame turns out to need them.
+  void record(FrameSlot& slot) const;
+  /// Fills what the plain solve does: depth, rest level and clipped pixels.
+  void record_solve(gpu::Commands& commands, FrameSlot& slot) const;
+  /// The filtered image, where one is read, belongs to whichever frame came last: made again.
+  void record_filtered(gpu::Commands& commands, const FrameSlot& slot) const;
+  /// Of a finished frame whose confidence is counted: whether it needs weights, and its solve, to the end.
+  /// SurfaceSolver::Exact leaves the heights in the slot's `solved`, rows `pitch` floats apart. Not thread
+  /// safe.
+  void solve(FrameSlot& slot, uint32_t pitch);
+  void measure(const Slot& slot, Touch& touch) const;
+
+  void add_times(const Slot& slot, std::vector<gpu::ScopeTime>& times) const;
+  uint64_t memory_bytes() const;
+  static uint64_t memory_bytes(const Slot& slot);
+
+ private:
+  bool on_cells() const;
+  void find_islands(FrameSlot& slot);
+  void find_known(const FrameSlot& slot);
+  void solve_on_host(FrameSlot& slot, uint32_t pitch) const;
+
+  gpu::Context& context_;
+  FrameFormat format_;
+  double pitch_mm_per_px_;
+  bool filters_;
+  const Confidence& confidence_;
+  const Contact& contact_;
+  const Surface& plain_;
+  const Slope& slope_;
+  const RestLevel& rest_level_;
+  std::optional<WeightedSurface> surface_;  ///< on the GPU: of cells where the plain solve is
+  FloatMap cells_;                          ///< heights of those
+  FloatMap slope_x_, slope_y_;              ///< SurfaceSolver::Exact
+  uint32_t still_islands_ = 1;
+  // Of the frame that is solved; kept so that frames allocate nothing.
+  std::vector<uint8_t> known_;
+  IslandFinder islands_;
+};
+
+}  // namespace palpate

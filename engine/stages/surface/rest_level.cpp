@@ -1,0 +1,90 @@
+#include "engine/stages/surface/rest_level.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "engine/base/divide_up.h"
+#include "engine/gpu/commands.h"
+#include "engine/stages/frame/contact.h"
+#include "shaders/rest_level.spv.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kEdges = 4;
+
+struct Mean {
+  double sum = 0;
+  double count = 0;
+  void add(const shared::RestLevelRecord& r) {
+    sum += double{r.mean} * r.pixels;
+    count += r.pixels;
+  }
+};
+
+}  // namespace
+
+RestLevel::RestLevel(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning)
+    : workgroup_(tuning.rest_level_workgroup) {
+  push_.width = grid.width;
+  push_.height = grid.height;
+  push_.pitch = grid.pitch;
+  push_.tiles_x = contact.tiles_x();
+  push_.tiles_y = contact.tiles() / contact.tiles_x();
+  push_.tile_texels = contact.tile_columns() / 4;
+  push_.tile_rows = contact.tile_rows();
+  kernel_ = gpu::Kernel(context, {"rest_level", k_rest_level},
+                        {{gpu::Binding::Texels, gpu::Binding::Storage, gpu::Binding::Storage},
+                         sizeof push_,
+                         {workgroup_, 1, 1},
+                         {}});
+}
+
+uint64_t RestLevel::record_bytes() const {
+  return (uint64_t{push_.tiles_x} * push_.tiles_y + kEdges) * sizeof(shared::RestLevelRecord);
+}
+
+void RestLevel::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
+                       const gpu::DeviceBuffer& records, InnerEdges edges) const {
+  const auto scope = commands.scope("rest level");
+  shared::RestLevelPush push = push_;
+  push.edges = edges.any() ? 1 : 0;
+  const uint32_t tiles = push.tiles_x * push.tiles_y + push.edges * kEdges;
+  commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push, {divide_up(tiles, workgroup_), 1, 1});
+  commands.barrier();
+}
+
+RestHeight RestLevel::find(std::span<const shared::ContactRecord> contact,
+                           std::span<const shared::RestLevelRecord> records, InnerEdges edges) const {
+  Mean inner, border, untouched, all;
+  double highest = std::numeric_limits<double>::lowest();
+  const uint32_t tiles = push_.tiles_x * push_.tiles_y;
+  const bool is_inner[kEdges] = {edges.left, edges.right, edges.top, edges.bottom};
+  for (uint32_t side = 0; side < kEdges; ++side)
+    if (is_inner[side]) inner.add(records[tiles + side]);
+  for (uint32_t tile = 0; tile < tiles; ++tile) {
+    const shared::RestLevelRecord& r = records[tile];
+    highest = std::max(highest, double{r.highest});
+    all.add(r);
+    if (contact[tile].area > 0) continue;
+    untouched.add(r);
+    const uint32_t x = tile % push_.tiles_x, y = tile / push_.tiles_x;
+    if (x == 0 || y == 0 || x + 1 == push_.tiles_x || y + 1 == push_.tiles_y) border.add(r);
+  }
+  // The edges' pixels stand in where a small window has no untouched tile at its border.
+  const Mean& chosen = border.count > 0      ? border
+                       : inner.count > 0     ? inner
+                       : untouched.count > 0 ? untouched
+                                             : all;
+  return {chosen.sum / chosen.count, highest, inner.count > 0 || untouched.count > 0};
+}
+
+double RestLevel::volume_px_mm(std::span<const shared::ContactRecord> contact,
+                               std::span<const shared::RestLevelRecord> records, double level_mm) const {
+  double volume = 0;
+  for (uint32_t tile = 0; tile < push_.tiles_x * push_.tiles_y; ++tile)
+    if (contact[tile].area > 0) volume += (double{records[tile].mean} - level_mm) * records[tile].pixels;
+  return volume;
+}
+
+}  // namespace palpate

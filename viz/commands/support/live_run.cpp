@@ -1,0 +1,160 @@
+#include "viz/commands/support/live_run.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+#include <utility>
+
+#include "capture/files/event_log.h"
+#include "capture/files/measurements.h"
+#include "capture/files/output_file.h"
+#include "capture/open_source.h"
+#include "capture/session/session.h"
+#include "engine/gpu/context.h"
+#include "viz/commands/support/progress.h"
+#include "viz/display/run_live.h"
+#include "viz/live/history.h"
+#include "viz/live/live_report.h"
+
+namespace palpate {
+
+Remembered::Remembered() : file_(viz::settings_file()) {
+  viz::LoadedSettings loaded = viz::load_settings(file_);
+  settings = std::move(loaded.settings);
+  warning = std::move(loaded.warning);
+  if (!warning.empty()) spdlog::warn("{}", warning);
+}
+
+Remembered::~Remembered() {
+  save();
+}
+
+void Remembered::save() const {
+  try {
+    viz::save_settings(settings, file_);
+  } catch (const std::exception& e) {
+    spdlog::warn("the window's settings are not kept: {}", e.what());
+  }
+}
+
+OpenInput open_input(const Common& common, const LiveRunRequest& request,
+                     const std::function<bool()>& cancelled) {
+  OpenInput open;
+  open.measured = find_input(common.seed, request.input, request.sensor, request.background);
+  open.source = open_source(open.measured.input, open.measured.sensor);
+  open.source->watch(cancelled);
+  open.background = load_background(open.measured.input, open.measured.sensor, *open.source);
+  open.presses = monitor_presses(request.block, open.measured, open.background,
+                                 request.live.loop ? open.source->frame_count().value_or(0) : 0);
+  return open;
+}
+
+std::filesystem::path recordings_folder(const viz::Settings& settings) {
+  if (!settings.folder.empty()) return settings.folder;
+  const char* home = std::getenv("HOME");
+  return home && *home ? std::filesystem::path(home) / "palpate" : std::filesystem::path();
+}
+
+namespace {
+
+/// The folder of a session that is named by itself or by a file in it.
+std::filesystem::path session_folder(const std::filesystem::path& session) {
+  return std::filesystem::is_directory(session) ? session : session.parent_path();
+}
+
+/// Folder of snapshots and events of one input.
+std::filesystem::path notes_folder(const LiveRunRequest& request) {
+  if (!request.notes.empty()) return request.notes;
+  if (!request.out.empty()) return request.out;
+  if (request.live.replay && is_session(request.input)) return session_folder(request.input);
+  if (request.recordings.empty()) return {};
+  if (!is_recording(request.input)) {
+    std::string name = request.input.substr(0, request.input.find('?'));
+    for (char& c : name)
+      if (c == ':' || c == '/') c = '-';
+    return request.recordings / name;
+  }
+  // With the name of its folder, since many recordings are called alike.
+  std::error_code code;
+  std::filesystem::path path = std::filesystem::absolute(request.input, code).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  const std::string folder = path.parent_path().filename().string();
+  return request.recordings / ((folder.empty() ? "" : folder + "-") + path.filename().string());
+}
+
+/// As the session was recorded, where nothing else is asked for.
+PipelineOptions pipeline_of(const LiveRunRequest& request, const MeasuredInput& input) {
+  PipelineOptions options{.outputs = input.outputs,
+                          .solver = request.solver.value_or(SurfaceSolver::Live),
+                          .skip_untouched = request.skip_untouched,
+                          .fixed_light = request.fixed_light};
+  if (const auto& session = input.session) {
+    if (!request.solver) options.solver = session->solver;
+    options.skip_untouched = options.skip_untouched || session->skip_untouched;
+    options.fixed_light = options.fixed_light || session->fixed_light;
+  }
+  return options;
+}
+
+/// Time of a recording's first frame, s: a session may have begun in the middle of a stream.
+double start_of(const MeasuredInput& input) {
+  if (!is_session(input.input)) return 0;
+  Frame frame;
+  return open_source(input.input, input.sensor)->next(frame) ? 1e-9 * static_cast<double>(frame.time_ns) : 0;
+}
+
+}  // namespace
+
+LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened) {
+  const MeasuredInput& input = opened.measured;
+  std::unique_ptr<Source> first = std::move(opened.source);
+  const PipelineOptions pipeline = pipeline_of(request, input);
+  LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
+  viz::LiveOptions& live = request.live;
+  live.presses = opened.presses.get();
+  std::optional<Measurements> measurements;
+  std::optional<ContactRows> contacts;
+  std::optional<viz::Recording> recording;
+  const std::filesystem::path folder = request.out.empty() ? request.recordings : request.out;
+  const MeasuredColumns columns =
+      MeasuredColumns::of(input.sensor, input.outputs).with(MeasuredColumns::Time, first->rate_Hz() > 0);
+  if (!request.out.empty()) {
+    make_output_folder(request.out);
+    measurements.emplace(request.out / "measurements.csv", columns);
+    if (wants(input.outputs, Output::Contacts)) contacts.emplace(request.out / "contacts.csv", columns);
+    live.latency_file = request.out / "latency.csv";
+  }
+  if (measurements || request.on_row)
+    live.on_result = [&](const Touch& touch) {
+      if (measurements) measurements->add(touch, nullptr);
+      if (contacts) contacts->add(touch);
+      if (request.on_row) request.on_row(json_line(touch, columns));
+    };
+  live.notes = notes_folder(request);
+  if (!folder.empty() && !live.replay) {
+    recording.emplace([folder] { return viz::new_session_folder(folder); },
+                      session_info(input, *first, opened.background, pipeline, context), request.session);
+    recording->watch(interrupted);
+    live.recording = &*recording;
+    if (request.record) recording->start();
+  }
+  if (live.replay) {
+    // Events marked during the recording and those marked now are kept together.
+    if (is_session(request.input)) live.known_events = viz::read_events(session_folder(request.input));
+    if (!is_session(request.input) || live.notes != session_folder(request.input))
+      for (viz::Event& event : viz::read_events(live.notes)) live.known_events.push_back(std::move(event));
+    live.replay_start_s = start_of(input);
+  }
+  live.on_device_lost = [](const DeviceLost& lost) {
+    spdlog::warn("{}; opened anew, the run goes on", lost.what());
+  };
+  // The source that is open already is the first round's: a camera cannot be opened twice.
+  const auto open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
+  report.live = viz::run_live(context, open, input.sensor, opened.background, pipeline, live);
+  if (measurements) measurements->close();
+  if (contacts) contacts->close();
+  if (recording) report.sessions = recording->finish();
+  return report;
+}
+
+}  // namespace palpate

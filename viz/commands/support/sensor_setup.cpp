@@ -1,0 +1,278 @@
+#include "viz/commands/support/sensor_setup.h"
+
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include "capture/calibrate/pad_corners.h"
+#include "capture/calibrate/untouched_recording.h"
+#include "capture/open_source.h"
+#include "capture/run/input.h"
+#include "capture/v4l2/camera_options.h"
+#include "engine/base/json.h"
+#include "engine/base/text.h"
+#include "palpate/error.h"
+#include "palpate/sensor.h"
+#include "viz/commands/command.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Runs one `palpate calibrate` command in this program; its report.
+Report run_calibrate(const std::vector<std::string>& words) {
+  CommandLine program("", "palpate");
+  Common common;
+  Command chosen;
+  add_calibrate(program, common, chosen);
+  std::vector<std::string> all = {"calibrate"};
+  all.insert(all.end(), words.begin(), words.end());
+  const Parsed parsed = program.parse(all);
+  if (!parsed.done) throw Error(Failure::Usage, "a calibration", parsed.text, "palpate help calibrate");
+  return chosen();
+}
+
+void rectify(Sensor& sensor, const SetupInputs::Quad& quad, const FrameFormat& camera) {
+  sensor.quad_px = quad;
+  sensor.size_px = size_of(quad);
+  sensor.camera_px = {camera.width, camera.height};
+}
+
+/// Corners as they are given, or proposed from the lit part of the picture.
+void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source& source) {
+  if (inputs.corners) {
+    rectify(sensor, *inputs.corners, source.format());
+    step.known +=
+        text("; straightened to %u x %u px by the corners given", sensor.size_px[0], sensor.size_px[1]);
+    return;
+  }
+  Frame first;
+  if (!inputs.background.empty()) {
+    const std::unique_ptr<Source> rest = open_source(inputs.background.string(), sensor);
+    if (!rest->next(first)) return;
+  } else if (is_camera(inputs.recording) || !source.next(first)) {
+    return;
+  }
+  const std::optional<PadCorners> found = propose_corners(first);
+  if (!found) return;
+  const std::string corners = to_text(found->quad_px);
+  if (inputs.cut_to_light) {
+    rectify(sensor, found->quad_px, source.format());
+    step.known += "; straightened by corners found in the light: " + corners;
+  } else {
+    step.missing = text("the light fills %.0f %% of the picture; if that is the pad: --corners %s (or auto)",
+                        100 * found->share, corners.c_str());
+  }
+}
+
+}  // namespace
+
+SetupInputs::Quad parse_corners(const std::string& typed) {
+  std::vector<double> numbers;
+  std::string rest = typed + ",";
+  for (size_t end; (end = rest.find(',')) != std::string::npos; rest.erase(0, end + 1)) {
+    char* stop = nullptr;
+    const std::string number = rest.substr(0, end);
+    numbers.push_back(std::strtod(number.c_str(), &stop));
+    if (number.empty() || *stop != '\0') numbers.clear();
+  }
+  if (numbers.size() != 8)
+    throw Error(Failure::Usage, "four corners, x and y in px: top left, top right, bottom right, bottom left",
+                "--corners " + typed, "--corners 83,97,457,132,466,368,89,413, or auto");
+  SetupInputs::Quad quad{};
+  for (size_t i = 0; i < 8; ++i) quad[i / 2][i % 2] = numbers[i];
+  return quad;
+}
+
+std::string in_quotes(const std::string& word) {
+  const bool plain = !word.empty() && word.find_first_of(" '\"?&*;()$<>|\\") == std::string::npos;
+  return plain ? word : "'" + word + "'";
+}
+
+std::string to_text(const SetupInputs::Quad& corners) {
+  std::string words;
+  for (const auto& corner : corners)
+    for (const double value : corner) words += (words.empty() ? "" : ",") + text("%.0f", value);
+  return words;
+}
+
+const char* SensorSetup::name_of(Part part) {
+  constexpr std::array<const char*, kParts> kNames{"frame", "untouched image", "touch",
+                                                   "scale", "surface",         "force"};
+  return kNames[static_cast<size_t>(part)];
+}
+
+void SensorSetup::run(Part part, const SetupInputs& inputs) {
+  constexpr std::array<SetupStep (SensorSetup::*)(const SetupInputs&), kParts> kSteps{
+      &SensorSetup::frame, &SensorSetup::untouched, &SensorSetup::touch,
+      &SensorSetup::scale, &SensorSetup::surface,   &SensorSetup::force};
+  const auto at = static_cast<size_t>(part);
+  SetupStep done = (this->*kSteps[at])(inputs);
+  done.name = name_of(part);
+  if (part == Part::Frame) steps_ = {};  // the file is begun anew
+  steps_[at] = std::move(done);
+}
+
+void SensorSetup::run_all(const SetupInputs& inputs) {
+  for (size_t part = 0; part < kParts; ++part) run(static_cast<Part>(part), inputs);
+}
+
+/// What a calibration says.
+struct SensorSetup::Calibrated {
+  json::Value json;
+  std::string text;
+};
+
+/// Runs a calibration as a step; a refusal is what is missing.
+SensorSetup::Calibrated SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
+  words.insert(words.end(), {"--sensor", out_.string(), "--out", out_.string()});
+  step.command = "palpate calibrate";
+  for (const std::string& word : words) step.command += " " + in_quotes(word);
+  words.emplace_back("--quiet");
+  try {
+    const Report done = run_calibrate(words);
+    interrupted_ = interrupted_ || done.exit_code == kInterrupted;
+    step.done = done.exit_code == 0;
+    return {done.json.empty() ? json::Value() : json::parse(done.json), done.text};
+  } catch (const Error& error) {
+    step.known = error.what();
+    return {};
+  }
+}
+
+SetupStep SensorSetup::frame(const SetupInputs& inputs) {
+  SetupStep step;
+  step.done = true;
+  Sensor sensor = bare_sensor(inputs.recording);
+  sensor.name = inputs.name.empty() ? out_.stem().string() : inputs.name;
+  if (inputs.pitch_mm_per_px > 0) sensor.pitch_mm_per_px = inputs.pitch_mm_per_px;
+  const std::unique_ptr<Source> source = open_source(inputs.recording, sensor);
+  const FrameFormat f = source->format();
+  step.known =
+      text("%u x %u px, %s, %u bits", f.width, f.height, f.channels == 3 ? "colour" : "gray", f.bit_depth);
+  if (source->rate_Hz() > 0) step.known += text(", %.4g frames/s", source->rate_Hz());
+  cut_out(step, inputs, sensor, *source);
+  save_sensor(sensor, out_);
+  return step;
+}
+
+SetupStep SensorSetup::untouched(const SetupInputs& inputs) {
+  SetupStep step;
+  const std::string input = inputs.background.empty() ? inputs.recording : inputs.background.string();
+  const json::Value found = calibrate(step, {"background", input, "--set-threshold"}).json;
+  if (!step.done) {
+    step.missing = "a picture of the pad at rest: --background FILE";
+    return step;
+  }
+  const auto used = found.at("frames_used").number();
+  step.known =
+      used > 1 ? text("mean of %.0f frames, noise %.2f gray a pixel", used, found.at("noise_gray").number())
+               : "one picture";
+  if (found.contains("doubt") && !found.at("doubt").text().empty()) step.missing = found.at("doubt").text();
+  return step;
+}
+
+/// Signal, threshold and kind of gel, by what the recording's touches change.
+SetupStep SensorSetup::touch(const SetupInputs& inputs) {
+  SetupStep step;
+  if (is_camera(inputs.recording)) {
+    step.missing = "a recording of a touch: palpate record, then palpate setup with it";
+    return step;
+  }
+  if (!this->step(Part::Untouched).done) {
+    step.missing = "the untouched image";
+    return step;
+  }
+  Sensor sensor = load_sensor(out_);
+  const UntouchedRecording found =
+      judge_touches(inputs.recording, sensor, [](uint64_t) { return !palpate::interrupted(); });
+  if (found.touched_frames == 0) {
+    step.missing = "a recording in which something touches the pad";
+    return step;
+  }
+  step.done = true;
+  colour_ = sensor.channels == 3 && shows_slopes_by_colour(found);
+  sensor.signal = signal_of(found);
+  if (!colour_ && sensor.channels == 3) sensor.channels = 1;
+  sensor.threshold_gray = found.threshold_gray;
+  save_sensor(sensor, out_);
+  step.known =
+      text("%s: touch changes the picture %s; threshold %.1f gray",
+           colour_                             ? "a gel that shows slopes by colour"
+           : sensor.signal == Signal::Brighter ? "a pad that lights up"
+                                               : "a gray gel",
+           sensor.signal == Signal::Either ? "both ways" : to_string(sensor.signal), sensor.threshold_gray);
+  return step;
+}
+
+SetupStep SensorSetup::scale(const SetupInputs& inputs) {
+  SetupStep step;
+  if (!inputs.grid.empty()) {
+    std::vector<std::string> words = {
+        "scale",        inputs.grid_pictures.string(), "--grid", inputs.grid, "--pattern", inputs.pattern,
+        "--spacing-mm", text("%g", inputs.spacing_mm)};
+    if (!inputs.grid_rest.empty()) words.insert(words.end(), {"--background", inputs.grid_rest.string()});
+    const json::Value found = calibrate(step, words).json;
+    if (step.done)
+      step.known = text("%.5f +- %.5f mm per px, from the grid", found.at("pitch_mm_per_px").number(),
+                        found.at("pitch_sd_mm_per_px").number());
+  } else if (inputs.pitch_mm_per_px > 0) {
+    Sensor sensor = load_sensor(out_);
+    sensor.pitch_mm_per_px = inputs.pitch_mm_per_px;
+    save_sensor(sensor, out_);
+    step.done = true;
+    step.known = text("%.5g mm per px, as given", inputs.pitch_mm_per_px);
+  }
+  if (!step.done)
+    step.missing =
+        "--pitch MM_PER_PX, or a picture of a grid: --grid-pictures FILE --grid 9x7 --spacing-mm 2.5; until "
+        "then "
+        "lengths are in px";
+  return step;
+}
+
+SetupStep SensorSetup::surface(const SetupInputs& inputs) {
+  SetupStep step;
+  const bool scaled = has_scale(load_sensor(out_));
+  const bool ball = inputs.ball_mm > 0 || !inputs.ball_table.empty();
+  if (ball && scaled) {
+    const bool by_colour = inputs.surface == "photometric" || !inputs.ball_table.empty() ||
+                           (inputs.surface == "auto" && colour_);
+    const std::string presses = inputs.balls.empty() ? inputs.recording : inputs.balls.string();
+    std::vector<std::string> words = {by_colour ? "photometric" : "lookup", presses};
+    if (inputs.ball_table.empty())
+      words.insert(words.end(), {"--ball-mm", text("%g", inputs.ball_mm)});
+    else
+      words.insert(words.end(), {"--balls", inputs.ball_table.string()});
+    const json::Value found = calibrate(step, words).json;
+    if (step.done)
+      step.known = text("%s, depth %.3f mm RMS on presses held out",
+                        by_colour ? "slopes by colour" : "depth by brightness",
+                        found.at("depth_rmse_held_out_mm").number());
+  }
+  if (!step.done)
+    step.missing = !ball    ? "presses of a ball: --ball-mm RADIUS [--balls FOLDER]"
+                   : scaled ? "presses in which the ball is seen whole, away from the border"
+                            : "the scale, before presses of a ball tell depth";
+  return step;
+}
+
+SetupStep SensorSetup::force(const SetupInputs& inputs) {
+  SetupStep step;
+  if (inputs.gauge.empty()) {
+    step.missing = "a force gauge's table of the recording: --gauge FILE";
+    return step;
+  }
+  const std::string said =
+      calibrate(step, {"force", inputs.recording, "--gauge", inputs.gauge.string()}).text;
+  // The first line is the verdict; a calibration that is not fit for use is in the file and says so.
+  if (!said.empty()) step.known = said.substr(0, said.find('\n'));
+  if (!step.done) step.missing = "a gauge's table that fits the recording, see above";
+  return step;
+}
+
+}  // namespace palpate
