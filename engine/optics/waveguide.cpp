@@ -9,6 +9,16 @@
 #include "palpate/error.h"
 
 namespace palpate::optics {
+namespace {
+
+void check_layer(const Waveguide& guide, size_t layer) {
+  check_waveguide(guide);
+  if (layer >= guide.layers.size())
+    throw Error(Failure::Input, "a layer from 1 to " + std::to_string(guide.layers.size()),
+                std::to_string(layer + 1), "counting from the touched face");
+}
+
+}  // namespace
 
 std::optional<double> critical_angle_rad(double n_in, double n_out) {
   optical_index(n_in);
@@ -48,12 +58,20 @@ double outside_index(const Waveguide& guide) {
   return std::max(guide.above, guide.below);
 }
 
-Course course_of(const Waveguide& guide, size_t layer, double s) {
+size_t middle_layer(const Waveguide& guide) {
   check_waveguide(guide);
-  const std::string count = std::to_string(guide.layers.size());
-  if (layer >= guide.layers.size())
-    throw Error(Failure::Input, "a layer from 1 to " + count, std::to_string(layer + 1),
-                "counting from the touched face");
+  return (guide.layers.size() - 1) / 2;
+}
+
+double middle_depth_mm(const Waveguide& guide, size_t layer) {
+  check_layer(guide, layer);
+  double depth = guide.layers[layer].thickness_mm / 2;
+  for (size_t i = 0; i < layer; ++i) depth += guide.layers[i].thickness_mm;
+  return depth;
+}
+
+Course course_of(const Waveguide& guide, size_t layer, double s) {
+  check_layer(guide, layer);
   if (!(s >= 0 && s < guide.layers[layer].index))
     throw Error(Failure::Input, "a tangential index from 0 to below the layer's own", std::to_string(s),
                 "n sin(theta) of the ray");

@@ -40,6 +40,11 @@ struct Waveguide {
 void check_waveguide(const Waveguide& guide);
 /// The larger index outside: light below it leaves.
 double outside_index(const Waveguide& guide);
+/// The layer in the middle, the upper of two: where a lamp shines unless it is said to shine elsewhere.
+size_t middle_layer(const Waveguide& guide);
+/// Depth below the touched face of the middle of a layer, mm. Throws Error(Failure::Input) where there is no
+/// such layer.
+double middle_depth_mm(const Waveguide& guide, size_t layer);
 
 /// Where light goes that runs in `layer` with a tangential index.
 struct Course {

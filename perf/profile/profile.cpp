@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "palpate/error.h"
@@ -74,8 +75,12 @@ std::string to_json(const Profile& profile) {
 Profile load_profile(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in || std::filesystem::is_directory(file)) refuse(file, "no such file, or one that cannot be read");
+  return parse_profile({std::istreambuf_iterator<char>(in), {}}, file);
+}
+
+Profile parse_profile(const std::string& text, const std::filesystem::path& file) {
   try {
-    const Json value = Json::parse(in);
+    const Json value = Json::parse(text);
     if (!value.is_object() || !value.contains("palpate_profile")) refuse(file, "JSON of another kind");
     const Json& version = value.at("palpate_profile");
     if (version != kProfileVersion)

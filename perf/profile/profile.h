@@ -163,6 +163,8 @@ std::string to_json(const Profile& profile);
 /// Throws Error(Failure::Input) in one line that names the file and what is wrong with it: missing, not JSON,
 /// another kind of file, another version, a number that is absent, not finite or negative.
 Profile load_profile(const std::filesystem::path& file);
+/// The same of a file's text; `file` stands for it in messages.
+Profile parse_profile(const std::string& text, const std::filesystem::path& file);
 
 /// "640 x 480".
 std::string size_text(uint32_t width_px, uint32_t height_px);

@@ -74,7 +74,8 @@ void translate(std::exception_ptr thrown) {
 
 }  // namespace
 
-void bind_errors(py::module_&) {
+void bind_errors(py::module_& module) {
+  module.def("as_arguments", &as_arguments);
   py::register_exception_translator(&translate);
 }
 

@@ -45,10 +45,12 @@ PYBIND11_MODULE(_palpate, module) {
   bind_match(module);
   bind_thin_plate(module);
   bind_optics(module);
+  bind_waveguide(module);
   bind_lump(module);
   bind_workflows(module);
   bind_machine(module);
   bind_mechanics(module);
+  bind_profile(module);
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&at_exit));
 }
 

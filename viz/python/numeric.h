@@ -9,6 +9,7 @@ void bind_integrate(pybind11::module_& module);
 void bind_match(pybind11::module_& module);
 void bind_thin_plate(pybind11::module_& module);
 void bind_optics(pybind11::module_& module);
+void bind_waveguide(pybind11::module_& module);
 void bind_lump(pybind11::module_& module);
 
 }  // namespace palpate::python

@@ -29,12 +29,6 @@ double total_mm(const optics::Waveguide& guide) {
   return sum;
 }
 
-double middle_of(const optics::Waveguide& guide, size_t layer) {
-  double depth = guide.layers[layer].thickness_mm / 2;
-  for (size_t i = 0; i < layer; ++i) depth += guide.layers[i].thickness_mm;
-  return depth;
-}
-
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -106,7 +100,7 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
 Report led(const Common& common, const Options& options) {
   const optics::Waveguide guide = guide_of(options.media, true);
   optics::EdgeLamp lamp = lamp_of(options.lamp, guide);
-  const double depth = options.depth_mm.value_or(middle_of(guide, lamp.layer));
+  const double depth = options.depth_mm.value_or(optics::middle_depth_mm(guide, lamp.layer));
   if (options.depth_mm) {
     const size_t layer = optics::layer_at(guide, depth);
     if (options.lamp.layer && layer != lamp.layer)
@@ -144,9 +138,9 @@ Report led(const Common& common, const Options& options) {
   row("chosen", depth, place);
   Json places = Json::array();
   for (size_t i = 0; i < guide.layers.size(); ++i) {
-    const Place other = place_at(i, middle_of(guide, i));
-    row(palpate::text("middle of %zu", i + 1), middle_of(guide, i), other);
-    places.push_back(place_json(other, middle_of(guide, i)));
+    const Place other = place_at(i, optics::middle_depth_mm(guide, i));
+    row(palpate::text("middle of %zu", i + 1), optics::middle_depth_mm(guide, i), other);
+    places.push_back(place_json(other, optics::middle_depth_mm(guide, i)));
   }
   text += palpate::text(
       "\nnearer than \"first at\" the face gets no guided light in the LED's plane: let the pad begin "

@@ -69,7 +69,7 @@ void add_lamp(CommandLine& command, LampOptions& lamp) {
 
 optics::EdgeLamp lamp_of(const LampOptions& options, const optics::Waveguide& guide) {
   optics::EdgeLamp lamp;
-  const size_t layer = options.layer.value_or((guide.layers.size() + 1) / 2);
+  const size_t layer = options.layer.value_or(optics::middle_layer(guide) + 1);
   if (layer < 1 || layer > guide.layers.size())
     throw Error(Failure::Usage, "--led-layer from 1 to " + std::to_string(guide.layers.size()),
                 std::to_string(layer), "1 for the layer that is touched");

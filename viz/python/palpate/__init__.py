@@ -45,6 +45,7 @@ _PUBLIC = {
     "Simulation": "_machine",
     "Strain": "_arrays",
     "Stream": "_live",
+    "Table": "_tables",
     "ThinPlate": "_arrays",
     "Touch": "_live",
     "Truth": "_live",
@@ -64,7 +65,7 @@ _PUBLIC = {
     "strain": "_mechanics",
     "wrench": "_mechanics",
 }
-_MODULES = {"calibrate", "lump", "optics"}
+_MODULES = {"calibrate", "lump", "optics", "profile"}
 
 __all__ = [
     "ArgumentError",

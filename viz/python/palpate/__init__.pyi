@@ -1,4 +1,4 @@
-from . import calibrate as calibrate, lump as lump, optics as optics
+from . import calibrate as calibrate, lump as lump, optics as optics, profile as profile
 from ._arrays import (
     Heights as Heights,
     Match as Match,
@@ -54,6 +54,7 @@ from ._recordings import (
     measure as measure,
     modulus as modulus,
 )
+from ._tables import Table as Table
 
 __version__: str
 __all__ = [
@@ -87,6 +88,7 @@ __all__ = [
     "OutputError",
     "PlateFit",
     "Pressed",
+    "profile",
     "record",
     "Recorded",
     "Recording",
@@ -97,6 +99,7 @@ __all__ = [
     "Strain",
     "strain",
     "Stream",
+    "Table",
     "ThinPlate",
     "Touch",
     "Truth",
