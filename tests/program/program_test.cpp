@@ -339,7 +339,7 @@ TEST_F(Program, FramesComeAsLinesOfJson) {
   EXPECT_TRUE(ended.out.ends_with("}\n"));
   const Ended both = run({"process", "synthetic:press", "--json", "--jsonl", "--out", folder_ / "o"});
   EXPECT_EQ(both.exit_code, 2);
-  EXPECT_TRUE(contains(both.err, "--json excludes --jsonl")) << both.err;
+  EXPECT_TRUE(contains(both.err, "--json and --jsonl exclude each other")) << both.err;
   const Ended refused = run({"process", folder_ / "none.avi", "--jsonl", "--out", folder_ / "o"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_EQ(parse_json(refused.out).at("exit_code"), 3);

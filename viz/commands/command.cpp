@@ -102,6 +102,21 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--poisson", "RATIO"},
     {"--series", "NAME"},
     {"--figure", "7|8"},
+    {"--corners", "X,Y,..."},
+    {"--pitch", "MM/PX"},
+    {"--sample", "SHAPE,SIZEmm"},
+    {"--shapes", "NAME,..."},
+    {"--reported", "VERDICT,..."},
+    {"--by", "CONDITION,..."},
+    {"--network", "FILE"},
+    {"--validate", "FILE"},
+    {"--recalibrate", "FILE"},
+    {"--positions", "FILE"},
+    {"--list", "FILE"},
+    {"--approach", "FILE"},
+    {"--pad", "MM:PA"},
+    {"--method", "NAME"},
+    {"--coarser-cells", "AxBxC"},
 };
 
 }  // namespace

@@ -144,7 +144,8 @@ void add_tissue_options(CommandLine& command, Options& o) {
       ->expected(3);
   command.add_option("--young-Pa", o.scene.young_Pa, "Young's modulus of the tissue")->capture_default_str();
   command.add_option("--poisson", o.scene.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
-  command.add_flag("--bottom-slides", o.scene.bottom_slides, "The floor holds the tissue's height only");
+  command.add_flag("--bottom-slides", o.scene.bottom_slides,
+                   "The tissue slides on its base without friction");
 }
 
 void add_inclusion_options(CommandLine& command, Options& o) {
@@ -178,9 +179,9 @@ void add_press_options(CommandLine& command, Options& o) {
       ->transform(one_of(kPresserNames))
       ->default_str("flat");
   command.add_option("--ball-radius-mm", o.scene.ball_radius_mm, "Of --presser ball");
-  CommandOption* way = command.add_option("--press-mm", o.press_mm, "Way of the presser (default 1)")
+  CommandOption* way = command.add_option("--press-mm", o.press_mm, "Travel of the presser, mm (default 1)")
                            ->check(Check::positive());
-  command.add_option("--force-N", o.force_N, "Force instead of a way")
+  command.add_option("--force-N", o.force_N, "Force of the presser, N, instead of its travel")
       ->check(Check::positive())
       ->excludes(way);
 }
@@ -197,7 +198,8 @@ void add_solver_options(CommandLine& command, Options& o) {
       ->capture_default_str()
       ->check(Check::positive())
       ->needs(large);
-  command.add_option("--cells", o.cells, "Cells of the tissue, AxBxC (default 64x64x32)");
+  command.add_option("--cells", o.cells, "Cells of the tissue along x, y, z (default 64x64x32)")
+      ->option_text("AxBxC");
   command.add_option("--residual", o.solver.residual,
                      "Relative residual to stop at (default 1e-6; 1e-8 above a Poisson's ratio of 0.497)");
   command.add_option("--most-iterations", o.solver.most_iterations, "Of the solver, before it gives up")
@@ -217,7 +219,7 @@ void add_solver_options(CommandLine& command, Options& o) {
 
 void add_forward(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
-      "forward", "Press a plate, a ball or a pressure on a model of tissue with a lump");
+      "forward", "Press a finite-element model of tissue with a lump by a plate, a ball or an even pressure");
   auto o = std::make_shared<Options>();
   add_tissue_options(*command, *o);
   add_inclusion_options(*command, *o);
@@ -237,14 +239,16 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
       "Linear elasticity unless --large-strain; no friction; an answer that did not converge is not shown\n"
       "(exit code 1).\n");
   CommandLine* sweeping =
-      command->add_subcommand("sweep", "Each of the six inputs (d, h, E_r, shape, t, l) by itself")
+      command->add_subcommand("sweep", "Vary each of the six inputs (d, h, E_r, shape, t, l) by itself")
           ->fallthrough();
   sweeping->footer(
       "Examples:\n"
       "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
       "Its options are those of palpate forward; exit codes too.\n");
   CommandLine* converging =
-      command->add_subcommand("convergence", "Error by grid and run time; iterations over the model's range")
+      command
+          ->add_subcommand("convergence",
+                           "Error against grid and run time; iterations over the model's range")
           ->fallthrough();
   converging->footer(
       "Examples:\n"

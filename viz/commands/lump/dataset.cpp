@@ -135,7 +135,7 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
   const auto range = [&](const char* name, std::vector<double>& to, const char* words) {
     command->add_option(name, to, words)->expected(1, 2);
   };
-  range("--size-mm", o->size_mm, "Least and greatest diameter (default 4 14)");
+  range("--size-mm", o->size_mm, "Smallest and largest diameter, mm (default 4 14)");
   range("--depth-mm", o->depth_mm, "From the surface to the lump's top (default 1.5 10)");
   range("--stiffness-ratio", o->stiffness_ratio,
         "Lump's modulus over the tissue's, even in its logarithm (default 1.3 40)");
@@ -150,19 +150,20 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command
       ->add_option("--centred-share", sweep.centred_fraction,
-                   "Share of the lumps that lie in the middle, solved as a quarter")
+                   "Fraction of the lumps that lie in the middle, solved as a quarter")
       ->capture_default_str();
   range("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)");
   command->add_option("--poisson", sweep.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
-  command->add_option("--floor-mm", sweep.floor_mm, "Least tissue below a lump")->capture_default_str();
-  command->add_option("--rim-mm", sweep.rim_mm, "Least tissue beside a lump")->capture_default_str();
+  command->add_option("--floor-mm", sweep.floor_mm, "Least tissue below a lump, mm")->capture_default_str();
+  command->add_option("--rim-mm", sweep.rim_mm, "Least tissue beside a lump, mm")->capture_default_str();
   command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
       ->delimiter(',');
   command->add_option("--no-lump-share", sweep.no_lump_fraction,
-                      "Share of the cases that are tissue alone (default 1/12)");
-  command->add_option("--loads", sweep.loads, "Equal steps of the press at which it is looked at")
+                      "Fraction of the cases without a lump (default 1/12)");
+  command->add_option("--loads", sweep.loads, "Equal steps of the press at which maps are kept")
       ->capture_default_str();
-  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 48x48x24)");
+  command->add_option("--cells", o->cells, "Cells of the tissue along x, y, z (default 48x48x24)")
+      ->option_text("AxBxC");
   command->add_option("--coarser-cells", o->coarser_cells,
                       "Cells of a second grid of the same proportions, from which and the first the limit of "
                       "no size is taken (default 24x24x12); 0: none. Where both are multiples of a grid "
@@ -171,14 +172,14 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
       ->expected(1, 2);
   command->add_option("--residual", sweep.residual, "Forces out of balance over all forces to stop at")
       ->capture_default_str();
-  command->add_option("--step-mm", sweep.step_mm, "Greatest step of the press")->capture_default_str();
+  command->add_option("--step-mm", sweep.step_mm, "Largest step of the press, mm")->capture_default_str();
   command
       ->add_option("--threads", o->job.threads,
                    "Of each process, a case each; 0: one per core, under mpirun 1")
       ->capture_default_str()
       ->check(Check::range(0, 256));
   command->add_flag("--assemble", o->job.assemble_only,
-                    "Press nothing: write FILE from the cases that are done");
+                    "Solve nothing: write FILE from the cases that are done");
   add_common(
       *command, common,
       "  palpate lump dataset train.h5 --count 2000\n"
@@ -193,7 +194,7 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
 
 void add_lump_info(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("info", "Contents of a data set of lumps, finished or in the making");
+      group.add_subcommand("info", "Contents of a data set of lumps, finished or unfinished");
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();
   add_common(*command, common, "  palpate lump info train.h5\n");

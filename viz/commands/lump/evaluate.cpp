@@ -123,8 +123,8 @@ Report run(const Common& common, Options& o) {
 }  // namespace
 
 void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command =
-      group.add_subcommand("evaluate", "How good estimates are: a known data set through a synthetic sensor");
+  CommandLine* command = group.add_subcommand(
+      "evaluate", "How good estimates are, on a known data set seen through a synthetic sensor");
   auto o = std::make_shared<Options>();
   static const std::map<std::string, lump::ScoreOver> kOver = {{"noise", lump::ScoreOver::Noise},
                                                                {"exposure", lump::ScoreOver::Exposure},
@@ -137,29 +137,29 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_fraction,
-                   "Of each node, share of the highest load's peak pressure")
+                   "Noise of each node, as a fraction of the highest load's peak pressure")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
   command
       ->add_option("--pattern", o->job.sensor.pattern_fraction,
-                   "A pattern of the sensor that is the same at every load, share of the peak")
-      ->capture_default_str()
+                   "Fixed pattern of the sensor, the same at every load, as a fraction of the peak")
+      ->option_text("NUM [0]")
       ->check(Check::range(0.0, 1.0));
   command
       ->add_option("--pattern-mm", o->job.sensor.pattern_length_mm,
                    "Its correlation length; 0: each node by itself")
       ->capture_default_str()
       ->check(Check::range(0.0, 100.0));
-  command->add_flag("--pattern-gain", o->job.sensor.pattern_gain, "It grows with the pressure");
-  command->add_option("--repeats", o->job.repeats, "Readings of each block, with other noise and pattern")
+  command->add_flag("--pattern-gain", o->job.sensor.pattern_gain, "The pattern grows with the pressure");
+  command->add_option("--repeats", o->job.repeats, "Readings of each block, each with new noise and pattern")
       ->capture_default_str()
       ->check(Check::range(1, 1000));
-  command->add_option("--gauge-error", o->job.sensor.gauge_fraction, "Of each force, share")
+  command->add_option("--gauge-error", o->job.sensor.gauge_fraction, "Relative error of each force")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
   command
       ->add_option("--modulus-error", o->job.modulus_error,
-                   "The tissue's modulus is told wrong by this share")
+                   "Relative error of the tissue's modulus as told to the estimate")
       ->capture_default_str()
       ->check(Check::range(-0.9, 10.0));
   command
@@ -169,13 +169,13 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
       ->check(Check::range(0.0, 1e9));
   command->add_option("--window-mm", o->job.sensor.window_mm,
                       "What the camera sees of the plate (default 40 30)");
-  command->add_option("--loads", o->job.loads, "The highest so many loads; 0: all")
+  command->add_option("--loads", o->job.loads, "Number of loads, from the highest down; 0: all")
       ->capture_default_str()
       ->check(Check::range(0, 32));
   command
       ->add_option("--exposure", o->job.sensor.exposure,
                    "The highest load's peak over full scale; above 1 its top is saturated")
-      ->capture_default_str()
+      ->option_text("NUM [0.9]")
       ->check(Check::range(0.01, 100.0));
   command
       ->add_option(
@@ -188,12 +188,12 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
                     "estimate finds, and how far the others move it");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
-  command->add_option("--first", o->job.first, "The first case that is read, of all data sets together")
+  command->add_option("--first", o->job.first, "First case to read, counted over all data sets")
       ->capture_default_str();
-  command->add_option("--every", o->job.every, "Each so many cases one is read")
+  command->add_option("--every", o->job.every, "Read every N-th case")
       ->capture_default_str()
       ->check(Check::range(1, 1000000));
-  command->add_option("--threads", o->job.threads, "More than one makes the times untrue")
+  command->add_option("--threads", o->job.threads, "Threads; with more than one the times are not valid")
       ->capture_default_str()
       ->check(Check::range(1, 256));
   o->cells.by = {"size_mm", "depth_mm", "ratio"};

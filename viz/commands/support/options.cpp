@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 
 #include "engine/base/text.h"
@@ -24,8 +25,121 @@ std::string refusal_of(const std::string& word, const std::vector<std::string>& 
   return "wanted one of " + joined(words) + "; found '" + word + "'" + did_you_mean(word, words);
 }
 
+/// A number as a person writes it: "1e-09", "86400".
+template <typename Number>
+std::string plain(Number value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+/// Refuses numbers that are not `allowed`; other texts are left to the option's own conversion.
+template <typename Number>
+CLI::Validator number_check(const std::string& wanted, std::function<bool(Number)> allowed) {
+  return CLI::Validator(
+      [wanted, allowed](std::string& text) {
+        Number value{};
+        if (!CLI::detail::lexical_cast(text, value)) return "wanted " + wanted + "; found '" + text + "'";
+        return allowed(value) ? std::string() : "wanted " + wanted + "; found " + text;
+      },
+      "");
+}
+
+template <typename Number>
+CLI::Validator range_check(Number least, Number most) {
+  std::string wanted = "a number from " + plain(least) + " to " + plain(most);
+  if constexpr (std::is_floating_point_v<Number>) {
+    const bool above_0 = least > 0 && least < 1e-300;
+    if (above_0) wanted = "a number above 0" + (most < 1e300 ? " and up to " + plain(most) : "");
+    if (!above_0 && most > 1e300) wanted = "a number of at least " + plain(least);
+  } else if (most == std::numeric_limits<Number>::max()) {
+    wanted = "a whole number of at least " + plain(least);
+  } else {
+    wanted = "a whole number from " + plain(least) + " to " + plain(most);
+  }
+  return number_check<Number>(wanted,
+                              [least, most](Number value) { return value >= least && value <= most; });
+}
+
+/// The unit that an option's name ends in, as the name of its value: "--ball-mm" takes MM.
+std::string unit_of(const std::string& name) {
+  constexpr std::pair<const char*, const char*> kUnits[] = {{"-mm", "MM"},   {"-nm", "NM"},   {"-deg", "DEG"},
+                                                            {"-Pa", "PA"},   {"-kPa", "KPA"}, {"-MPa", "MPA"},
+                                                            {"-N", "NEWTON"}};
+  for (const auto& [ending, unit] : kUnits)
+    if (name.ends_with(ending)) return unit;
+  return {};
+}
+
+/// What stands for an option's value where nothing else does: its unit, or its kind; as often as it is
+/// wanted.
+std::string value_name(const CLI::Option& option, bool path, bool has_choices) {
+  std::string name = unit_of(option.get_name());
+  const std::string type = option.get_type_name();
+  if (name.empty() && path) name = "FILE";
+  if (name.empty() && has_choices) name = "NAME";
+  if (name.empty() && (type.starts_with("INT") || type.starts_with("UINT"))) name = "N";
+  if (name.empty() && type.starts_with("FLOAT")) name = "NUM";
+  if (name.empty()) name = "TEXT";
+  if (option.get_delimiter() != '\0') return name + option.get_delimiter() + "...";
+  constexpr int kMostNamed = 3;
+  const int least = option.get_items_expected_min(), most = option.get_items_expected_max();
+  if (least == most && most > 1 && most <= kMostNamed) {
+    std::string names = name;
+    for (int i = 1; i < most; ++i) names += " " + name;
+    return names;
+  }
+  return most > 1 ? name + " ..." : name;
+}
+
+/// "--frames: wanted a whole number; found 'x'" of what the library says of a text that is no such value.
+std::string unreadable(const CLI::App& app, const std::string& said) {
+  const std::string start = "Could not convert: ", equals = " = ";
+  const size_t middle = said.find(equals);
+  if (!said.starts_with(start) || middle == std::string::npos) return said;
+  const std::string name = said.substr(start.size(), middle - start.size());
+  const CLI::Option* option = app.get_option_no_throw(name);
+  const std::string type = option ? option->get_type_name() : "";
+  const std::string kind = type.starts_with("UINT")    ? "a whole number of at least 0"
+                           : type.starts_with("INT")   ? "a whole number"
+                           : type.starts_with("FLOAT") ? "a number"
+                                                       : "another value";
+  return name + ": wanted " + kind + "; found '" + said.substr(middle + equals.size()) + "'";
+}
+
+/// "--frames: wanted a value; found none" of "--frames: 1 required UINT missing", and "--cells: wanted 3
+/// values; found 2" of "--cells: At least 3 required but received 2".
+std::string without_value(const std::string& said) {
+  const std::string least = ": At least ", received = " required but received ";
+  if (const size_t at = said.find(least), then = said.find(received);
+      at != std::string::npos && then != std::string::npos) {
+    const size_t from = at + least.size();
+    return said.substr(0, at) + ": wanted " + said.substr(from, then - from) + " values; found " +
+           said.substr(then + received.size());
+  }
+  const size_t colon = said.find(": "), count = said.find(" required ");
+  if (colon == std::string::npos || count == std::string::npos || !said.ends_with(" missing")) return said;
+  const std::string number = said.substr(colon + 2, count - colon - 2);
+  return said.substr(0, colon) + ": wanted " + (number == "1" ? "a value" : number + " values more") +
+         "; found none";
+}
+
+/// The error in plain words, where the library has its own way with them.
+std::string plain_words(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string said = error.what();
+  if (dynamic_cast<const CLI::ConversionError*>(&error)) return unreadable(app, said);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) return without_value(said);
+  const std::string excludes = " excludes ";
+  if (const size_t at = said.find(excludes);
+      dynamic_cast<const CLI::ExcludesError*>(&error) && at != std::string::npos)
+    return said.substr(0, at) + " and " + said.substr(at + excludes.size()) + " exclude each other";
+  return said;
+}
+
 HelpOption help_of(const CLI::Option& option) {
   HelpOption help{option.get_positional() ? option.get_name() : option.get_name(false, true), ""};
+  // A flag that turns something off is named with the value that it gives.
+  help.names = help.names.substr(0, help.names.find('{'));
   // An option's text is the name of its value, whether it is required, and its default.
   const std::string text = option.get_option_text();
   const size_t more = std::min(text.find(" ("), text.find(" ["));
@@ -140,19 +254,19 @@ Check::Check(std::string (*refusal)(const std::string& text))
     : Check(CLI::Validator([refusal](std::string& text) { return refusal(text); }, "")) {}
 
 Check Check::range(int least, int most) {
-  return Check(CLI::Range(least, most));
+  return Check(range_check(least, most));
 }
 Check Check::range(uint64_t least, uint64_t most) {
-  return Check(CLI::Range(least, most));
+  return Check(range_check(least, most));
 }
 Check Check::range(double least, double most) {
-  return Check(CLI::Range(least, most));
+  return Check(range_check(least, most));
 }
 Check Check::positive() {
-  return Check(CLI::PositiveNumber);
+  return Check(number_check<double>("a number above 0", [](double value) { return value > 0; }));
 }
 Check Check::non_negative() {
-  return Check(CLI::NonNegativeNumber);
+  return Check(number_check<double>("a number of at least 0", [](double value) { return value >= 0; }));
 }
 Check Check::existing_file() {
   return Check(CLI::ExistingFile);
@@ -308,6 +422,16 @@ CommandOption* CommandLine::keep(CLI::Option* option) {
 template <typename Value>
 CommandOption* CommandLine::add_plain(const std::string& name, Value& value, const std::string& description) {
   CommandOption* option = keep(app_->add_option(name, value, description));
+  // The library takes -1 for the largest number there is.
+  if constexpr (std::is_same_v<Value, uint32_t> || std::is_same_v<Value, uint64_t> ||
+                std::is_same_v<Value, std::vector<uint32_t>> ||
+                std::is_same_v<Value, std::vector<uint64_t>> ||
+                std::is_same_v<Value, std::optional<uint64_t>>)
+    option->check(Check(CLI::Validator(
+        [](std::string& text) {
+          return text.starts_with('-') ? "wanted a whole number of at least 0; found " + text : std::string();
+        },
+        "")));
   using Path = std::filesystem::path;
   if constexpr (std::is_same_v<Value, Path> || std::is_same_v<Value, std::vector<Path>>) option->takes_path();
   return option;
@@ -381,7 +505,7 @@ Parsed CommandLine::read(const std::function<void()>& parse) {
     parsed.help = error.get_exit_code() == 0;
     std::ostringstream text;
     if (parsed.help) app_->exit(error, text, text);
-    parsed.text = parsed.help ? text.str() : error.what();
+    parsed.text = parsed.help ? text.str() : plain_words(deepest(*app_), error);
     // A word that nobody took tells more than what is missing because of it, or than the help above it.
     const bool words = parsed.help || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
                        dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
@@ -420,6 +544,10 @@ void CommandLine::name_values(const std::pair<const char*, const char*>* names, 
     std::string text;
     for (size_t i = 0; i < count; ++i)
       if (option->get_name() == names[i].first) text = names[i].second;
+    if (text.empty() && !option->get_positional()) {
+      const CommandOption* own = kept(option);
+      text = value_name(*option, own && own->is_path(), own && !own->choices().empty());
+    }
     if (option->get_required()) text += text.empty() ? "(required)" : " (required)";
     if (!option->get_default_str().empty()) text += " [" + option->get_default_str() + "]";
     if (!text.empty()) option->option_text(text);
