@@ -47,6 +47,27 @@ BAD = {
     "indices": (lambda: pp.optics.stack([1]), pp.ArgumentError, r"two indices"),
     "angle": (lambda: pp.optics.stack([1, 1.4, 1], angle_deg=91), pp.InputError, r"angle"),
     "forces": (lambda: pp.lump.estimate([GOOD], force_N=[1, 2], young_Pa=4000), pp.ArgumentError, r"a force for each of 1"),
+    "source": (lambda: pp.open(None), pp.ArgumentError, r"source as a path; found None"),
+    "sensor's type": (lambda: pp.open(PRESS, sensor=5), pp.ArgumentError, r"sensor as a path; found 5"),
+    "frames": (lambda: pp.measure(PRESS, frames=0), pp.ArgumentError, r"frames of at least 1.*found 0"),
+    "frames below 0": (lambda: pp.simulate(PRESS, frames=-1), pp.ArgumentError, r"frames of at least 1.*found -1"),
+    "rate": (lambda: pp.measure(PRESS, rate_Hz=-3), pp.ArgumentError, r"rate_Hz above 0.*found -3"),
+    "rate NaN": (lambda: pp.open(PRESS, rate_Hz=float("nan")), pp.ArgumentError, r"rate_Hz above 0.*found nan"),
+    "texts for numbers": (lambda: pp.measure(PRESS, frames="9"), pp.ArgumentError, r"frames of at least 1.*found '9'"),
+    "a text for a rate": (lambda: pp.measure(PRESS, rate_Hz="9"), pp.ArgumentError, r"rate_Hz above 0.*found '9'"),
+    "a text for a seed": (lambda: pp.open(PRESS, seed="9"), pp.ArgumentError, r"seed of at least 0.*found '9'"),
+    "patience": (lambda: pp.open(PRESS, patience_s=-1), pp.ArgumentError, r"patience_s of at least 0; found -1"),
+    "seed": (lambda: pp.open(PRESS, seed=-1), pp.ArgumentError, r"seed of at least 0.*found -1"),
+    "a text for a number": (lambda: pp.contact(young_kPa="60", force_N=1), pp.ArgumentError, r"young_kPa as a number; found '60'"),
+    "two of three": (lambda: pp.forward(block_mm=(1, 2)), pp.ArgumentError, r"block_mm as a list of 3.*found \[1.0, 2.0\]"),
+    "a text for frames": (lambda: pp.strain(PRESS, frames="ab"), pp.ArgumentError, r"frames as a list of 2.*found 'ab'"),
+    "a number for maps": (lambda: pp.lump.estimate(5.0, force_N=1, young_Pa=4000), pp.ArgumentError, r"found 5.0"),
+    "no maps": (lambda: pp.lump.estimate([], force_N=[], young_Pa=4000), pp.ArgumentError, r"found \[\]"),
+    "ragged maps": (lambda: pp.lump.estimate([[[1, 2], [3]]], force_N=1, young_Pa=4000), pp.ArgumentError, r"maps of rows x columns"),
+    "texts for indices": (lambda: pp.optics.stack(["a", 1]), pp.ArgumentError, r"indices as a list of numbers"),
+    "led": (lambda: pp.optics.trapped([1, 1.4, 1], led=None), pp.ArgumentError, r"led as a palpate.optics.Led; found None"),
+    "sizes": (lambda: pp.profile.measure(sizes=[640, 480]), pp.ArgumentError, r"sizes as \(width, height\)"),
+    "profiles": (lambda: pp.profile.compare(1, 2), pp.ArgumentError, r"file as a path; found 1"),
     "method": (
         lambda: pp.lump.estimate([GOOD + 100], force_N=[1], young_Pa=4000, method="guess"),
         pp.ArgumentError,
@@ -74,7 +95,7 @@ def test_options_of_the_command_line_read_as_arguments(tmp_path):
 
 
 def test_classes():
-    assert issubclass(pp.ArgumentError, ValueError)
+    assert issubclass(pp.ArgumentError, ValueError) and issubclass(pp.ArgumentError, TypeError)
     assert issubclass(pp.DeviceError, RuntimeError)
     for kind in (pp.ArgumentError, pp.InputError, pp.SensorError, pp.DeviceError, pp.OutputError, pp.ExpiredError, pp.VersionError):
         assert issubclass(kind, pp.Error)
@@ -89,8 +110,8 @@ def test_a_failed_call_leaves_the_module_usable():
         assert next(stream).sequence == 0
 
 
-def test_numbers_that_do_not_fit():
-    with pytest.raises(TypeError):
-        pp.open(PRESS, seed=-1)
-    with pytest.raises(TypeError):
-        pp.open(PRESS, drop="no", nonsense=1)
+def test_arguments_that_there_are_none_of():
+    with pytest.raises(TypeError, match="nonsense"):
+        pp.open(PRESS, nonsense=1)
+    with pytest.raises(pp.ArgumentError, match="drop as True or False; found 'no'"):
+        pp.open(PRESS, drop="no")

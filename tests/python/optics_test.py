@@ -79,7 +79,7 @@ def entering_of(n):
     return np.mean(1 - (r_s**2 + r_p**2) / 2)
 
 
-def test_a_led_s_light_in_the_pad():
+def test_an_led_s_light_in_the_pad():
     n = np.array([[1.2, 1.3], [1.5, 1.7]])
     light = pp.optics.trapped([1, n, 1], thickness_mm=5)
     assert light.entering.shape == n.shape
@@ -94,7 +94,7 @@ def test_a_led_s_light_in_the_pad():
     assert narrow.guided > lit[0].guided
 
 
-def test_a_led_s_rays():
+def test_an_led_s_rays():
     angle_deg = np.array([-40.0, 0.0, 25.0])
     light = pp.optics.led([1, 1.41, 1], thickness_mm=6, depth_mm=1.5, length_mm=40, angle_deg=angle_deg)
     inside = np.arcsin(np.sin(np.radians(np.abs(angle_deg))) / 1.41)

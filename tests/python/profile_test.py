@@ -112,7 +112,8 @@ def test_mistakes(tmp_path):
 
 def test_ctrl_c_ends_it():
     code = """
-import palpate as pp, os, time, threading
+import palpate as pp, os, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background would leave it ignored
 print("started", flush=True)
 try:
     pp.profile.measure()

@@ -85,7 +85,7 @@ class PyStream {
 };
 
 std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& solver, bool drop,
-                                      bool fixed_light, std::optional<double> rate_Hz,
+                                      bool fixed_light, std::optional<double> rate_Hz, double patience_s,
                                       const std::string& device, bool keep_depth, bool keep_image,
                                       bool keep_confidence, bool keep_traction) {
   StreamRequest request;
@@ -93,6 +93,7 @@ std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& sol
   request.drop = drop;
   request.fixed_light = fixed_light;
   request.rate_Hz = rate_Hz.value_or(0);
+  request.patience_s = patience_s;
   std::shared_ptr<Stream> stream = run_apart([input, request, device](const std::atomic<bool>& stop) mutable {
     request.input = find(input);
     return owned(std::make_unique<Stream>(shared_device(device), request, stop));
@@ -122,8 +123,9 @@ void bind_live(py::module_& module) {
            }),
            py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("outputs"), py::arg("seed"));
   module.def("open_stream", &open_stream, py::arg("input"), py::arg("solver"), py::arg("drop"),
-             py::arg("fixed_light"), py::arg("rate_Hz"), py::arg("device"), py::arg("keep_depth"),
-             py::arg("keep_image"), py::arg("keep_confidence"), py::arg("keep_traction"));
+             py::arg("fixed_light"), py::arg("rate_Hz"), py::arg("patience_s"), py::arg("device"),
+             py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
+             py::arg("keep_traction"));
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream>(module, "Stream")
       .def("__iter__", [](py::object self) { return self; })
@@ -148,6 +150,7 @@ void bind_live(py::module_& module) {
                                return std::string(s.live() ? "CLOCK_MONOTONIC" : "recording");
                              }))
       .def_property_readonly("warning", of([](const Stream& s) { return s.warning(); }))
+      .def_property_readonly("state", of([](const Stream& s) { return s.state(); }))
       .def_property_readonly("details", of([](const Stream& s) { return s.details(); }))
       .def_property_readonly("device", of([](const Stream& s) { return s.device().report().name; }))
       .def("__repr__", [](const PyStream& s) {

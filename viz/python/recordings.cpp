@@ -92,7 +92,7 @@ py::dict measure(const InputRequest& request, const std::string& solver, double 
     auto measured = std::make_shared<Measured>();
     const MeasuredInput input = find(request);
     if (kept.depth && !wants(input.outputs, Output::Surface))
-      throw Refusal{"SensorError", "depth_mm", "a sensor without a reading of the surface",
+      throw Refusal{"SensorError", "depth_mm", "a sensor that measures no surface",
                     "a sensor file with \"surface\""};
     process.input = measured->input = input.input;
     process.outputs = input.outputs;

@@ -58,7 +58,7 @@ Stream::Stream(std::shared_ptr<gpu::Context> device, const StreamRequest& reques
     : request_(request), device_(std::move(device)), opening_(&stop) {
   const MeasuredInput& input = request_.input;
   source_ = open_source(input.input, input.sensor);
-  source_->watch([this] { return stopping_ || (opening_ && *opening_); });
+  source_->watch([this] { return stopping_ || (opening_ && *opening_) || out_of_patience(); });
   background_ = load_background(input.input, input.sensor, *source_);
   pipeline_ = std::make_shared<Pipeline>(*device_, input.sensor, source_->format(),
                                          PipelineOptions{.outputs = input.outputs,
@@ -151,6 +151,24 @@ Frame Stream::empty_frame() {
   Frame frame = std::move(spare_.back());
   spare_.pop_back();
   return frame;
+}
+
+/// Asked while a frame is waited for: whether a camera has been gone too long, which then ends the stream.
+bool Stream::out_of_patience() {
+  const std::string state = source_->state();
+  if (state.empty()) {
+    silent_since_.reset();
+    return false;
+  }
+  const Clock::time_point now = Clock::now();
+  if (!silent_since_) silent_since_ = now;
+  if (std::chrono::duration<double>(now - *silent_since_).count() < request_.patience_s) return false;
+  const std::lock_guard lock(mutex_);
+  if (!failure_)
+    failure_ = std::make_exception_ptr(
+        Error(Failure::Device, "frames of " + request_.input.input, state.substr(0, state.find(';')),
+              "plugging the camera in again and opening it anew, or a longer patience_s"));
+  return true;
 }
 
 /// A recording's frames come when they came.

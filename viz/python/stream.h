@@ -57,6 +57,8 @@ struct StreamRequest {
   bool fixed_light = false;
   bool drop = true;    ///< the newest frame wins; recordings then come at their own pace
   double rate_Hz = 0;  ///< of inputs without times
+  /// How long a camera that is gone or silent is waited for; then the stream ends with an error.
+  double patience_s = 10;
 };
 
 class Stream {
@@ -87,6 +89,8 @@ class Stream {
   uint64_t dropped() const;
   uint64_t delivered() const { return delivered_; }
   std::string warning() const { return source_->warning(); }
+  /// What a camera is waited for; empty: frames come.
+  std::string state() const { return source_->state(); }
   std::vector<std::pair<std::string, std::string>> details() const { return source_->details(); }
   const Frame& background() const { return background_; }
   const gpu::Context& device() const { return *device_; }
@@ -101,6 +105,7 @@ class Stream {
   void reuse(Frame frame);
   void wait_until_due(const Frame& frame);
   bool ending() const { return stopping_; }
+  bool out_of_patience();
 
   StreamRequest request_;
   std::shared_ptr<gpu::Context> device_;
@@ -125,6 +130,7 @@ class Stream {
   std::chrono::steady_clock::time_point due_;
   int64_t last_time_ns_ = 0;
   bool paced_ = false;
+  std::optional<std::chrono::steady_clock::time_point> silent_since_;  ///< of the thread that takes frames
   std::mutex closing_;
   std::vector<std::thread> threads_;
 };

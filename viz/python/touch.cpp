@@ -207,7 +207,7 @@ py::object PyTouch::once(py::object& kept, const char* name, Read read, Make mak
   }
   if (!there)
     throw Refusal{"ExpiredError", std::string(name) + " of frame " + std::to_string(touch().sequence),
-                  "that the stream has gone on and its memory is another frame's",
+                  "a stream that has moved on: the memory holds another frame",
                   std::string("reading it before the next frame, touch.keep(\"") + name +
                       "\"), or palpate.open(..., keep=[\"" + name + "\"])"};
   if (!kept) kept = make(std::move(value));
@@ -216,7 +216,7 @@ py::object PyTouch::once(py::object& kept, const char* name, Read read, Make mak
 
 py::object PyTouch::depth_mm() {
   if (!touch().surface)
-    throw Refusal{"SensorError", "depth_mm", "a sensor without a reading of the surface, or other outputs",
+    throw Refusal{"SensorError", "depth_mm", "a sensor that measures no surface, or outputs without it",
                   "a sensor file with \"surface\", or outputs=[\"force\", \"surface\"]"};
   return once(
       depth_, "depth_mm",

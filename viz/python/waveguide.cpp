@@ -1,4 +1,4 @@
-// The pad as a waveguide: what its layers hold, what becomes of a LED's light, what contacts let out.
+// The pad as a waveguide: what its layers hold, what becomes of an LED's light, what contacts let out.
 #include <pybind11/stl.h>
 
 #include <algorithm>

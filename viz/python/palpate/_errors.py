@@ -19,8 +19,8 @@ class Error(Exception):
         return f"wanted {self.wanted}; found {self.found}; try {self.remedy}"
 
 
-class ArgumentError(Error, ValueError):
-    """An argument that makes no sense: a wrong shape or dtype, NaN, a number out of range."""
+class ArgumentError(Error, ValueError, TypeError):
+    """An argument that makes no sense: a wrong type, shape or dtype, NaN, a number out of range."""
 
 
 class InputError(Error):

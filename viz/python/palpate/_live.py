@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from typing import Union
 
-from ._core import _palpate
+from ._core import _palpate, path_text
 from ._errors import ArgumentError
 
 Contact = _palpate.Contact
@@ -52,8 +52,24 @@ def request_of(
 ) -> _palpate.InputRequest:
     """A source with its sensor."""
     if sensor is not None and not isinstance(sensor, Sensor):
-        sensor = Sensor(os.fspath(sensor))
-    return _palpate.InputRequest(os.fspath(source), sensor, os.fspath(background or ""), names_of(outputs), seed)
+        sensor = Sensor(path_text(sensor, "sensor"))
+    if not hasattr(seed, "__index__") or seed < 0:
+        raise ArgumentError("a seed of at least 0, a whole number", repr(seed), "seed=1")
+    return _palpate.InputRequest(path_text(source, "source"), sensor, path_text(background or "", "background"), names_of(outputs), seed)
+
+
+def count_of(frames: int | None) -> int:
+    """How many frames; 0: all."""
+    if frames is not None and (not hasattr(frames, "__index__") or frames < 1):
+        raise ArgumentError("frames of at least 1, or None for all", repr(frames), "frames=100")
+    return frames or 0
+
+
+def rate_of(rate_Hz: float | None) -> float:
+    """Frames a second; 0: those of the source."""
+    if rate_Hz is not None and (isinstance(rate_Hz, str) or not 0 < rate_Hz < float("inf")):
+        raise ArgumentError("rate_Hz above 0, or None", repr(rate_Hz), "rate_Hz=30")
+    return rate_Hz or 0.0
 
 
 def open(
@@ -67,6 +83,7 @@ def open(
     keep: Iterable[str] | str = (),
     fixed_light: bool = False,
     rate_Hz: float | None = None,
+    patience_s: float = 10.0,
     device: str = "",
     seed: int = 1,
 ) -> Stream:
@@ -88,16 +105,21 @@ def open(
         keep: maps that are read at once and stay: ``depth_mm``, ``image``, ``confidence``,
             ``pressure_kPa``.  Others can be read until the next touch is asked for.
         fixed_light: a colour gel's light is not followed.
-        rate_Hz: frames a second of images, which know no times themselves.
+        rate_Hz: frames a second of images, which carry no times of their own.
+        patience_s: how long a camera that is unplugged or silent is waited for before :class:`DeviceError`
+            is raised, 0 to infinity; ``stream.state`` says what it is waited for.
         device: index or part of the name of a Vulkan device; by default the best one.
         seed: of simulated scenes that name none.
     """
+    if isinstance(patience_s, str) or not patience_s >= 0:
+        raise ArgumentError("patience_s of at least 0", repr(patience_s), "patience_s=10, or float('inf')")
     return _palpate.open_stream(
         request_of(source, sensor, background, outputs, seed),
         solver,
         drop,
         fixed_light,
-        rate_Hz,
+        rate_of(rate_Hz) or None,
+        patience_s,
         device,
         *kept_maps(keep),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import _palpate
-from ._live import Path, Sensor, request_of
+from ._core import _palpate, path_text
+from ._live import count_of, Path, request_of, Sensor
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def record(
         source, sensor, background, outputs, solver, fixed_light, device, seed: as of :func:`palpate.open`.
     """
     request = request_of(source, sensor, background, outputs, seed)
-    return Recorded(**_palpate.record(request, os.fspath(folder), frames or 0, solver, fixed_light, device))
+    return Recorded(**_palpate.record(request, path_text(folder, "folder"), count_of(frames), solver, fixed_light, device))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,4 +117,4 @@ def simulate(scene: str, *, frames: int | None = None, depth: bool = False, seed
         seed: of a scene that names none.
     """
     name = scene if scene.startswith("synthetic:") else "synthetic:" + scene
-    return Simulation(**_palpate.simulate(request_of(name, seed=seed), frames or 0, depth))
+    return Simulation(**_palpate.simulate(request_of(name, seed=seed), count_of(frames), depth))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import html
 import io
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import _palpate
-from ._live import Path, Sensor, request_of
+from ._core import _palpate, path_text
+from ._live import Path, rate_of, request_of, Sensor
 from ._recordings import column_of
 
 
@@ -29,7 +28,7 @@ class Contacting:
     """Of the contact circle."""
     pressure_max_kPa: float
     hertz_error: float
-    """Share by which plain Hertz is off in force at this depth."""
+    """Relative error of plain Hertz in force at this depth."""
     strain: float
     """0.2 a/R of a sphere: how far linear elasticity is stretched."""
 
@@ -186,9 +185,9 @@ def wrench(
     """
     found = _palpate.wrench(
         request_of(recording, sensor, background, None, seed),
-        os.fspath(gauge or ""),
+        path_text(gauge or "", "gauge"),
         str(align),
-        rate_Hz or 0,
+        rate_of(rate_Hz),
         device,
     )
     rows = list(csv.reader(io.StringIO(found.pop("csv"))))
@@ -238,7 +237,7 @@ def strain(
     device: str = "",
     seed: int = 1,
 ) -> Compression:
-    """How an object's shape changes from one compression to the next.
+    """Measure how an object's shape changes from one compression to the next.
 
     Args:
         frames: the two frames, or

@@ -19,6 +19,7 @@ def open_stream(
     drop: bool,
     fixed_light: bool,
     rate_Hz: float | None,
+    patience_s: float,
     device: str,
     keep_depth: bool,
     keep_image: bool,
@@ -374,6 +375,9 @@ class Stream:
         """What ``time_s`` counts on: ``CLOCK_MONOTONIC`` less its start, or the ``recording``'s own."""
     @property
     def warning(self) -> str: ...
+    @property
+    def state(self) -> str:
+        """What a camera is waited for; empty: its frames come."""
     @property
     def details(self) -> list[tuple[str, str]]:
         """Settings of a camera as it uses them."""

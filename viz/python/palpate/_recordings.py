@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import math
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import _palpate
+from ._core import _palpate, path_text
 from ._errors import ArgumentError
-from ._live import Path, Sensor, kept_maps, request_of
+from ._live import count_of, kept_maps, Path, rate_of, request_of, Sensor
 
 
 def column_of(cells: Sequence[Any]) -> NDArray[Any]:
@@ -148,10 +147,10 @@ def measure(
         _palpate.measure(
             request_of(source, sensor, background, outputs, seed),
             solver,
-            rate_Hz or 0,
-            frames or 0,
+            rate_of(rate_Hz),
+            count_of(frames),
             fixed_light,
-            os.fspath(out or ""),
+            path_text(out or "", "out"),
             device,
             *kept_maps(keep),
         )
@@ -241,13 +240,13 @@ def modulus(
     for name, value, known in (("table", table, ("sliding", "bonded")), ("law", law, ("linear", "rubber"))):
         if value not in known:
             raise ArgumentError(f"{name}={' or '.join(known)}", repr(value), known[0])
-    recording = os.fspath(recording)
+    recording = path_text(recording, "recording")
     is_table = recording.endswith(".csv")
     answer: dict[str, Any] = _palpate.modulus(
         None if is_table else request_of(recording, sensor, background, None, seed),
         recording if is_table else "",
-        os.fspath(gauge or ""),
-        os.fspath(approach or ""),
+        path_text(gauge or "", "gauge"),
+        path_text(approach or "", "approach"),
         stage_sd_mm,
         sample,
         poisson,

@@ -13,9 +13,9 @@ from typing import Any, Union
 
 from numpy.typing import NDArray
 
-from ._core import _palpate
+from ._core import _palpate, path_text
 from ._errors import ArgumentError
-from ._live import Path, Sensor, request_of
+from ._live import Path, rate_of, request_of, Sensor
 from ._recordings import column_of
 
 Paths = Union[Path, Iterable[Path]]
@@ -80,7 +80,7 @@ def _pairs(recordings: Paths, gauges: Paths) -> tuple[list[Path], list[str]]:
     inputs, tables = _listed(recordings), _listed(gauges)
     if tables == ["truth"]:
         tables = tables * len(inputs)
-    return inputs, [os.fspath(table) for table in tables]
+    return inputs, [path_text(table, "table") for table in tables]
 
 
 def _made(answer: dict[str, Any]) -> Calibration:
@@ -141,7 +141,7 @@ def force(
             requests(checks),
             check_gauges,
             str(align),
-            rate_Hz or 0,
+            rate_of(rate_Hz),
             signal,
             model,
             branches,
@@ -177,7 +177,7 @@ def shear(
     inputs, gauges = _pairs(recordings, gauge)
     requests = [request_of(one, sensor, background, None, seed) for one in inputs]
     return _made(
-        _palpate.calibrate_shear(requests, gauges, str(align), rate_Hz or 0, signal, friction, device)
+        _palpate.calibrate_shear(requests, gauges, str(align), rate_of(rate_Hz), signal, friction, device)
     )
 
 
@@ -186,11 +186,11 @@ def _written(answer: dict[str, Any], out: Path) -> Calibration:
     text = answer["text"]
     lines = text.splitlines()
     verdict = next((line for line in lines if line.startswith("all:")), lines[0])
-    return Calibration(Sensor(os.fspath(out)), True, verdict, text, json.loads(answer["report"]))
+    return Calibration(Sensor(path_text(out, "out")), True, verdict, text, json.loads(answer["report"]))
 
 
 def _named(file: Path | None) -> str:
-    return os.fspath(file or "")
+    return path_text(file or "", "file")
 
 
 def background(
@@ -203,7 +203,7 @@ def background(
     like: int | None = None,
     set_threshold: bool = False,
 ) -> Calibration:
-    """The untouched image, its noise, and a threshold that fits.
+    """The untouched image, its noise, and a contact threshold that fits it.
 
     Args:
         source: frames as the camera gives them: a recording that shows the pad at rest somewhere, one
@@ -216,7 +216,7 @@ def background(
         set_threshold: set the threshold as suggested; without a sensor file it is.
     """
     answer = _palpate.calibrate_background(
-        os.fspath(source), _named(sensor), os.fspath(out), frames, every or 0, like, set_threshold
+        path_text(source, "source"), _named(sensor), path_text(out, "out"), frames, every or 0, like, set_threshold
     )
     return _written(answer, out)
 
@@ -224,7 +224,7 @@ def background(
 def flat(
     source: Path, *, sensor: Path, out: Path, frames: int = 30, every: int = 1, change: bool = False
 ) -> Calibration:
-    """Uneven light, as a field that every frame is multiplied with.
+    """Correct uneven light by a field that every frame is multiplied by.
 
     Args:
         source: frames of what should look even.
@@ -233,7 +233,7 @@ def flat(
         frames, every: how many, and which.
         change: even out the change from the untouched image: a waveguide, pressed all over.
     """
-    answer = _palpate.calibrate_flat(os.fspath(source), os.fspath(sensor), os.fspath(out), frames, every, change)
+    answer = _palpate.calibrate_flat(path_text(source, "source"), path_text(sensor, "sensor"), path_text(out, "out"), frames, every, change)
     return _written(answer, out)
 
 
@@ -267,10 +267,10 @@ def scale(
     if pattern not in ("chessboard", "dots"):
         raise ArgumentError("pattern=chessboard or dots", repr(pattern), "chessboard")
     answer = _palpate.calibrate_scale(
-        os.fspath(source),
+        path_text(source, "source"),
         _named(sensor),
         _named(background),
-        os.fspath(out),
+        path_text(out, "out"),
         "" if grid is None else f"{grid[0]}x{grid[1]}",
         pattern == "dots",
         spacing_mm,
@@ -314,11 +314,11 @@ def photometric(
         keep_contact: leave the section ``contact`` as it is.
     """
     answer = _palpate.calibrate_photometric(
-        os.fspath(source),
+        path_text(source, "source"),
         _named(sensor),
         _named(balls),
         _named(background),
-        os.fspath(out),
+        path_text(out, "out"),
         ball_mm,
         pitch_mm_per_px,
         every or 0,
@@ -347,11 +347,11 @@ def lookup(
         source, out, ball_mm, balls, sensor, background, pitch_mm_per_px, every: as of :func:`photometric`.
     """
     answer = _palpate.calibrate_lookup(
-        os.fspath(source),
+        path_text(source, "source"),
         _named(sensor),
         _named(balls),
         _named(background),
-        os.fspath(out),
+        path_text(out, "out"),
         ball_mm,
         pitch_mm_per_px,
         every or 0,
@@ -379,6 +379,6 @@ def lights(
         out: the file to write, which ``palpate integrate --lights`` reads.
         order: of the polynomial by which the light varies over the frame, 0 to 3; by default 0, 1 or 2.
     """
-    files = [os.fspath(image) for image in images]
-    answer = _palpate.calibrate_lights(files, os.fspath(height), os.fspath(out), pitch_mm_per_px, order)
-    return Lights(os.fspath(out), answer["text"], json.loads(answer["report"]))
+    files = [path_text(image, "image") for image in images]
+    answer = _palpate.calibrate_lights(files, path_text(height, "height"), path_text(out, "out"), pitch_mm_per_px, order)
+    return Lights(path_text(out, "out"), answer["text"], json.loads(answer["report"]))

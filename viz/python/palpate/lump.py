@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import _palpate
+from ._core import _palpate, path_text
+from ._errors import ArgumentError
 from ._live import Path
 
 __all__ = ["Interval", "Lump", "estimate"]
@@ -90,13 +90,18 @@ def estimate(
         pitch_mm: between a map's nodes.
         window_mm: the maps' middle from the block's middle, x and y.
         noise_Pa: standard deviation of a value; by default from the last map's roughness.
-        young_error, thickness_error, pitch_error: shares by which these may be wrong, nine times out of ten;
+        young_error, thickness_error, pitch_error: relative errors of these (90 % intervals);
             they widen the intervals.
         network: a file of ``palpate lump train``; by default the built-in one.
         method: ``network``, ``refined``, or ``direct`` (finite elements, a minute or so).
     """
-    maps: list[Any] = list(pressure_Pa) if np.ndim(pressure_Pa[0]) else [pressure_Pa]
-    forces = [float(f) for f in np.atleast_1d(force_N)]
+    try:
+        maps: list[Any] = list(pressure_Pa) if np.ndim(pressure_Pa[0]) > 1 else [pressure_Pa]
+        forces = [float(f) for f in np.atleast_1d(force_N)]
+    except (TypeError, ValueError, IndexError):
+        raise ArgumentError(
+            "pressure maps of rows x columns, a force each", repr(pressure_Pa)[:80], "estimate([map_Pa], force_N=[1], ...)"
+        ) from None
     answer, text = _palpate.lump_estimate(
         maps,
         forces,
@@ -106,7 +111,7 @@ def estimate(
         tuple(map(float, window_mm)),
         noise_Pa,
         (young_error, thickness_error, pitch_error),
-        os.fspath(network or ""),
+        path_text(network or "", "network"),
         method,
     )
     found = json.loads(answer)

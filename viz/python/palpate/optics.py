@@ -42,8 +42,21 @@ __all__ = [
 ]
 
 
+def _indices(indices: Sequence[float], name: str = "indices") -> list[float]:
+    try:
+        return [float(n) for n in indices]
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name} as a list of numbers", repr(indices)[:80], "[1, 1.39, 1.40, 1.41, 1]") from None
+
+
+def _led(led: object) -> tuple[int | None, float, float | None, float | None, float]:
+    if isinstance(led, Led):
+        return led.layer, led.edge_index, led.order, led.half_intensity_deg, led.half_angle_deg
+    raise ArgumentError("led as a palpate.optics.Led", repr(led)[:80], "Led(layer=0)")
+
+
 def _thickness(thickness_mm: float | Sequence[float], layers: int) -> list[float]:
-    given: list[float] = np.atleast_1d(np.asarray(thickness_mm, dtype=float)).tolist()
+    given = _indices(np.atleast_1d(np.asarray(thickness_mm, dtype=object)).tolist(), "thickness_mm")
     return given * layers if np.ndim(thickness_mm) == 0 else given
 
 
@@ -123,7 +136,7 @@ def stack(
     """
     thickness = _thickness(thickness_mm, max(len(indices) - 2, 0))
     angles = np.asarray(angle_deg)
-    light = _palpate.optics_stack([float(n) for n in indices], [float(k) for k in extinction], thickness, angles, wavelength_nm)
+    light = _palpate.optics_stack(_indices(indices), _indices(extinction, "extinction"), thickness, angles, wavelength_nm)
     return StackLight(
         angles, light["reflectance"], light["transmittance"], light["absorptance"], light["layer_absorptance"]
     )
@@ -243,17 +256,17 @@ def critical(indices: Sequence[float], *, edge_index: float | None = None) -> La
         indices: outside of the touched face, layers, outside towards the camera; 1 to 10.
         edge_index: of the medium that light enters the edge from; by default the larger outside.
     """
-    return LayerAngles(**_palpate.optics_layers([float(n) for n in indices], edge_index))
+    return LayerAngles(**_palpate.optics_layers(_indices(indices), edge_index))
 
 
 @dataclass(frozen=True)
 class Led:
-    """A LED at the pad's edge."""
+    """An LED at the pad's edge."""
 
     layer: int | None = None
     """Whose edge it lights, from 0 at the touched face; None: the middle one, the upper of two."""
     edge_index: float = 1.0
-    """Of what lies between LED and edge: 1 is air, the layer's own index a LED that is cast in."""
+    """Of what lies between LED and edge: 1 is air, the layer's own index an LED that is cast in."""
     order: float | None = None
     """It shines as cos^order of the angle, 1 to 1000; None: 1, Lambert's law."""
     half_intensity_deg: float | None = None
@@ -261,13 +274,10 @@ class Led:
     half_angle_deg: float = 90.0
     """No light beyond this angle."""
 
-    def _parts(self) -> tuple[int | None, float, float | None, float | None, float]:
-        return self.layer, self.edge_index, self.order, self.half_intensity_deg, self.half_angle_deg
-
 
 @dataclass(frozen=True, eq=False)
 class Trapped:
-    """Fractions of a LED's light, in the shape of the indices."""
+    """Fractions of an LED's light, in the shape of the indices."""
 
     entering: NDArray[np.float64]
     """The rest is reflected at the edge."""
@@ -286,7 +296,7 @@ class Trapped:
 
 
 def trapped(indices: Sequence[ArrayLike], *, thickness_mm: float | Sequence[float] = 1.0, led: Led = Led()) -> Trapped:
-    """How much of a LED's light the layers hold.
+    """How much of an LED's light the layers hold.
 
     Args:
         indices: outside of the touched face, layers, outside towards the camera; 1 to 10.  Each may be an
@@ -296,7 +306,7 @@ def trapped(indices: Sequence[ArrayLike], *, thickness_mm: float | Sequence[floa
     """
     shape, columns = _together(**{f"indices[{i}]": n for i, n in enumerate(indices)}) if len(indices) else ((), [])
     rows = [list(row) for row in zip(*columns)] or [[]]
-    found = _palpate.optics_trapped(rows, _thickness(thickness_mm, max(len(indices) - 2, 0)), led._parts())
+    found = _palpate.optics_trapped(rows, _thickness(thickness_mm, max(len(indices) - 2, 0)), _led(led))
     return Trapped(**{name: np.asarray(part.reshape(shape)) for name, part in found.items()})
 
 
@@ -359,7 +369,7 @@ def contact(
     rows = [(reference_index, reference_extinction, reference_albedo, 0.0), *zip(*columns)]
     thickness = _thickness(thickness_mm, max(len(indices) - 2, 0))
     found = _palpate.optics_contact(
-        [float(n) for n in indices], thickness, led._parts(), rows, wavelength_nm, reference_gray, most_gray
+        _indices(indices), thickness, _led(led), rows, wavelength_nm, reference_gray, most_gray
     )
     return ContactLight(**{name: np.asarray(part.reshape(shape)) for name, part in found.items()})
 
@@ -386,7 +396,7 @@ class LedRays:
 
 @dataclass(frozen=True, eq=False)
 class LedLight:
-    """Where a LED's light goes from the edge."""
+    """Where an LED's light goes from the edge."""
 
     layer: int
     """That it lights, from 0 at the touched face."""
@@ -422,7 +432,7 @@ def led(
     length_mm: float = 30.0,
     angle_deg: ArrayLike | None = None,
 ) -> LedLight:
-    """Where a LED's rays go from the edge: what stays, and where it first meets the face.
+    """Where an LED's rays go from the edge: what is trapped, and where it first meets the face.
 
     Args:
         indices: outside of the touched face, layers, outside towards the camera; 1 to 10.
@@ -432,11 +442,12 @@ def led(
         length_mm: of the pad from this edge.
         angle_deg: of the rays to follow, between -90 and 90; by default 21, evenly spread.
     """
-    widest = min(led.half_angle_deg, 89.0)
+    lit = _led(led)
+    widest = min(lit[-1], 89.0)
     angles = np.linspace(-widest, widest, 21) if angle_deg is None else angle_deg
     _, (given,) = _together(angle_deg=angles)
     thickness = _thickness(thickness_mm, max(len(indices) - 2, 0))
-    found: dict[str, Any] = _palpate.optics_led([float(n) for n in indices], thickness, led._parts(), depth_mm, length_mm, given)
+    found: dict[str, Any] = _palpate.optics_led(_indices(indices), thickness, lit, depth_mm, length_mm, given)
     rays = LedRays(
         angle_deg=np.array(given),
         n_sin=found.pop("n_sin"),

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _errors
-from ._core import _palpate
+from ._core import _palpate, path_text
 from ._live import Path as AnyPath
 from ._tables import Table
 
@@ -59,7 +59,7 @@ class Profile:
     frames: Table = field(repr=False)
     """Whole frames at each size: latency, processor's time, frames_per_s with three in flight, memory."""
     stages: Table = field(repr=False)
-    """Each stage of a frame on the GPU: time, dispatches, bytes, rate, and its share of the memory's ceiling."""
+    """Each stage of a frame on the GPU: time, dispatches, bytes, rate, and its fraction of the memory's ceiling."""
     growth: Table = field(repr=False)
     """time = constant x pixels^exponent, with the exponent's standard error (0: of two sizes)."""
     solvers: Table = field(repr=False)
@@ -154,7 +154,7 @@ def load(file: AnyPath) -> Profile:
     Args:
         file: its ``profile.json``, or the folder that holds it.
     """
-    path = Path(file)
+    path = Path(path_text(file, "file"))
     return _profile(*_palpate.profile_load(path / "profile.json" if path.is_dir() else path))
 
 
@@ -179,6 +179,13 @@ def _failure(code: int, said: str) -> _errors.Error:
     if parts:
         return kind(*(_palpate.as_arguments(part) for part in parts.groups()))
     return kind("a profile of this machine", line or f"exit code {code} of palpate profile", "palpate profile in a terminal")
+
+
+def _listed(sizes: Sequence[tuple[int, int]]) -> str:
+    try:
+        return ",".join(f"{width}x{height}" for width, height in sizes)
+    except (TypeError, ValueError):
+        raise _errors.ArgumentError("sizes as (width, height) in px", repr(sizes)[:80], "sizes=[(640, 480)]") from None
 
 
 def measure(
@@ -207,7 +214,7 @@ def measure(
         folder = Path(scratch) / "out" if out is None else Path(out)
         command = [_program(), "profile", "--out", str(folder), "--quiet"]
         if sizes is not None:
-            listed = sizes if isinstance(sizes, str) else ",".join(f"{width}x{height}" for width, height in sizes)
+            listed = sizes if isinstance(sizes, str) else _listed(sizes)
             command += ["--sizes", listed]
         if quick:
             command.append("--quick")
