@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     return fail(error.what(), error.exit_code(), form);
   } catch (const std::bad_alloc&) {
-    return fail("wanted more memory than there is; try smaller frames or fewer outputs", kInternalError,
+    return fail("wanted more memory; found none left; try smaller frames or fewer outputs", kInternalError,
                 form);
   } catch (const std::exception& error) {
     return fail(std::string("internal error: ") + error.what(), kInternalError, form);

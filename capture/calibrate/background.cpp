@@ -222,7 +222,7 @@ struct Drift {
 
 UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor, bool chosen) {
   if (frames.size() < 2)
-    throw Error(Failure::Input, "two untouched frames or more, so that noise is known",
+    throw Error(Failure::Input, "two untouched frames or more, to measure the noise",
                 std::to_string(frames.size()), "a longer recording, or more --frames");
   const FrameFormat& f = frames.front().format;
   const LikeFrames like(frames, chosen);

@@ -72,7 +72,7 @@ double unevenness(const cv::Mat& light) {
 FlatFit fit_flat(const std::vector<Frame>& frames, const Frame* dark, const std::vector<uint8_t>& mask,
                  const Sensor& sensor) {
   if (frames.size() < 2)
-    throw Error(Failure::Input, "two frames or more, so that the field is tried on one not used",
+    throw Error(Failure::Input, "two frames or more, so that the field is checked on one that was not used",
                 std::to_string(frames.size()), "a longer recording, or more --frames");
   Light all, even, odd;
   for (size_t i = 0; i < frames.size(); ++i) {

@@ -34,7 +34,7 @@ void take_truth(const Source& source, GaugedRecording& recording) {
     const std::optional<Truth> truth = source.truth(f.touch.sequence);
     if (!truth)
       throw Error(Failure::Input, "a gauge's table for '" + recording.input + "'",
-                  "'truth', which only synthetic recordings know", "--gauge FILE.csv");
+                  "'truth', which only synthetic recordings have", "--gauge FILE.csv");
     f.force_N = truth->force_N;
     f.fx_N = truth->shear_x_N;
     f.fy_N = truth->shear_y_N;
@@ -149,7 +149,7 @@ void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording
     const GaugedFrame& last = recording.frames.back();
     if (!(last.time_s > 0) || last.touch.sequence == 0)
       throw Error(Failure::Input, "times of the frames of '" + recording.input + "', for --align",
-                  "images, which know none", "--rate HZ, or --align none");
+                  "images, which carry no times", "--rate HZ, or --align none");
     const double step_s = last.time_s / static_cast<double>(last.touch.sequence);
     for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(static_cast<double>(frame) * step_s);
   }
@@ -158,7 +158,7 @@ void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording
   if (!gauge.by_frame()) {
     if (!std::isfinite(recording.frames.front().time_s))
       throw Error(Failure::Input, "times of the frames of '" + recording.input + "', as the gauge has times",
-                  "images, which know none", "--rate HZ, or a gauge table with a column frame");
+                  "images, which carry no times", "--rate HZ, or a gauge table with a column frame");
     if (request.alignment.kind == Alignment::Kind::Fixed) recording.offset_s = request.alignment.offset_s;
     if (request.alignment.kind == Alignment::Kind::Auto) {
       recording.alignment = align(recording, gauge);

@@ -150,7 +150,7 @@ Scale scale_from_ring(const Frame& picture, const Frame& rest, double diameter_m
   const cv::Rect box = largest == outlines.end() ? cv::Rect() : cv::boundingRect(*largest);
   if (box.width < 12 || box.x < 1 || box.y < 1 || box.br().x >= change.cols - 1 ||
       box.br().y >= change.rows - 1)
-    throw Error(Failure::Input, "a ring or disc that is seen whole", "nothing round away from the border",
+    throw Error(Failure::Input, "a ring or disc that is wholly in view", "nothing round clear of the border",
                 "another press");
   // Sub-pixel edge: along rays from the middle, where the change passes half of its peak for the last time.
   const cv::Point2d centre(box.x + 0.5 * (box.width - 1), box.y + 0.5 * (box.height - 1));

@@ -60,7 +60,7 @@ Columns columns_of(const CsvTable& table, const JudgedTableOptions& options) {
   columns.wrong = table.find("wrong");
   columns.group = table.find("group");
   if (columns.quantities.empty() && !columns.verdict)
-    throw Error(Failure::Input, "what was true or what was reported in the first line of a table",
+    throw Error(Failure::Input, "columns of the truth or of what was reported in the first line of the table",
                 printable(table.header_line()), kColumns);
   std::set<size_t> taken;
   for (const QuantityColumns& q : columns.quantities) {

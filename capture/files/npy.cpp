@@ -163,7 +163,7 @@ Header read_header(std::ifstream& in, const std::filesystem::path& file, uint64_
   if (!in) fail(file, "a NumPy array", "a file that ends inside its header");
   Header header;
   if (!HeaderParser(text).parse(header)) {
-    fail(file, "a header with 'descr', 'fortran_order' and 'shape'", "one that NumPy does not write");
+    fail(file, "a header with 'descr', 'fortran_order' and 'shape'", "a header that NumPy does not write");
   }
   return header;
 }

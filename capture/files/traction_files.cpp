@@ -44,7 +44,7 @@ void write_tiff(const std::filesystem::path& file, const TractionMaps& maps, dou
                             static_cast<tmsize_t>(values.size() * sizeof(float))) >= 0 &&
       TIFFFlush(tiff.get()) == 1;
   if (!written)
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "a TIFF encoder that refuses",
+    throw Error(Failure::Output, "to write '" + file.string() + "'", "an error of the TIFF encoder",
                 "npy files");
   write_whole(file, memory.take());
 }

@@ -34,7 +34,7 @@ void take_gauge(const RecordedPress& press, PressTimeline& t, std::vector<std::s
     const std::optional<TissueOptions> options = tissue_behind(t.input);
     if (!options)
       throw Error(Failure::Input, "a gauge's table for '" + press.recording + "'",
-                  "'truth', which only recordings of the synthetic block know", "--gauge FILE.csv");
+                  "'truth', which only recordings of the synthetic block have", "--gauge FILE.csv");
     const TissueSensor source(*options);
     for (const uint64_t sequence : t.sequence) t.force_N.push_back(source.block_force_N(sequence));
     return;

@@ -124,7 +124,8 @@ std::vector<lump::ScanPress> read_presses(const std::vector<RecordedPress>& pres
     if (force_N > 0.9 * usual_N) common_N = std::min(common_N, force_N);
   const double top_N = options.force_N > 0 ? options.force_N : 0.995 * common_N;
   if (!(top_N > 0))
-    throw Error(Failure::Input, "presses with a force", "none above 0 N", "the gauge of these recordings");
+    throw Error(Failure::Input, "presses with a force", "none above 0 N",
+                "the gauge table of these recordings");
   std::vector<lump::ScanPress> out;
   const RunWatch::Progress progress = watch.begin("averaging frames", presses.size());
   for (size_t p = 0; p < presses.size(); ++p) {

@@ -87,7 +87,7 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
                           const RunWatch& watch) {
   const bool surface = wants(input.outputs, Output::Surface), skin = input.sensor.skin.has_value();
   if (!surface && !skin)
-    throw Error(Failure::Usage, "a sensor with a reading of the surface or a pattern on its skin", "neither",
+    throw Error(Failure::Usage, "a sensor that measures its surface or has a pattern on its skin", "neither",
                 "a sensor file with \"reading\" or \"skin\"");
   const std::array<uint64_t, 2> frames =
       request.frames ? *request.frames : frames_by_force(context, input, request, watch);

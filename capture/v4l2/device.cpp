@@ -62,11 +62,12 @@ std::vector<std::string> node_paths() {
   return paths;
 }
 
-std::string cameras_there() {
+/// What to try instead of a camera that there is none of.
+std::string another_camera() {
   std::string list;
   for (const NodeReport& node : list_nodes())
     if (node.capture) list += (list.empty() ? "" : ", ") + node.path + " (" + node.identity.card + ")";
-  return list.empty() ? "no camera" : list;
+  return list.empty() ? "plugging a camera in; palpate cameras lists those there are" : "one of " + list;
 }
 
 Error no_permission(const std::string& path) {
@@ -139,15 +140,15 @@ Device::Device(const std::string& path) {
   const int error = file_ < 0 ? errno : 0;
   if (error == EACCES || error == EPERM) throw no_permission(path);
   if (error == ENOENT)
-    throw Error(Failure::Device, "a camera at " + path, "no such node",
-                "one of those there are: " + cameras_there());
+    throw Error(Failure::Device, "a camera at " + path, "no such device node",
+                another_camera());
   if (error == EBUSY) {
     const std::string who = holders_of(path);
     throw Error(Failure::Device, "to open the camera " + path,
-                "that another program uses it" + (who.empty() ? "" : ": " + who), "ending that program");
+                "another program using it" + (who.empty() ? "" : ": " + who), "ending that program");
   }
   if (error == ENODEV || error == ENXIO)
-    throw Error(Failure::Device, "a camera at " + path, "a node without one: it was unplugged",
+    throw Error(Failure::Device, "a camera at " + path, "a device node without a camera: it was unplugged",
                 "plugging it in again");
   if (error != 0)
     throw Error(Failure::Device, "to open the camera " + path, std::strerror(error), "palpate cameras");
@@ -163,7 +164,7 @@ Device::Device(const std::string& path) {
                                                             : "a node that delivers no frames";
   throw Error(Failure::Device, "a camera at " + path,
               found + (identity_.card.empty() ? "" : " (" + identity_.card + ")"),
-              "one of those there are: " + cameras_there());
+              another_camera());
 }
 
 Device::~Device() {
@@ -243,7 +244,7 @@ Negotiated Device::set_format(uint32_t fourcc, uint32_t width, uint32_t height) 
   if (error == EBUSY) {
     const std::string who = holders_of(identity_.path);
     throw Error(Failure::Device, "the camera " + identity_.path + " (" + identity_.card + ")",
-                "that another program uses it" + (who.empty() ? "" : ": " + who), "ending that program");
+                "another program using it" + (who.empty() ? "" : ": " + who), "ending that program");
   }
   if (error != 0)
     throw Error(Failure::Device,

@@ -82,8 +82,9 @@ struct Negotiated {
 
 class Device {
  public:
-  /// Throws Error(Failure::Device), one line for each of: no such node (names what there is), no permission
-  /// (names the group), busy, unplugged, no camera, a camera of an interface that is not spoken here.
+  /// Throws Error(Failure::Device), one line for each of: no such device node (names what there is), no
+  /// permission (names the group), busy, unplugged, no camera, a camera of an interface that is not spoken
+  /// here.
   explicit Device(const std::string& path);
   ~Device();
   Device(const Device&) = delete;

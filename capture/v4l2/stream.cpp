@@ -28,7 +28,7 @@ Error refused(const Device& device, const std::string& what, int error) {
   if (error == EBUSY) {
     const std::string who = holders_of(id.path);
     return {Failure::Device, "the camera " + id.path + " (" + id.card + ")",
-            "that another program uses it" + (who.empty() ? "" : ": " + who), "ending that program"};
+            "another program using it" + (who.empty() ? "" : ": " + who), "ending that program"};
   }
   const bool bandwidth = error == ENOSPC;  // what USB says when the bus is full
   return {

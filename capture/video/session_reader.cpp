@@ -62,7 +62,7 @@ void Reader::open() {
   const int code = avformat_open_input(&opened, ("file:" + path_.string()).c_str(),
                                        av_find_input_format("matroska"), nullptr);
   if (code == AVERROR(EACCES)) refuse("no permission to read it");
-  if (code < 0) refuse("none: it ends before its first frame, or its head is damaged");
+  if (code < 0) refuse("none: it ends before its first frame, or its header is damaged");
   input_.reset(opened);
   for (unsigned i = 0; i < input_->nb_streams; ++i) {
     const AVStream* candidate = input_->streams[i];
@@ -84,7 +84,7 @@ void Reader::open_codec() {
   if (!codec_ || avcodec_parameters_to_context(codec_.get(), stream_->codecpar) < 0 ||
       avcodec_open2(codec_.get(), ffv1, nullptr) < 0)
     throw Error(Failure::Input, "frames that libavcodec's FFV1 can decode",
-                path_.string() + ", whose head it refuses", "another session; this one is damaged");
+                path_.string() + ", whose header it refuses", "another session; this one is damaged");
 }
 
 Reader::Reader(const fs::path& file) {

@@ -56,7 +56,7 @@ void* module_function(const std::string& name, const char* function, const std::
   const Opened module = find(name);
   if (!module.handle) refuse(module.reason);
   void* address = ::dlsym(module.handle, function);
-  if (!address) refuse("one of another version");
+  if (!address) refuse("a module of another version");
   return address;
 }
 

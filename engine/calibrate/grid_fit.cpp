@@ -181,7 +181,7 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
     scaled_views.push_back(scaled(view, camera));
   }
   if (views.empty())
-    throw Error(Failure::Input, "a picture of a grid", "none", "pictures in which every point is seen");
+    throw Error(Failure::Input, "a picture of a grid", "none", "pictures in which every point is visible");
   GridFit fit;
   double best = std::numeric_limits<double>::infinity();
   for (const int terms : kTerms) {
@@ -201,7 +201,7 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
   size_t count = 0;
   const double rms = std::sqrt(squared(scaled_views, model, Part::All, count) / static_cast<double>(count));
   if (!std::isfinite(rms))
-    throw Error(Failure::Input, "grid points that a lens and a plane explain", "none that do",
+    throw Error(Failure::Input, "grid points that fit a lens and a plane", "none",
                 "checking --grid and its order of columns and rows");
   fit.lens.fx_px = fit.lens.fy_px = camera.focal;
   fit.lens.cx_px = camera.cx;
@@ -261,9 +261,9 @@ PadFrame pad_frame(const GridFit& fit, const GridView& first, uint32_t width, ui
   const double across = std::floor((right - left) / pad.pitch_mm_per_px) + 1,
                down = std::floor((bottom - top) / pad.pitch_mm_per_px) + 1;
   if (!(across >= 16 && down >= 16 && across <= kMaxSide_px && down <= kMaxSide_px))
-    throw Error(Failure::Input, "a grid that lies about upright in the image",
-                "one that is turned by half a right angle or seen askew",
-                "laying it along the image's sides");
+    throw Error(Failure::Input, "a grid that is nearly upright in the image",
+                "a grid that is turned by about 45 deg or seen at an angle",
+                "aligning it with the image's sides");
   pad.size_px = {static_cast<uint32_t>(across), static_cast<uint32_t>(down)};
   right = left + (across - 1) * pad.pitch_mm_per_px;
   bottom = top + (down - 1) * pad.pitch_mm_per_px;

@@ -182,7 +182,7 @@ LookupFitResult LookupFit::solve() const {
   result.calibration.points = table(all);
   result.calibration.depth_sd_mm = result.depth_rmse_mm;
   if (!(explained >= kLeastExplained) || result.calibration.points.size() < 2)
-    throw Error(Failure::Input, "a change of gray that tells the depth on what the fit has not seen",
+    throw Error(Failure::Input, "a change of gray that predicts the depth of held-out pixels",
                 std::to_string(static_cast<int>(std::lround(100 * std::max(0.0, explained)))) +
                     " % of the depths explained",
                 "a gel whose gray grows with depth, and checked radius and pitch");

@@ -132,8 +132,8 @@ SolidMesh half_sphere_mesh(double radius, const std::vector<double>& top_radii, 
 
 FaceCompliance face_compliance(const SolidMesh& mesh, double poisson, Support support) {
   if (!(poisson >= 0 && poisson <= 0.4999))
-    throw Error(Failure::Input, "a Poisson's ratio of 0 to 0.4999", std::to_string(poisson),
-                "0.4999 for a body that keeps its volume");
+    throw Error(Failure::Input, "a Poisson's ratio from 0 to 0.4999", std::to_string(poisson),
+                "0.4999 for an incompressible body");
   const auto nodes = static_cast<int>(mesh.nodes.size());
   std::vector<int> unknown(2 * mesh.nodes.size(), 0);
   for (int n = 0; n < nodes; ++n)
@@ -160,7 +160,7 @@ FaceCompliance face_compliance(const SolidMesh& mesh, double poisson, Support su
   }
   const sparse::Factor factor(sparse::Factor::Kind::Ldlt, count, entries);
   if (!factor.ok())
-    throw Error(Failure::Input, "a mesh that its support holds", "one that moves freely", "a base");
+    throw Error(Failure::Input, "a mesh held by its supports", "a mesh that moves freely", "a base");
 
   FaceCompliance c;
   const size_t n = mesh.top.size();

@@ -27,7 +27,7 @@ void check(const Scene& s, const Inclusion& lump) {
   range("the inclusion's depth, mm,", lump.depth_mm, 0, s.block_mm[2]);
   range("the stiffness ratio", lump.stiffness_ratio, 0.01, 1e5);
   if (lump.depth_mm + size[2] > s.block_mm[2] * (1 + 1e-9))
-    throw Error(Failure::Usage, "an inclusion above the block's bottom at " + text(s.block_mm[2]) + " mm",
+    throw Error(Failure::Usage, "an inclusion above the block's base at " + text(s.block_mm[2]) + " mm",
                 "one that reaches down to " + text(lump.depth_mm + size[2]) + " mm",
                 "less depth or size, or a thicker block");
   for (size_t c = 0; c < 2; ++c)
@@ -76,7 +76,7 @@ void check(const Scene& s) {
                 "the flat presser and a pad, or a bonded pad");
   if (s.presser == Presser::Sphere) range("the ball's radius, mm,", s.ball_radius_mm, 0.01, 1e5);
   if (s.press_mm.has_value() == s.force_N.has_value())
-    throw Error(Failure::Usage, "either a way to press or a force", s.press_mm ? "both" : "neither",
+    throw Error(Failure::Usage, "either a travel or a force of the presser", s.press_mm ? "both" : "neither",
                 "one of the two");
   if (s.press_mm) range("the way to press, mm,", *s.press_mm, 1e-9, s.block_mm[2]);
   if (s.presser == Presser::Sphere && s.press_mm)

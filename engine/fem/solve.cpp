@@ -38,8 +38,8 @@ void press_to_force(ContactModel& model, const Scene& scene, Result& result) {
     last_force = result.force_N;
     way *= std::pow(*scene.force_N / result.force_N, 1 / power);
     if (!(way < std::min(scene.ball_radius_mm, scene.block_mm[2])))
-      throw Error(Failure::Usage, "a force that a ball of this size can press with", "one that buries it",
-                  "a smaller force or a larger ball");
+      throw Error(Failure::Usage, "a force that this ball can apply without sinking in",
+                  "a force that buries it", "a smaller force or a larger ball");
   }
   result.converged = false;
 }

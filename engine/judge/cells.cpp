@@ -50,8 +50,8 @@ Axis axis_of(const Cases& cases, size_t condition, size_t bins) {
     if (std::isfinite(c.conditions[condition])) values.push_back(c.conditions[condition]);
   const Condition& named = cases.conditions[condition];
   if (values.empty())
-    throw Error(Failure::Usage, "a condition that some case has", "'" + named.name + "', which none has",
-                "--by with another");
+    throw Error(Failure::Usage, "a condition that at least one case has",
+                "'" + named.name + "', which none has", "--by with another");
   std::sort(values.begin(), values.end());
   const std::set<double> different(values.begin(), values.end());
   if (!named.labels.empty() || different.size() <= bins + 2)
@@ -288,10 +288,10 @@ void check(const Cases& cases, const CellOptions& o) {
   if (o.fewest < 1) throw Error(Failure::Usage, "a case or more in a judged cell", "0", "--fewest 20");
   for (const double share : {o.level, o.accuse_at})
     if (!(share > 0 && share < 1))
-      throw Error(Failure::Usage, "a share between 0 and 1", number(share), "0.9");
+      throw Error(Failure::Usage, "a fraction between 0 and 1", number(share), "0.9");
   for (const Quantity& q : cases.quantities)
     if (!(q.promise > 0 && q.promise < 1))
-      throw Error(Failure::Usage, "a promise between 0 and 1", number(q.promise), "--promise 0.9");
+      throw Error(Failure::Usage, "a promised coverage between 0 and 1", number(q.promise), "--promise 0.9");
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ double axial_strain_by_area(double area, double poisson) {
   if (!(area > -1) || !std::isfinite(area) || !(poisson >= 0 && poisson <= 0.5))
     throw Error(Failure::Input, "a change of area above -1 and Poisson's ratio from 0 to 0.5",
                 std::to_string(area) + " and " + std::to_string(poisson),
-                "a spline fitted with fewer wild points");
+                "a spline fitted to fewer outliers");
   return 0.5 * std::expm1(-2 * poisson / (1 - poisson) * std::log1p(area));
 }
 

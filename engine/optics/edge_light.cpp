@@ -74,10 +74,10 @@ void check_lamp(const Waveguide& guide, const EdgeLamp& lamp) {
   course_of(guide, lamp.layer, 0);
   optical_index(lamp.edge_index);
   if (!(lamp.order >= 1 && lamp.order <= 1000))
-    throw Error(Failure::Input, "an order of the lamp's cosine from 1 to 1000", std::to_string(lamp.order),
+    throw Error(Failure::Input, "an order of the LED's cosine law from 1 to 1000", std::to_string(lamp.order),
                 "1 for a bare LED");
   if (!(lamp.half_angle_rad > 0 && lamp.half_angle_rad <= kPi / 2))
-    throw Error(Failure::Input, "a half angle of the lamp above 0 and up to 90 deg",
+    throw Error(Failure::Input, "a half angle of the LED above 0 and up to 90 deg",
                 std::to_string(lamp.half_angle_rad * 180 / kPi) + " deg", "90 for a bare LED");
 }
 
@@ -145,7 +145,7 @@ PredictedGray predict_gray(const GrayReference& reference, const ContactLight& l
   if (!(seen > 0) || !(reference.gray > 0) || !(reference.most_gray > 0))
     throw Error(Failure::Input, "a reference contact that lets light out and shows a change of gray",
                 "gray " + std::to_string(reference.gray) + " from " + std::to_string(seen) +
-                    " of the lamp's light per mm",
+                    " of the LED's light per mm",
                 "a reference whose index is above the outside's");
   PredictedGray p;
   p.unlimited = reference.gray * light.leaving_per_mm * albedo / seen;

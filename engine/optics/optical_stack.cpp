@@ -16,7 +16,7 @@ void check(const OpticalStack& stack, double angle_rad) {
   check_index(stack.to);
   if (stack.from.imag() != 0)
     throw Error(Failure::Input, "a first medium that does not absorb",
-                "extinction " + std::to_string(-stack.from.imag()), "extinction 0 for it");
+                "extinction " + std::to_string(-stack.from.imag()), "extinction 0 for that medium");
   for (const OpticalLayer& layer : stack.layers) {
     check_index(layer.index);
     if (!(layer.thickness_mm > 0) || !std::isfinite(layer.thickness_mm))

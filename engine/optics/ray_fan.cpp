@@ -41,14 +41,14 @@ double edge_passed(double from, double to, double s) {
 
 void check_length(double length_mm) {
   if (!(length_mm > 0) || !std::isfinite(length_mm))
-    throw Error(Failure::Input, "a length of the guide > 0 mm", std::to_string(length_mm),
-                "the pad's length from the lamp to the far edge");
+    throw Error(Failure::Input, "a length of the waveguide > 0 mm", std::to_string(length_mm),
+                "the pad's length from the LED to the far edge");
 }
 
 void check_depth(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm) {
   if (layer_at(guide, depth_mm) != lamp.layer && depth_mm != top_of(guide, lamp.layer))
-    throw Error(Failure::Input, "a depth within the lamp's layer", std::to_string(depth_mm) + " mm",
-                "the layer at that depth");
+    throw Error(Failure::Input, "a depth within the layer that the LED lights",
+                std::to_string(depth_mm) + " mm", "the layer at that depth");
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ size_t layer_at(const Waveguide& guide, double depth_mm) {
   const double bottom = top_of(guide, guide.layers.size());
   if (!(depth_mm >= 0 && depth_mm <= bottom))
     throw Error(Failure::Input, "a depth below the touched face from 0 to " + std::to_string(bottom) + " mm",
-                std::to_string(depth_mm), "a lamp that shines at the guide's edge");
+                std::to_string(depth_mm), "a depth between the touched face and the camera's side");
   size_t layer = 0;
   while (layer + 1 < guide.layers.size() && depth_mm > top_of(guide, layer + 1)) ++layer;
   return layer;

@@ -115,7 +115,7 @@ TEST_F(JudgedTable, OurOwnComeBackAsTheyWere) {
 TEST_F(JudgedTable, NonsenseIsOneLine) {
   expect_error("", "empty file");
   expect_error("truth,value,low,high,a\n", "judged cases");
-  expect_error("a,b\n1,2\n", "what was true");
+  expect_error("a,b\n1,2\n", "columns of the truth");
   expect_error("truth,low,high,a\n1,1,2,3\n", "'value'");
   expect_error("x_truth,x_low,x_high,a\n1,1,2,3\n", "'x'");
   expect_error("truth,value,low,a\n1,1,2,3\n", "one of them");

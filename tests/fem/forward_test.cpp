@@ -384,7 +384,7 @@ TEST(Forward, RefusesWhatMakesNoSense) {
   refused([](fem::Scene& s) { s.poisson = NAN; }, "Poisson");
   refused([](fem::Scene& s) { s.block_mm[2] = 0; }, "thickness");
   refused([](fem::Scene& s) { s.young_Pa = -1; }, "modulus");
-  refused([](fem::Scene& s) { s.inclusion->depth_mm = 15; }, "bottom");
+  refused([](fem::Scene& s) { s.inclusion->depth_mm = 15; }, "base");
   refused([](fem::Scene& s) { s.inclusion->offset_mm = {18, 0}; }, "sides");
   refused([](fem::Scene& s) { s.inclusion->stiffness_ratio = 0; }, "ratio");
   refused([](fem::Scene& s) { s.inclusion->size_mm = {0, 0, 0}; }, "size");

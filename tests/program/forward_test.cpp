@@ -101,7 +101,7 @@ TEST_F(ForwardCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"forward", "--poisson", "0.5"}, 2, {"Poisson"});
   expect_refusal({"forward", "--cells", "64x64"}, 2, {"--cells"});
   expect_refusal({"forward", "--cells", "62x62x31"}, 2, {"halved"});
-  expect_refusal({"forward", "--depth-mm", "18"}, 2, {"bottom"});
+  expect_refusal({"forward", "--depth-mm", "18"}, 2, {"base"});
   expect_refusal({"forward", "--presser", "ball"}, 2, {"radius"});
   expect_refusal({"forward", "--press-mm", "1", "--force-N", "1"}, 2, {"--force-N"});
   expect_refusal({"forward", "--pad", "2mm"}, 2, {"--pad"});

@@ -107,7 +107,7 @@ TEST_F(LumpScanCommand, RecordingsBecomeAMap) {
 TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"lump", "scan"}, 2, {"--simulate"});
   expect_refusal({"lump", "scan", "--simulate", "--size-mm", "3", "4"}, 2, {"one size or three"});
-  expect_refusal({"lump", "scan", "--simulate", "--depth-mm", "18"}, 2, {"bottom"});
+  expect_refusal({"lump", "scan", "--simulate", "--depth-mm", "18"}, 2, {"base"});
   expect_refusal({"lump", "scan", "--simulate", "--window-mm", "1", "1"}, 2, {"presses"});
   expect_refusal(with(kSmall, {"--leave-out", "40"}), 2, {"leave out"});
   expect_refusal({"lump", "scan", "--simulate", "--method", "oracle"}, 2, {"oracle"});

@@ -315,7 +315,7 @@ TEST_F(Fault, ABusyCameraNamesWhoHoldsIt) {
   ASSERT_EQ(read(ready[0], &byte, 1), 1);
   int code = 0;
   expect_words(refusal(kSmall, gray_sensor(), &code),
-               {"another program uses it", "palpate_v4l2", "(" + std::to_string(child) + ")"});
+               {"another program using it", "palpate_v4l2", "(" + std::to_string(child) + ")"});
   EXPECT_EQ(code, 5);
   kill(child, SIGKILL);
   waitpid(child, nullptr, 0);
@@ -370,7 +370,10 @@ TEST_F(Fault, WhatACameraCannotDoIsListed) {
       {"exposure that it lacks", "camera:0?exposure=8ms", {"exposure", "brightness", "gain"}, 5},
       {"gain beyond its range", "camera:0?gain=100000", {"gain at 100000", "0 to 255"}, 5},
       {"control that it lacks", "camera:0?control.focus=3", {"'focus'", "brightness"}, 5},
-      {"no such node", "camera:/dev/video77", {"/dev/video77", "no such node", "/dev/video0 (vivid)"}, 5},
+      {"no such device node",
+       "camera:/dev/video77",
+       {"/dev/video77", "no such device node", "/dev/video0 (vivid)"},
+       5},
       {"node that takes frames",
        "camera:/dev/video3",
        {"/dev/video3", "delivers no frames", "/dev/video0"},

@@ -171,7 +171,7 @@ std::string completions(const CommandLine& program, const std::vector<std::strin
 
 void add_completion(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
-      program.add_subcommand("completion", "Print what completes commands, options and values in a shell");
+      program.add_subcommand("completion", "Print the shell's completion of commands, options and values");
   auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash, zsh or fish")
       ->required()

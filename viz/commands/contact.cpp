@@ -266,7 +266,7 @@ Report figure(const Common& common, int number) {
 void add_contact(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "contact",
-      "Force, depth and pressure of a ball, cone or punch on the pad, and how accurate each formula is");
+      "Force, depth and pressure of a ball, cone or punch on the pad, by each formula with its error");
   auto options = std::make_shared<Options>();
   command->add_option("--shape", options->shape, "sphere, cone or flat (a cylinder's end)")
       ->check(Check::one_of({"sphere", "cone", "flat"}))
@@ -275,8 +275,8 @@ void add_contact(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--radius2-mm", options->radius2_mm, "Radius of a domed pad, mm (default: flat)");
   command->add_option("--half-angle-deg", options->half_angle_deg, "A cone's angle from axis to side, deg");
   CommandOption* force =
-      command->add_option("--force-N", options->force_N, "Normal force, N: depth is wanted");
-  command->add_option("--depth-mm", options->depth_mm, "Depth, mm: force is wanted")->excludes(force);
+      command->add_option("--force-N", options->force_N, "Normal force, N; the depth is computed");
+  command->add_option("--depth-mm", options->depth_mm, "Depth, mm; the force is computed")->excludes(force);
   command->add_option("--young-kPa", options->young_kPa, "Young's modulus of the pad, kPa, or of each layer")
       ->delimiter(',');
   command

@@ -248,7 +248,7 @@ void add_demo(CommandLine& program, Common& common, Command& chosen) {
                       "Folder for measurements, pictures and the film (default: out/demo)");
   command->add_flag("--headless", options->headless, "No window, even where there is a display");
   command->add_option("--frames", options->frames, "Only that many frames of the palpation");
-  command->add_option("--picture-every", options->picture_every, "One frame of the film for that many frames")
+  command->add_option("--picture-every", options->picture_every, "Write a frame of the film every N frames")
       ->capture_default_str()
       ->check(Check::range(uint64_t{1}, uint64_t{1000}));
   add_common(*command, common,

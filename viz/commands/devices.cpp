@@ -59,7 +59,8 @@ Report list(const Common& common) {
 }  // namespace
 
 void add_devices(CommandLine& program, Common& common, Command& chosen) {
-  CommandLine* command = program.add_subcommand("devices", "List Vulkan devices, and why one is refused");
+  CommandLine* command =
+      program.add_subcommand("devices", "List Vulkan devices, and why any of them cannot be used");
   command->add_option("--out", common.out, "Folder for devices.json");
   add_common(*command, common,
              "  palpate devices                     what is there\n"

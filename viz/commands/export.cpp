@@ -40,7 +40,7 @@ FrameRange chosen_frames(const Options& options) {
 void choose_outputs(const Options& options, const MeasuredInput& input, ProcessRequest& request) {
   const auto surface = static_cast<uint32_t>(Output::Surface);
   if (!request.depth.empty() && !(input.outputs & surface))
-    throw Error(Failure::Usage, "a surface for depth files", "a sensor without a reading of the surface",
+    throw Error(Failure::Usage, "a surface for depth files", "a sensor that measures no surface",
                 "--csv, --mp4 or --images, or a sensor file with \"reading\"");
   if (!request.traction.empty() && !layer_of(input.sensor))
     throw Error(Failure::Usage, "an elastic layer for traction files", "a sensor without one",
@@ -110,8 +110,8 @@ Report run_export(const Common& common, const Options& options) {
 }  // namespace
 
 void add_export(CommandLine& program, Common& common, Command& chosen) {
-  CommandLine* command =
-      program.add_subcommand("export", "A session, or any recording, in the formats of other programs");
+  CommandLine* command = program.add_subcommand(
+      "export", "Convert a session, or any recording, to the formats of other programs");
   auto options = std::make_shared<Options>();
   ProcessRequest& request = options->request;
   command
@@ -154,7 +154,8 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--solver", options->solver,
                    "Surface solver: auto, live, fine, converged or exact (default: the session's; auto)")
       ->transform(one_of(kSolverNames));
-  command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
+  command
+      ->add_option("--rate", request.rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
   options->look.add(*command);
   add_common(

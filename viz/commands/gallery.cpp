@@ -217,7 +217,7 @@ Report gallery(const Common& common, const Options& options) {
 
 void add_gallery(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
-      "gallery", "One page of every shipped sensor, measured on its published recording");
+      "gallery", "Measure every shipped sensor on its published recording, on one page");
   auto options = std::make_shared<Options>();
   command->add_option("DATA", options->data, "Folder with the published recordings")->required();
   command

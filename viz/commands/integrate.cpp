@@ -164,13 +164,13 @@ void add_integrate(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--lights", options->lights,
                       "What palpate calibrate lights wrote: heights in mm from images under several lights");
   command->add_option("--truth", options->truth,
-                      "With --lights: known heights to judge by, mm (NumPy array or TrueMap file)");
+                      "With --lights: known heights to compare with, mm (NumPy array or TrueMap file)");
   command->add_option(
       "--weights", options->weights,
-      "rows x columns, at least 0: how much each pixel's gradient counts; 0 is not known and may be NaN");
+      "rows x columns, at least 0: how much each pixel's gradient counts; 0: unknown, and may be NaN");
   command->add_flag("--kinks", options->kinks,
-                    "Look for places where the slope jumps (the rim of a pressed ball) and keep heights "
-                    "beside from ringing");
+                    "Find places where the slope jumps (the rim of a pressed ball) and keep the heights "
+                    "beside them from ringing");
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
       ->add_option(

@@ -120,7 +120,8 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
       "A colour gel's frames are compared with the untouched image as they are: exposure, white "
       "balance and lamps that change are not followed");
   command->add_option("--frames", live_options.max_frames, "End after that many frames");
-  command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(Check::positive());
+  command->add_option("--seconds", live_options.max_seconds, "End after that many seconds")
+      ->check(Check::positive());
   command
       ->add_option("--rate", live_options.rate_Hz,
                    "Frames a second of a recording (default: its own times, 10 for images)")

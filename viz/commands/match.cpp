@@ -60,12 +60,12 @@ Report match(const Common& common, const Options& options) {
 
 void add_match(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
-      program.add_subcommand("match", "Match the points of a set with those of its deformed copy");
+      program.add_subcommand("match", "Match the points of a set to those of its deformed copy");
   auto options = std::make_shared<Options>();
   command->add_option("SETS", options->sets, "TEMPLATE.csv and TARGET.csv: columns x,y or x,y,z")
       ->expected(0, 2);
   command->add_option("--list", options->list,
-                      "CSV file with columns template,target: many pairs; names count from its folder");
+                      "CSV file with columns template,target: many pairs; names are relative to its folder");
   command->add_flag("--reflections", options->reflections, "The target may be the template's mirror image");
   command->add_option("--out", common.out,
                       "Folder for warped.csv, partners.csv, match.json, match.png and .svg; with --list for "

@@ -154,7 +154,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
                       "cube,10mm; block,10x8mm (width x height); cylinder,12x10mm (diameter x height); "
                       "sphere,16mm (diameter)");
   command->add_option("--sample-poisson", o->poisson, "Its Poisson's ratio, 0 to 0.5")->capture_default_str();
-  command->add_option("--size-sd", o->size_sd, "Standard error of its size, as a share")
+  command->add_option("--size-sd", o->size_sd, "Relative standard error of its size")
       ->check(fraction)
       ->capture_default_str();
   command
@@ -175,17 +175,17 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--pad-thickness-mm", o->pad_thickness_mm, "Its thickness, bonded to a rigid base")
       ->check(Check::positive());
   command->add_option("--pad-poisson", o->pad_poisson, "Its Poisson's ratio")->capture_default_str();
-  command->add_option("--pad-sd", o->pad_sd, "Standard error of its modulus, as a share")
+  command->add_option("--pad-sd", o->pad_sd, "Relative standard error of its modulus")
       ->check(fraction)
       ->capture_default_str();
-  command->add_option("--force-sd", o->force_sd, "Standard error of the force's scale, as a share")
+  command->add_option("--force-sd", o->force_sd, "Relative standard error of the force's scale")
       ->check(fraction)
       ->capture_default_str();
-  command->add_option("--scale-sd", o->scale_sd, "Standard error of the camera's scale, as a share")
+  command->add_option("--scale-sd", o->scale_sd, "Relative standard error of the camera's scale")
       ->check(fraction);
   command->add_option("--gauge", o->gauge,
                       "CSV of a force gauge beside the recording, instead of the image's force");
-  command->add_option("--approach", o->approach, "CSV with frame and approach_mm: the stage's way");
+  command->add_option("--approach", o->approach, "CSV with frame and approach_mm: the stage's travel");
   command
       ->add_option("--stage-sd-mm", o->stage_sd_mm,
                    "Standard error of one reading of the stage; 0 with "

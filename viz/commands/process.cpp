@@ -58,7 +58,7 @@ Report process(const Common& common, Options options) {
   if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
   if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
     throw Error(Failure::Usage, "a surface for --depth",
-                options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
+                options.outputs.empty() ? "a sensor that measures no surface" : "--outputs force",
                 options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
   viz::PictureOptions look;
@@ -115,8 +115,8 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
           "exact (CPU)")
       ->transform(one_of(kSolverNames));
   command->add_flag("--as-recorded", request.as_recorded,
-                    "Of a session: the frames that were measured live, with the same solver and outputs, and "
-                    "whether every digit is as recorded");
+                    "Of a session: measure the frames that were measured live, with the same solver and "
+                    "outputs, and check that every digit is as recorded");
   command->add_flag("--skip-untouched", request.skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
   command->add_flag(
@@ -129,9 +129,8 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       ->delimiter(',')
       ->transform(one_of(kDepthFormats));
   command
-      ->add_option(
-          "--confidence", request.confidence,
-          "Write what is known of each frame's pixels: png16, npy (repeatable); asks for that output too")
+      ->add_option("--confidence", request.confidence,
+                   "Write each frame's map of confidence: png16, npy (repeatable); asks for that output too")
       ->delimiter(',')
       ->transform(one_of(kConfidenceFormats));
   command->add_flag("--pictures", request.pictures,
@@ -139,12 +138,13 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--video", request.video, "Write recording.mp4: the same as a film");
   command
       ->add_option("--picture-every", request.picture_every,
-                   "One picture (and film frame) for that many frames")
+                   "Write a picture (and film frame) every N frames")
       ->capture_default_str()
       ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
   options->look.add(*command);
   options->block.add_to(*command);
-  command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
+  command
+      ->add_option("--rate", request.rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
   command->add_option("--frames", request.frames, "Stop after that many frames");
   add_common(
@@ -159,8 +159,9 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"
       "depth/, confidence/ and pictures/ are replaced.\n");
   add_jsonl(*command, common);
-  command->add_flag("--all-digits", options->all_digits,
-                    "Write every digit of each number, also those that its error makes meaningless");
+  command->add_flag(
+      "--all-digits", options->all_digits,
+      "Write every digit of each number, including those that its standard error makes meaningless");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return process(common, *options); }; });
 }

@@ -167,7 +167,7 @@ void add_profile(CommandLine& program, Common& common, Command& chosen) {
       ->option_text("LIST");
   command
       ->add_option("--budget", options->budget_s,
-                   "Time for one device, about; what does not fit is skipped and said [180]")
+                   "Time for one device, s, about; what does not fit is skipped and listed [180]")
       ->check(Check::range(1.0, 86400.0))
       ->option_text("S");
   auto* quick = command->add_flag("--quick", options->quick, "Three small sizes in 20 s");
@@ -179,9 +179,8 @@ void add_profile(CommandLine& program, Common& common, Command& chosen) {
                    ->option_text("A.json B.json ...");
   pair->excludes(quick)->excludes(all);
   command
-      ->add_option(
-          "--compile", options->compile,
-          "What a Radeon's compiler makes of each kernel, without one: navi21,gfx1100,vega10,polaris10")
+      ->add_option("--compile", options->compile,
+                   "Compile each kernel for Radeon GPUs, without having one: navi21,gfx1100,vega10,polaris10")
       ->delimiter(',')
       ->option_text("FAMILIES")
       ->excludes(quick)

@@ -110,9 +110,9 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--out", common.out, "Session folder to make; it must not hold a session yet")
       ->required();
   command
-      ->add_option(
-          "--outputs", options->outputs,
-          "What to measure meanwhile: force, surface (default: force, and surface where the sensor can)")
+      ->add_option("--outputs", options->outputs,
+                   "What to measure while recording: force, surface (default: force, and surface where the "
+                   "sensor can)")
       ->delimiter(',')
       ->transform(one_of(kOutputNames));
   command
@@ -124,7 +124,8 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       "A colour gel's frames are compared with the untouched image as they are: exposure, white "
       "balance and lamps that change are not followed");
   command->add_option("--frames", options->live.max_frames, "End after that many frames");
-  command->add_option("--seconds", options->live.max_seconds, "End after so long")->check(Check::positive());
+  command->add_option("--seconds", options->live.max_seconds, "End after that many seconds")
+      ->check(Check::positive());
   command
       ->add_option("--rate", options->live.rate_Hz,
                    "Play a recording at that many frames a second, as a camera would (default: as fast as "

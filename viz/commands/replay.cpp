@@ -88,7 +88,7 @@ Report replay(const Common& common, const Options& options) {
 
 void add_replay(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
-      program.add_subcommand("replay", "Show a recording: its own speed, faster, slower, step by step");
+      program.add_subcommand("replay", "Show a recording at its own speed, faster, slower or step by step");
   auto options = std::make_shared<Options>();
   command->add_option("RECORDING", options->recording, "Session, video or folder of images")->required();
   command->add_option("--sensor", options->sensor, "Sensor file; a session brings its own");
@@ -100,17 +100,18 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--solver", options->solver,
                    "Surface solver: live, fine, converged, exact or auto (default: as recorded, else live)")
       ->transform(one_of(kSolverNames));
-  command->add_option("--speed", options->live.speed, "Times the recorded speed")
+  command->add_option("--speed", options->live.speed, "Multiple of the recorded speed")
       ->capture_default_str()
       ->check(Check::range(viz::LiveOptions::kSlowest, viz::LiveOptions::kFastest));
   command
       ->add_option("--rate", options->live.rate_Hz,
                    "Frames a second (default: the recording's own times, 10 for images)")
       ->check(Check::positive());
-  command->add_option("--from", options->from_s, "Start so many seconds into the recording")
+  command->add_option("--from", options->from_s, "Start that many seconds into the recording")
       ->check(Check::non_negative());
   command->add_option("--frames", options->live.max_frames, "End after that many frames");
-  command->add_option("--seconds", options->live.max_seconds, "End after so long")->check(Check::positive());
+  command->add_option("--seconds", options->live.max_seconds, "End after that many seconds")
+      ->check(Check::positive());
   command->add_flag("--loop", options->live.loop, "Start again at its end");
   command->add_flag("--close", options->live.close_at_end, "Close the window at its end");
   command->add_option("--out", common.out,

@@ -64,7 +64,7 @@ Report setup(const Common& common, const Options& options) {
 
 void add_setup(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
-      "setup", "A sensor of your own: from recordings to its sensor file, step by step");
+      "setup", "Make the sensor file of a sensor of your own from recordings, step by step");
   auto o = std::make_shared<Options>();
   SetupInputs& i = o->inputs;
   command
@@ -89,7 +89,7 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--pattern", i.pattern, "What the grid is made of: chessboard or dots")
       ->check(Check::one_of({"chessboard", "dots"}))
       ->capture_default_str();
-  command->add_option("--spacing-mm", i.spacing_mm, "From one point of the grid to the next")
+  command->add_option("--spacing-mm", i.spacing_mm, "Distance from one point of the grid to the next, mm")
       ->check(Check::range(1e-3, 1000.0));
   command->add_option("--ball-mm", i.ball_mm, "Radius of a ball that is pressed, for depth")
       ->check(Check::range(0.01, 1000.0));

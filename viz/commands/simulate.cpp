@@ -245,21 +245,22 @@ void add_simulate(CommandLine& program, Common& common, Command& chosen) {
       ->capture_default_str()
       ->check(Check::one_of({"linear", "saturating"}));
   command
-      ->add_option(
-          "--skin", options->skin,
-          "What shows how the skin moves along itself: none, markers, texture (from 320 px width on)")
+      ->add_option("--skin", options->skin,
+                   "Pattern that shows how the skin shears: none, markers, texture (from 320 px width on)")
       ->capture_default_str()
       ->check(Check::one_of({"none", "markers", "texture"}));
   command
       ->add_option("--hysteresis", synthetic.hysteresis,
-                   "Waveguide: how much more light unloading gives, as a share of the largest force")
+                   "Waveguide: extra light while unloading, as a fraction of the largest force")
       ->capture_default_str();
-  command->add_option("--drift", synthetic.drift_per_min, "Waveguide: share by which light grows in a minute")
+  command
+      ->add_option("--drift", synthetic.drift_per_min,
+                   "Waveguide: fraction by which the light grows each minute")
       ->capture_default_str();
   command->add_option("--rate", synthetic.rate_Hz, "Frames a second")->capture_default_str();
   command
       ->add_option("--repeat", synthetic.repeat,
-                   "Play the scene that many times; 0: until --frames or --seconds")
+                   "Repeat the scene that many times; 0: until --frames or --seconds")
       ->capture_default_str();
   CommandOption* frames = command->add_option("--frames", options->frames, "At most that many frames");
   command->add_option("--seconds", options->seconds, "At most that long")

@@ -260,8 +260,8 @@ Report run(const Common& common, Options o) {
 }  // namespace
 
 void add_strain(CommandLine& program, Common& common, Command& chosen) {
-  CommandLine* command =
-      program.add_subcommand("strain", "How an object's shape changes from one compression to the next");
+  CommandLine* command = program.add_subcommand(
+      "strain", "Measure how an object's shape changes from one compression to the next");
   auto o = std::make_shared<Options>();
   command->add_option("INPUT", o->input, "Session folder, video file, folder of images, or synthetic:SCENE")
       ->required();
@@ -283,7 +283,9 @@ void add_strain(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--points", o->request.control.count, "Control points of each shape, 50 to 2000")
       ->check(Check::range(50, 2000))
       ->capture_default_str();
-  command->add_option("--contact-mm", o->request.control.contact_mm, "What is deeper counts as touched")
+  command
+      ->add_option("--contact-mm", o->request.control.contact_mm,
+                   "Depth from which a place counts as touched, mm")
       ->check(Check::positive())
       ->capture_default_str();
   command

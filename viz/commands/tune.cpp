@@ -158,12 +158,14 @@ Report tune(const Common& common, const Options& options) {
 
 void add_tune(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
-      program.add_subcommand("tune", "Measure which kernel constants suit a device, and keep them");
+      program.add_subcommand("tune", "Find the kernel constants that run fastest on a device, and keep them");
   auto options = std::make_shared<Options>();
-  command->add_option("--sizes", options->sizes, "Frame sizes that count, e.g. 640x480,1392x1042")
+  command->add_option("--sizes", options->sizes, "Frame sizes to tune for, e.g. 640x480,1392x1042")
       ->delimiter(',')
       ->expected(1, 8);
-  command->add_option("--repetitions", options->repetitions, "Pairs that decide for or against a candidate")
+  command
+      ->add_option("--repetitions", options->repetitions,
+                   "Paired runs that decide for or against a candidate")
       ->check(Check::range(3, 200))
       ->capture_default_str();
   command->add_flag("--dry-run", options->dry_run, "Measure and print, write nothing");

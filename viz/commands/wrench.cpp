@@ -264,7 +264,7 @@ Report run(const Common& common, const Options& options) {
 void add_wrench(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "wrench",
-      "Force and moment on the pad over a recording, with pressure and shear, by its elastic layer");
+      "Force and moment on the pad over a recording, with pressure and shear, from its elastic layer");
   auto options = std::make_shared<Options>();
   command
       ->add_option("INPUT", options->input,
@@ -289,7 +289,8 @@ void add_wrench(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::range(0.0, 0.5));
   command->add_option("--thickness-mm", options->thickness_mm, "Thickness of the layer")
       ->check(Check::positive());
-  command->add_option("--rate", options->rate_Hz, "Frames a second of images, which know no time themselves")
+  command
+      ->add_option("--rate", options->rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
   command->add_option("--out", common.out,
                       "Folder for wrench.csv, the plot over time and the map of pressure at the peak");

@@ -91,7 +91,7 @@ void write_png(const RgbImage& image, const std::filesystem::path& file) {
   const std::vector<uint8_t> bytes = encode_png(
       {image.rgb.data(), image.width, image.height, 3, 1, size_t{image.width} * 3, false}, PngPacking::Runs);
   if (bytes.empty())
-    throw Error(Failure::Output, "to encode '" + file.string() + "'", "a PNG encoder that refuses",
+    throw Error(Failure::Output, "to encode '" + file.string() + "'", "an error of the PNG encoder",
                 "a smaller picture");
   write_whole(file, bytes);
 }

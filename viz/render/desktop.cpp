@@ -26,7 +26,7 @@ bool display_available() {
 
 std::vector<const char*> window_extensions() {
   constexpr const char* kRemedy =
-      "running on a desktop, setting DISPLAY or WAYLAND_DISPLAY, or palpate process, which needs no window";
+      "a desktop session, DISPLAY or WAYLAND_DISPLAY set, or palpate process, which needs no window";
   if (!start_glfw()) throw Error(Failure::Display, "a display for the window", desktop_message(), kRemedy);
   uint32_t count = 0;
   const char** names = glfwGetRequiredInstanceExtensions(&count);

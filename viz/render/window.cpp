@@ -28,7 +28,7 @@ VkPresentModeKHR present_mode(Vsync vsync) {
 
 void check_present(VkResult result, const char* what) {
   if (result == VK_ERROR_SURFACE_LOST_KHR) {
-    throw Error(Failure::Display, "the window", "its display went away", "starting again");
+    throw Error(Failure::Display, "the window", "its display was closed", "starting again");
   }
   gpu::check(result, what);
 }

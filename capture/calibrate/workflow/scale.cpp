@@ -142,13 +142,13 @@ Found by_ball(const CalibrationRun& run, const ScaleRequest& options, const Sens
                 "presses away from the border, and the untouched --background");
   if (options.travel_mm.empty()) {
     const double widest = *std::max_element(radii.begin(), radii.end());
-    throw Error(
-        Failure::Input,
-        "what tells the scale: a contact's size goes with depth, and its colours with slope, at any scale",
-        std::to_string(radii.size()) + " contacts up to " + std::to_string(widest) +
-            " px radius, which say only that the pitch is below " + std::to_string(options.ball_mm / widest) +
-            " mm per px",
-        "--travel-mm with the travel between the presses, --grid or --ring-mm");
+    throw Error(Failure::Input,
+                "something that fixes the scale: a contact's size follows the depth, and its colours the "
+                "slope, at any scale",
+                std::to_string(radii.size()) + " contacts up to " + std::to_string(widest) +
+                    " px radius, which say only that the pitch is below " +
+                    std::to_string(options.ball_mm / widest) + " mm per px",
+                "--travel-mm with the travel between the presses, --grid or --ring-mm");
   }
   return by_scale(scale_from_ball(radii, options.travel_mm, options.ball_mm), sensor);
 }

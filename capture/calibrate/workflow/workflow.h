@@ -26,7 +26,7 @@ struct CalibrationReport {
   bool stopped = false;
 };
 
-/// The untouched image, its noise, and a threshold that fits.
+/// The untouched image, its noise, and a contact threshold that fits it.
 struct BackgroundRequest {
   std::string input;
   std::filesystem::path sensor{};  ///< to start from; empty: what the frames say
@@ -37,7 +37,7 @@ struct BackgroundRequest {
 };
 CalibrationReport calibrate_background(const BackgroundRequest& options, const CalibrationRun& run);
 
-/// Uneven light, as a field that every frame is multiplied with.
+/// Correct uneven light by a field that every frame is multiplied by.
 struct FlatRequest {
   std::string input;
   std::filesystem::path sensor{};

@@ -20,7 +20,7 @@ void write_counts(const std::filesystem::path& file, std::span<const uint16_t> c
   const std::vector<uint8_t> bytes =
       encode_png({counts.data(), width, height, 1, 2, width * sizeof(uint16_t)});
   if (bytes.empty())
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "a PNG encoder that refuses",
+    throw Error(Failure::Output, "to write '" + file.string() + "'", "an error of the PNG encoder",
                 "npy files");
   write_whole(file, bytes);
 }

@@ -46,7 +46,7 @@ uint64_t write_depth_tiff(const std::filesystem::path& file, const DepthView& ma
                             static_cast<tmsize_t>(counts.size() * sizeof(int16_t))) >= 0 &&
       TIFFFlush(tiff.get()) == 1;
   if (!written)
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "a TIFF encoder that refuses",
+    throw Error(Failure::Output, "to write '" + file.string() + "'", "an error of the TIFF encoder",
                 "npy files");
   write_whole(file, memory.take());
   return clipped;

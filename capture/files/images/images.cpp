@@ -86,7 +86,7 @@ std::vector<uint8_t> encode_image(const Frame& frame, const std::string& ending)
   if (ending == ".png") bytes = encode_png(view);
   if (ending == ".tif") bytes = encode_tiff(view);
   if (bytes.empty())
-    throw Error(Failure::Output, "to write an image file '" + ending + "'", "an encoder that refuses",
+    throw Error(Failure::Output, "to write an image file '" + ending + "'", "an error of the encoder",
                 "another format");
   return bytes;
 }

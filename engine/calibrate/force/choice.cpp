@@ -242,13 +242,13 @@ size_t count_used(std::span<const ForceSample> samples) {
 void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptions& options) {
   if (options.signal == ForceSignal::Gradient && !is_there(ForceSignal::Gradient, samples))
     throw Error(Failure::Input, "the sum of gradients as signal",
-                "frames of more than 8 bits, or none touched", "signal gray-sum");
+                "frames of more than 8 bits, or without contact", "signal gray-sum");
   if (options.signal == ForceSignal::Volume && !is_there(ForceSignal::Volume, samples))
-    throw Error(Failure::Input, "the indented volume as signal", "a sensor without a reading of its surface",
+    throw Error(Failure::Input, "the indented volume as signal", "a sensor that measures no surface",
                 "signal gray-sum or area, or a surface section in the sensor file");
   if (options.signal == ForceSignal::Layer && !is_there(ForceSignal::Layer, samples))
     throw Error(Failure::Input, "the elastic layer's force as signal",
-                "a sensor without a layer or without a reading of its surface, or none touched",
+                "a sensor without a layer or a surface, or frames without contact",
                 "the section 'layer' in the sensor file (young_MPa, poisson, thickness_mm)");
   const size_t least = unknowns(options.model.value_or(ForceModel::Line), 0) + 1;
   if (count_used(samples) < least)
@@ -291,7 +291,7 @@ size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<co
     // Too few readings to hold any out: say what the simplest one lacks.
     fit_curves(candidates.front().model, candidates.front().branches,
                track_of(candidates.front().signal, samples), samples, [](size_t) { return true; });
-    throw Error(Failure::Input, "readings enough to judge a fit by those it does not see",
+    throw Error(Failure::Input, "enough readings to check a fit on held-out ones",
                 std::to_string(count_used(samples)) + why_left_out(samples), "a recording with more presses");
   }
   size_t chosen = choice.scores.size();

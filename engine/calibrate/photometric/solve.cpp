@@ -251,7 +251,7 @@ void explain(const NormalEquations& contacts, const CrossValidation& v, Photomet
   result.explained_y = spread_y > 0 ? 1 - v.error_y / spread_y : 0;
   const double least = std::min(result.explained_x, result.explained_y);
   if (!(least >= PhotometricFit::kLeastExplained))
-    throw Error(Failure::Input, "colour changes that tell both slopes on presses not used for the fit",
+    throw Error(Failure::Input, "colour changes that predict both slopes on presses not used for the fit",
                 "at best " + std::to_string(static_cast<int>(100 * std::max(least, 0.0))) +
                     " % of the normals explained",
                 "images lit by three colours from different sides, and checked centres and radii");
@@ -263,7 +263,7 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   if (!(rest_weight >= 0 && rest_weight <= 1000))
     throw Error(Failure::Input, "a rest weight from 0 to 1000", std::to_string(rest_weight), "1");
   if (presses_.size() < 2)
-    throw Error(Failure::Input, "two presses or more, so that the error is known on one not used",
+    throw Error(Failure::Input, "two presses or more, so that the error is measured on one that was not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
   const CrossValidation validation =
       cross_validate(presses_, rest_weight, wanted != NormalModel::Linear, pitch_mm_per_px_);

@@ -34,7 +34,7 @@ std::vector<float> dense_inverse(const Stiffness& stiffness, const FixedNodes& f
   }
   const dense::Cholesky factor(matrix);
   if (!factor.ok())
-    throw Error(Failure::Usage, "a block that its supports hold", "one that can move freely",
+    throw Error(Failure::Usage, "a block held by its supports", "a block that can move freely",
                 "a bonded or sliding bottom");
   const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(size, size)));
   std::vector<float> texels(4 * nodes * 3 * nodes);

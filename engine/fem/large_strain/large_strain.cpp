@@ -15,18 +15,19 @@ namespace {
 void check_loads(const Scene& scene, const std::vector<PressLoad>& loads) {
   double last_mm = 0, last_N = 0, whole = scene.block_mm[2];
   for (const PadSheet& sheet : scene.pad) whole += sheet.thickness_mm;
-  if (loads.empty()) throw Error(Failure::Usage, "a load at least", "none", "a way or a force");
+  if (loads.empty()) throw Error(Failure::Usage, "at least one load", "none", "a travel or a force");
   for (const PressLoad& load : loads) {
     if (load.press_mm.has_value() == load.force_N.has_value())
-      throw Error(Failure::Usage, "either a way to press or a force", load.press_mm ? "both" : "neither",
-                  "one of the two");
+      throw Error(Failure::Usage, "either a travel or a force of the presser",
+                  load.press_mm ? "both" : "neither", "one of the two");
     const double value = load.press_mm ? *load.press_mm : *load.force_N;
     double& last = load.press_mm ? last_mm : last_N;
     if (!(value > last) || !std::isfinite(value))
-      throw Error(Failure::Usage, "loads that rise from above zero", std::to_string(value), "them in order");
+      throw Error(Failure::Usage, "loads above zero in rising order", std::to_string(value),
+                  "the loads in order");
     if (load.press_mm && value > whole / 2)
       throw Error(Failure::Usage, "a press of half the thickness at most",
-                  std::to_string(value) + " mm of " + std::to_string(whole), "a shorter way");
+                  std::to_string(value) + " mm of " + std::to_string(whole), "a shorter travel");
     last = value;
   }
 }
@@ -51,7 +52,7 @@ LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<Press
   if (options.lump_cells) {
     followed = fit(scene, *options.lump_cells, options.quarter && symmetric(scene));
     if (!followed)
-      throw Error(Failure::Usage, "cells that can follow the lump", "some that would be turned inside out",
+      throw Error(Failure::Usage, "cells that can follow the lump", "cells that would be turned inside out",
                   "more cells, or straight ones");
   }
   LargeStrainModel model(scene, options, team, std::move(followed));

@@ -374,12 +374,13 @@ void check(const SphereOnLayer& what, const std::vector<double>& press_mm) {
   for (const double length : {what.thickness_mm, what.radius_mm, what.young_MPa, what.cell_mm, what.reach_mm})
     if (!(length > 0) || !std::isfinite(length)) refuse("lengths and a modulus > 0", length);
   if (!(what.poisson >= 0 && what.poisson <= 0.4999))
-    refuse("a Poisson's ratio of 0 to 0.4999", what.poisson);
+    refuse("a Poisson's ratio from 0 to 0.4999", what.poisson);
   if (what.cell_mm > what.thickness_mm / 4)
     refuse("cells of at most a quarter of the thickness", what.cell_mm);
   double before = 0;
   for (const double press : press_mm) {
-    if (!(press > before && press < what.thickness_mm)) refuse("presses that rise, within the layer", press);
+    if (!(press > before && press < what.thickness_mm))
+      refuse("presses in rising order, within the layer", press);
     before = press;
   }
 }

@@ -73,7 +73,7 @@ struct Multigrid::Coarsest {
     }
     factor.emplace(sparse::Factor::Kind::Llt, count, entries);
     if (!factor->ok())
-      throw Error(Failure::Usage, "a block that its supports hold", "one that can move freely",
+      throw Error(Failure::Usage, "a block held by its supports", "a block that can move freely",
                   "a bonded or sliding bottom");
     right.resize(count);
     values = factor->values();

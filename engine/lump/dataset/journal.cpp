@@ -88,14 +88,14 @@ std::optional<std::pair<std::string, uint64_t>> read_head(int file, const std::f
   if (start.size() < kMagicBytes + sizeof(Frame)) return std::nullopt;
   Frame frame{};
   std::memcpy(&frame, start.data() + kMagicBytes, sizeof frame);
-  if (frame.bytes > kMostHeadBytes) throw refuse("a damaged head");
+  if (frame.bytes > kMostHeadBytes) throw refuse("a damaged header");
   std::optional<std::string> text = record_at(file, kMagicBytes, frame.bytes);
   if (!text) {
     struct stat about {};
     if (::fstat(file, &about) == 0 &&
         static_cast<uint64_t>(about.st_size) < kMagicBytes + sizeof frame + frame.bytes)
       return std::nullopt;
-    throw refuse("a damaged head");
+    throw refuse("a damaged header");
   }
   return std::pair{*text, kMagicBytes + sizeof frame + frame.bytes};
 }

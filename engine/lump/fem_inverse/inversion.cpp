@@ -40,7 +40,7 @@ void check(const Observation& observation) {
       refuse("maps of one size", "others");
   double last = 0;
   for (const double force : observation.force_N) {
-    if (!(force > last)) refuse("forces that rise from above zero", std::to_string(force) + " N");
+    if (!(force > last)) refuse("forces above zero in rising order", std::to_string(force) + " N");
     last = force;
   }
   if (!(observation.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(observation.noise_Pa));

@@ -284,14 +284,14 @@ Network Network::parse(const std::string& bytes, const std::string& name) {
   const size_t end = bytes.size() - sizeof(uint64_t);
   uint64_t sum = 0;
   std::memcpy(&sum, bytes.data() + end, sizeof sum);
-  if (sum != check_sum(bytes.data(), end)) refuse("which is damaged: its check sum is another");
+  if (sum != check_sum(bytes.data(), end)) refuse("which is damaged: its checksum differs");
   try {
     Taken weights(bytes.data() + line + 1, end - line - 1);
     return Network(read_model(json::parse(std::string_view(bytes).substr(magic, line - magic)), weights));
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    refuse(std::string("which does not hold what one holds: ") + error.what());
+    refuse(std::string("which has other contents: ") + error.what());
   }
   return Network(nullptr);
 }

@@ -91,7 +91,7 @@ Examples take_examples(const std::vector<Example>& examples, Model& model, bool 
   if (plain < kFewestPlain)
     refuse(std::to_string(kFewestPlain) + " blocks of the finest grid without a lump", std::to_string(plain));
   if (aside < kFewestAside)
-    refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
+    refuse("enough blocks with a lump that " + std::to_string(kFewestAside) +
                " of them can be kept aside, one in four",
            std::to_string(aside) + " of " + std::to_string(report.lumps));
   all.observations.resize(all.examples.size());
@@ -243,7 +243,7 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
   };
   if (options.ensemble < 2 || options.ensemble > 16 || options.hidden < 4 || options.hidden > 512 ||
       options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)
-    throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more",
+    throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden units, 6 to 200 fields, 20 trials or more",
                 "others", "the defaults");
   if (options.observations < 1000 || options.observations > 10000000 || options.readers < 1 ||
       options.readers > 16 || options.reader_hidden < 4 || options.reader_hidden > 1024 ||

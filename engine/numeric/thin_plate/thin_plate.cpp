@@ -10,8 +10,7 @@ namespace palpate {
 namespace {
 
 [[noreturn]] void refuse(const std::string& wanted, const std::string& found) {
-  throw Error(Failure::Input, wanted + " for a spline", found,
-              "points and values of equal count, all of them numbers");
+  throw Error(Failure::Input, wanted + " for a spline", found, "as many values as points, all finite");
 }
 
 void expect_finite(std::span<const double> numbers, const char* what) {

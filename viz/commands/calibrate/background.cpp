@@ -9,8 +9,8 @@
 namespace palpate {
 
 void add_calibrate_background(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command =
-      group.add_subcommand("background", "The untouched image, its noise, and a threshold that fits");
+  CommandLine* command = group.add_subcommand(
+      "background", "The untouched image, its noise, and a contact threshold that fits it");
   auto options = std::make_shared<BackgroundRequest>();
   command
       ->add_option("INPUT", options->input,
@@ -20,13 +20,13 @@ void add_calibrate_background(CommandLine& group, Common& common, Command& chose
       ->check(input_exists);
   command->add_option("--sensor", options->sensor,
                       "Sensor file to start from (default: what the frames say)");
-  command->add_option("--frames", options->frames, "How many untouched frames make the image")
+  command->add_option("--frames", options->frames, "Number of untouched frames to average")
       ->check(Check::range(2, 1000))
       ->capture_default_str();
   command->add_option("--every", options->every, "Look at every n-th frame (default: at 400)")
       ->check(Check::range(1, 10000));
   command->add_option("--like", options->like,
-                      "Number of a frame in which nothing touches: those like it are untouched");
+                      "Number of a frame in which nothing touches; frames like it count as untouched");
   command->add_flag("--set-threshold", options->set_threshold,
                     "Also set contact.threshold_gray as suggested (without a sensor file it is)");
   command->add_option("--out", common.out, "Sensor file to write; the image goes beside it")

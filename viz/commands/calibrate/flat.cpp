@@ -10,7 +10,7 @@ namespace palpate {
 
 void add_calibrate_flat(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("flat", "Uneven light, as a field that every frame is multiplied with");
+      group.add_subcommand("flat", "Correct uneven light by a field that every frame is multiplied by");
   auto options = std::make_shared<FlatRequest>();
   command
       ->add_option(

@@ -25,7 +25,8 @@ void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& co
       "--align", options.align,
       "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
       "add to it (default: auto, and none for tables that count frames)");
-  command.add_option("--rate", options.rate_Hz, "Frames a second of images, which know no time themselves")
+  command
+      .add_option("--rate", options.rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
   command.add_option("--plots", options.plots, "Folder for plots and points (default: beside --out)");
   command.add_option("--out", common.out, "Sensor file to write")->required()->option_text("FILE (required)");

@@ -11,7 +11,7 @@ namespace palpate {
 
 void add_calibrate_lookup(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
-      "lookup", "Depth of a gray gel by a table over its change, from presses of a ball");
+      "lookup", "Depth of a gray gel from a table over its change of gray, by presses of a ball");
   auto options = std::make_shared<BallRequest>();
   add_ball_options(*command, *options, common, "Presses: an image, a folder of images, a video, a session",
                    "pitch, crop, quad, contact.signal");

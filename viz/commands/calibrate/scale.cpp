@@ -22,11 +22,12 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--pattern", options->pattern, "What the grid is made of: chessboard or dots")
       ->transform(one_of(std::map<std::string, GridPattern>{{"chessboard", GridPattern::Chessboard},
                                                             {"dots", GridPattern::Dots}}));
-  command->add_option("--spacing-mm", options->spacing_mm, "From one point of the grid to the next")
+  command
+      ->add_option("--spacing-mm", options->spacing_mm, "Distance from one point of the grid to the next, mm")
       ->check(Check::range(1e-3, 1000.0));
   command
       ->add_option("--spacing-sd", options->spacing_sd,
-                   "Relative standard error of that, as printers have it")
+                   "Relative standard error of the spacing (default: a good printer's)")
       ->check(Check::range(0.0, 0.5))
       ->capture_default_str();
   command->add_option("--ring-mm", options->ring_mm, "Outer diameter of a ring or disc pressed into the pad")
@@ -35,7 +36,7 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
       ->check(Check::range(1e-3, 1000.0));
   command
       ->add_option("--travel-mm", options->travel_mm,
-                   "How deep each press of the ball went, in order, any zero")
+                   "Depth of each press of the ball, mm, in order, from any zero")
       ->delimiter(',');
   command
       ->add_option("--background", options->background,

@@ -8,12 +8,12 @@
 namespace palpate {
 
 void add_cell_options(CommandLine& command, judge::CellOptions& cells, const std::string& conditions) {
-  command.add_option("--by", cells.by, "Conditions to cross, each with each (default: all): " + conditions)
+  command.add_option("--by", cells.by, "Conditions to cross with each other (default: all): " + conditions)
       ->delimiter(',');
-  command.add_option("--bins", cells.bins, "Steps of a condition that is a number, as many cases in each")
+  command.add_option("--bins", cells.bins, "Bins of a numeric condition, with equally many cases in each")
       ->capture_default_str()
       ->check(Check::range(uint64_t{1}, uint64_t{20}));
-  command.add_option("--fewest", cells.fewest, "Cases of a cell that is judged; with less it has too few")
+  command.add_option("--fewest", cells.fewest, "Fewest cases of a cell that is judged")
       ->capture_default_str()
       ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
 }

@@ -6,7 +6,7 @@ namespace palpate {
 
 void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* group = program.add_subcommand(
-      "evaluate", "Judge intervals and verdicts in each cell of the conditions, and name the worst");
+      "evaluate", "Check intervals and verdicts under each combination of conditions, and name the worst");
   group->require_subcommand(1);
   group->footer(
       "Examples:\n"

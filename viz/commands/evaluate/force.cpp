@@ -147,7 +147,7 @@ Report run(const Common& common, const Options& o) {
 
 void add_evaluate_force(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
-      "force", "Force calibrated on some objects, judged on others: do its 95 % intervals hold?");
+      "force", "Force calibrated on some objects, checked on others: do the 95 % intervals contain it?");
   auto o = std::make_shared<Options>();
   add_trials(*command, o->trials, "Calibrations, of the simulated pad or gel, each on one ball or three");
   command->add_option("--readings", o->readings, "Of each, each of another ball or flat end, force and place")

@@ -85,8 +85,8 @@ Report run(const Common& common, const Options& o) {
 }  // namespace
 
 void add_evaluate_match(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command =
-      group.add_subcommand("match", "Point sets with known partners: is what is called reliable true?");
+  CommandLine* command = group.add_subcommand(
+      "match", "Point sets with known partners: are matches that are called reliable right?");
   auto o = std::make_shared<Options>();
   add_trials(*command, o->trials, "Pairs of point sets; one of ten has a target that is not the template");
   command->add_option("--axes", o->axes, "2: in the plane; 3: in space")

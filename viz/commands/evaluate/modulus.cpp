@@ -80,7 +80,7 @@ Report run(const Common& common, const Options& o) {
 
 void add_evaluate_modulus(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("modulus", "Samples of known Young's modulus: do its 95 % intervals hold it?");
+      group.add_subcommand("modulus", "Samples of known Young's modulus: do the 95 % intervals contain it?");
   auto o = std::make_shared<Options>();
   o->cells.by = {"young_kPa", "pad_mm", "peak_percent", "stage"};
   add_trials(*command, o->trials, "Samples, each pressed six times; 1 to 2 s each");

@@ -32,7 +32,7 @@ void add_evaluate_table(CommandLine& group, Common& common, Command& chosen) {
                    "verdict; wrong (0 or 1); other columns are conditions")
       ->required();
   add_cell_options(*command, o->cells, "columns of the table");
-  command->add_option("--promise", o->table.promise, "Share of intervals that hold the truth, as promised")
+  command->add_option("--promise", o->table.promise, "Coverage that the intervals promise, 0 to 1")
       ->capture_default_str()
       ->check(Check::range(0.01, 0.999));
   command

@@ -109,7 +109,8 @@ Report run(const Common& common, const Options& o) {
 
 void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
-      "estimate", "The lump behind pressure maps: size, depth, stiffness, shape, each with its interval");
+      "estimate",
+      "Estimate the lump behind pressure maps: size, depth, stiffness, shape, each with its interval");
   auto o = std::make_shared<Options>();
   command->add_option("MAPS", o->maps, "Pressure in Pa, a file per load: .npy (height x width) or .csv")
       ->required();
@@ -126,7 +127,8 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);
   command
-      ->add_option("--window-mm", o->window_mm, "The maps' middle from the block's middle, x y (default 0 0)")
+      ->add_option("--window-mm", o->window_mm,
+                   "Centre of the maps from the centre of the block, mm, x y (default 0 0)")
       ->expected(2);
   command
       ->add_option("--noise-Pa", o->noise_Pa,
@@ -134,7 +136,7 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
       ->check(Check::range(0.0, 1e9));
   command
       ->add_option("--young-error", o->errors.young,
-                   "Share by which the modulus may be wrong, nine times out of ten; widens the intervals")
+                   "Relative error of the modulus, 90 % interval; widens the intervals")
       ->capture_default_str()
       ->check(Check::range(0.0, 0.5));
   command->add_option("--thickness-error", o->errors.thickness, "The same of the thickness")

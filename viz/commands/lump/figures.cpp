@@ -339,7 +339,7 @@ void add_lump_figures(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
       ->capture_default_str()
       ->check(Check::range(0, 256));
-  command->add_flag("!--no-inputs", o->inputs, "Without Fig. 17, which takes most of the time");
+  command->add_flag("!--no-inputs", o->inputs, "Leave out Fig. 17, which takes most of the time");
   command->add_option("--out", common.out, "Folder for plots and tables");
   add_common(*command, common,
              "  palpate lump figures --out out/figures\n"

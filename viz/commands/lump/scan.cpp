@@ -219,19 +219,21 @@ CommandOption* add_press_options(CommandLine& command, Options& o) {
       ->expected(2);
   command.add_option("--size", o.size_px, "Its pixels (default 640 480)")->expected(2);
   command
-      .add_option("--noise", o.plan.sensor.noise_fraction, "Of a value after calibration, share of the peak")
+      .add_option("--noise", o.plan.sensor.noise_fraction,
+                  "Noise of a value after calibration, as a fraction of the peak")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
   command
       .add_option("--full-scale-Pa", o.plan.sensor.full_scale_Pa,
-                  "Pressure at the camera's limit (default: the peak at 90 %)")
+                  "Pressure at which the camera saturates, Pa (default: the peak at 90 %)")
       ->check(Check::positive());
-  command.add_option("--stage-error-mm", o.plan.stage_sd_mm, "By how far the window misses its places")
+  command.add_option("--stage-error-mm", o.plan.stage_sd_mm, "Standard error of the window's positions, mm")
       ->capture_default_str()
       ->check(Check::range(0.0, 10.0));
-  command.add_option("--leave-out", o.leave_out, "Numbers of presses that are missing");
+  command.add_option("--leave-out", o.leave_out, "Presses to leave out, numbered from 1");
   command
-      .add_option("--stage-sd-mm", o.stitch.stage_sd_mm, "What the stitching takes the stage to be good for")
+      .add_option("--stage-sd-mm", o.stitch.stage_sd_mm,
+                  "Standard error of the stage that the stitching assumes, mm")
       ->capture_default_str()
       ->check(Check::range(1e-4, 10.0));
   return force;
@@ -241,7 +243,7 @@ CommandOption* add_press_options(CommandLine& command, Options& o) {
 
 void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("scan", "Several presses of a block: map, outline, estimate, report");
+      group.add_subcommand("scan", "Scan a block by several presses: map, outline, estimate, report");
   auto o = std::make_shared<Options>();
   add_recording_options(*command, *o);
   command->add_option("--method", o->method, std::string(kLumpMethodHelp) + ", none")

@@ -180,12 +180,15 @@ Report stability(const Common& common, const Options& options) {
 
 void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
-      "stability", "Estimates at the edges: stiff, soft, shallow, wide, two, none, noisy, wrong tissue");
+      "stability",
+      "Estimates at the limits: stiff, soft, shallow, wide, two lumps, none, noise, wrong tissue");
   const auto o = std::make_shared<Options>();
   command->add_option("--method", o->method, kLumpMethodHelp)
       ->capture_default_str()
       ->check(Check::one_of({"network", "refined", "direct"}));
-  command->add_option("--noise", o->noise, "Of a reading's node, share of the highest load's peak")
+  command
+      ->add_option("--noise", o->noise,
+                   "Noise of each node, as a fraction of the highest load's peak pressure")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
   command->add_option("--threads", o->threads, "0: one per core")

@@ -179,7 +179,7 @@ void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--hidden", o->training.hidden, "Width of both hidden layers of emulators")
       ->capture_default_str()
       ->check(Check::range(4, 512));
-  command->add_option("--fields", o->training.fields, "Fields that a bump is a sum of")
+  command->add_option("--fields", o->training.fields, "Principal components of a bump")
       ->capture_default_str()
       ->check(Check::range(6, 200));
   command->add_option("--rounds", o->training.rounds, "Through all examples")

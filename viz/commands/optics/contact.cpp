@@ -49,7 +49,7 @@ constexpr const char* kAssumptions[] = {
     "scattered, absorbed or sent back by the far edge",
     "a contact takes what passes the interface at each meeting, and is so small that it meets undiminished "
     "light (compare its size with the way between meetings)",
-    "of the light that enters an object the share `albedo` comes back diffusely; the camera sees the same "
+    "of the light that enters an object the fraction `albedo` comes back diffusely; the camera sees the same "
     "part "
     "of it for every object",
     "gray is in proportion to light, and the reference was taken at the same place, LED current and "
@@ -81,7 +81,7 @@ Problem problem_of(const Options& options) {
         {optics::optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
   p.fractions = optics::lamp_fractions(p.guide, p.lamp);
   if (!(p.fractions.touching > 0))
-    throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
+    throw Error(Failure::Input, "a waveguide whose light meets the touched face", "none that does",
                 "an outside of lower index, or --led-layer 1");
   p.reference.light = optics::contact_light(
       p.guide, p.lamp, {optics::optical_index(options.reference_index, options.reference_extinction)});
@@ -203,7 +203,7 @@ std::string plot_of(const Problem& p, const std::vector<std::vector<double>>& an
                      palpate::text("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n",
                                    p.most_deg, p.most_deg) +
                      "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
-                     "\nset ylabel 'share that leaves at one meeting'\nplot ";
+                     "\nset ylabel 'fraction that leaves at one meeting'\nplot ";
   for (size_t c = 0; c < p.contacts.size(); ++c)
     plot += palpate::text("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
                           plot_colour(c), name_of(p.contacts[c]).c_str());
@@ -252,8 +252,8 @@ Report contact(const Common& common, const Options& options) {
 }  // namespace
 
 void add_optics_contact(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command =
-      group.add_subcommand("contact", "Which light contacts let out, and how bright they look to the camera");
+  CommandLine* command = group.add_subcommand(
+      "contact", "How much light contacts let out, and how bright they look to the camera");
   auto options = std::make_shared<Options>();
   add_media(*command, options->media, true);
   add_lamp(*command, options->lamp);
@@ -265,11 +265,13 @@ void add_optics_contact(CommandLine& group, Common& common, Command& chosen) {
       ->add_option("--contact-extinction", options->extinction,
                    "Their extinction coefficients k (metals, ink), each or one for all")
       ->delimiter(',');
-  command->add_option("--albedo", options->albedo, "Share of light they send back, each or one for all")
+  command
+      ->add_option("--albedo", options->albedo,
+                   "Albedo: fraction of the light they send back, 0 to 1, each or one for all")
       ->delimiter(',');
   command
       ->add_option("--gap-nm", options->gap_nm,
-                   "Gap of the outside's medium left below them, nm, each or one for all")
+                   "Gap of the outside medium left below them, nm, each or one for all")
       ->delimiter(',');
   command->add_option("--wavelength-nm", options->wavelength_nm, "Wavelength, nm; matters with a gap")
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// palpate optics critical and trapped: the angles at which a pad traps light, and the fraction of a LED's
+// palpate optics critical and trapped: the angles at which a pad traps light, and the fraction of an LED's
 // light.
 #include <algorithm>
 #include <cmath>
@@ -119,7 +119,7 @@ Report trapped(const Common& common, const TrappedOptions& options) {
   const optics::EdgeLamp lamp = lamp_of(options.lamp, guide);
   const Range range = parse_vary(options.vary, guide, lamp);
   std::string text = palpate::text(
-      "a LED (cos^%.3g, up to %g deg) at the edge, n = %g between; shares of its light\n\n"
+      "an LED (cos^%.3g, up to %g deg) at the edge, n = %g between; fractions of its light\n\n"
       "lit layer      n     enters     guided   meets the face\n",
       lamp.order, degrees(lamp.half_angle_rad), lamp.edge_index);
   Json layers = Json::array();
@@ -164,9 +164,8 @@ Report trapped(const Common& common, const TrappedOptions& options) {
                "With layer %zu at n = %.4g most light meets the touched face: %.3g %% of the LED's",
                range.layer + 1, curve[0][static_cast<size_t>(best)],
                100 * curve[3][static_cast<size_t>(best)])) +
-           "\nset yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'share of "
-           "the "
-           "LED''s light'\n" +
+           "\nset yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'fraction of "
+           "the LED''s light'\n" +
            palpate::text("set xlabel 'index of layer %zu'\nset xrange [%g:%g]\n", range.layer + 1, range.from,
                          range.to) +
            palpate::text("set arrow from %g,0 to %g,1.02 nohead dt 3 lc rgb '#555555'\n",
@@ -197,7 +196,7 @@ void add_optics_critical(CommandLine& group, Common& common, Command& chosen) {
 
 void add_optics_trapped(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("trapped", "How much of a LED's light the layers hold, against their indices");
+      group.add_subcommand("trapped", "How much of an LED's light the layers trap, against their indices");
   auto options = std::make_shared<TrappedOptions>();
   add_media(*command, options->media, false);
   add_lamp(*command, options->lamp);

@@ -104,7 +104,7 @@ void add_optics_index(CommandLine& group, Common& common, Command& chosen) {
     command->add_option(name, values, what)->delimiter(',')->required();
   };
   list("--od-mm", options->od,
-       "OD, mm: tan of the angle of incidence is OD / ON; a list where it was repeated");
+       "OD, mm: the tangent of the angle of incidence is OD / ON; a list for repeated measurements");
   list("--on-mm", options->on, "ON, mm");
   list("--m1m2-mm", options->m1m2,
        "Between the spots of the silicone's surface (M2) and of the glass (M1), mm");

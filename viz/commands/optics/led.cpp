@@ -1,4 +1,4 @@
-// palpate optics led: position of a LED at the pad's edge, by ray tracing.
+// palpate optics led: position of an LED at the pad's edge, by ray tracing.
 #include <algorithm>
 #include <cmath>
 
@@ -89,7 +89,7 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
   script += palpate::text(
       "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset origin 0,0\nset size 1,0.42\nset key off\n"
       "set yrange [0:%g]\nset xlabel 'distance from the edge, mm'\n"
-      "set ylabel 'share that has met the face (dotted: all)'\n"
+      "set ylabel 'fraction that has met the face (dotted: all)'\n"
       "set arrow from 0,%g to %g,%g nohead dt 3 lc rgb '#555555'\n"
       "plot $m with lines lw 2.5 lc rgb '#0072b2'\nunset multiplot\n",
       std::max(1.08 * place.fractions.touching, 0.01), place.fractions.touching, length_mm,
@@ -123,7 +123,7 @@ Report led(const Common& common, const Options& options) {
   }
 
   std::string text = palpate::text(
-      "a LED (cos^%.3g, up to %g deg) at the edge of layer %zu, %.4g mm below the touched face, n = %g "
+      "an LED (cos^%.3g, up to %g deg) at the edge of layer %zu, %.4g mm below the touched face, n = %g "
       "between\n\n"
       "LED at layer   depth, mm    enters    guided   meets face   first at, mm   half by, mm   90 %% by, "
       "mm\n",
@@ -175,7 +175,7 @@ Report led(const Common& common, const Options& options) {
 
 void add_optics_led(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
-      "led", "Where a LED's rays go from the edge: what stays, and where it first meets the face");
+      "led", "Where an LED's rays go from the edge: what is trapped, and where it first meets the face");
   auto options = std::make_shared<Options>();
   add_media(*command, options->media, true);
   add_lamp(*command, options->lamp);

@@ -55,7 +55,7 @@ void add_lamp(CommandLine& command, LampOptions& lamp) {
                      "The layer whose edge the LED lights, from 1 at the touched face (default: the middle)");
   command
       .add_option("--edge-index", lamp.edge_index,
-                  "Index between LED and edge: 1 is air, the layer's own a LED that is cast in")
+                  "Index between LED and edge: 1 is air, the layer's own an LED that is cast in")
       ->capture_default_str();
   CommandOption* order = command.add_option(
       "--led-order", lamp.order, "The LED shines as cos^ORDER of the angle (default 1: Lambert's law)");
@@ -111,7 +111,7 @@ std::string write_results(const Common& common, const std::string& name, const s
 
 void add_optics(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* group =
-      program.add_subcommand("optics", "Design the pad as a waveguide: what light does in it");
+      program.add_subcommand("optics", "Design the pad as a waveguide: where its light goes");
   group->require_subcommand(1);
   group->footer(
       "Examples:\n"

@@ -70,7 +70,7 @@ std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool abs
   std::string script = plot_head(kind, 900, 620) + plot_block("d", sweep) + "set title " + plot_words(title) +
                        "\nset xrange [0:90]\nset xtics 10\nset yrange [0:1.02]\nset key outside top center "
                        "horizontal samplen 2\n"
-                       "set xlabel 'angle of incidence, deg'\nset ylabel 'share of the light'\nplot ";
+                       "set xlabel 'angle of incidence, deg'\nset ylabel 'fraction of the light'\nplot ";
   script +=
       "$d using 1:4 with lines lw 2.5 lc rgb '#0072b2' title 'reflected', "
       "$d using 1:2 with lines lw 1.2 dt 2 lc rgb '#0072b2' title 'reflected, s', "
@@ -91,7 +91,7 @@ Report stack(const Common& common, const Options& options) {
   std::string text = palpate::text("light at %g deg from n = %g onto %zu layer%s, n = %g behind; %g nm\n\n",
                                    options.angle_deg, media.from.real(), media.layers.size(),
                                    media.layers.size() == 1 ? "" : "s", media.to.real(), media.wavelength_nm);
-  text += "share of the light          s              p    unpolarised\n";
+  text += "fraction of the light       s              p    unpolarised\n";
   const auto row = [&](const char* name, double rs, double rp, double mean) {
     text += palpate::text("%-14s %14.9f %14.9f %14.9f\n", name, rs, rp, mean);
   };
@@ -160,7 +160,7 @@ Report stack(const Common& common, const Options& options) {
 
 void add_optics_stack(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("stack", "What layers reflect, pass and absorb at an angle, by polarisation");
+      group.add_subcommand("stack", "What layers reflect, transmit and absorb at an angle, by polarisation");
   auto options = std::make_shared<Options>();
   add_media(*command, options->media, true);
   command->get_option("--indices")

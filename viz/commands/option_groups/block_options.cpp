@@ -49,7 +49,7 @@ Force force_of(const BlockChoice& choice, const MeasuredInput& input,
   if (choice.gauge.empty()) return tissue ? true_force(*tissue) : Force();
   if (choice.gauge == "truth") {
     if (!tissue)
-      throw Error(Failure::Usage, "a gauge's table", "'truth', which only synthetic blocks of tissue know",
+      throw Error(Failure::Usage, "a gauge's table", "'truth', which only synthetic blocks of tissue have",
                   "--gauge FILE.csv");
     return true_force(*tissue);
   }
@@ -93,7 +93,7 @@ std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const M
   std::copy_n(choice.window_mm.begin(), choice.window_mm.size(), block.window_mm.begin());
   if (choice.young_Pa > 0) block.young_Pa = choice.young_Pa;
   if (!tissue && !(choice.young_Pa > 0))
-    throw Error(Failure::Usage, "the tissue's modulus beside what else is said of the block", "none",
+    throw Error(Failure::Usage, "the tissue's modulus beside the block's other properties", "none",
                 "--young-Pa E, from a place without a lump");
   setup.force = force_of(choice, input, tissue);
   if (round > 0 && setup.force)
