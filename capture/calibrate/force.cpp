@@ -179,6 +179,7 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
   o.recordings = std::move(recordings);
   o.samples = force_samples(o.recordings, keep_border);
   o.choice = choose_force(o.samples, options);
+  if (o.choice.stopped) return o;
   const ForceVerdict verdict = verdict_of(o);
   o.choice.calibration.fit_for_use = verdict.fit_for_use;
   o.choice.calibration.shapes_judged = verdict.shapes_judged;

@@ -11,7 +11,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 void require(bool good, const std::string& wanted, double found) {
-  if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "a physical value");
+  if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
 }
 
 void check_load(double force_N, double modulus_MPa, double radius_mm, double thickness_mm) {

@@ -20,7 +20,7 @@ constexpr double kWidest = 6;  // a/H
 using Nodes = Eigen::Matrix<double, kNodes, 1>;
 
 void require(bool good, const std::string& wanted, double found) {
-  if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "a physical value");
+  if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
 }
 
 const Quadrature& unit() {

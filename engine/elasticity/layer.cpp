@@ -144,7 +144,7 @@ Layer::Layer(const Material& pad, double thickness_mm, Base base)
       modulus_MPa_(palpate::effective_modulus_MPa(pad)),
       missing_(kWaves) {
   if (!(thickness_mm > 0) || !std::isfinite(thickness_mm))
-    throw Error(Failure::Input, "a pad thickness > 0 mm", std::to_string(thickness_mm), "a physical value");
+    throw Error(Failure::Input, "a pad thickness > 0 mm", std::to_string(thickness_mm), "checking the number and its unit");
   for (int j = 0; j < kWaves; ++j)
     missing_[j] = missing_response(waves().x[j], pad.poisson, base) * waves().w[j];
   const int points = static_cast<int>(2 * kWidest) * kKernelSteps + 4;
@@ -228,7 +228,7 @@ LayerContact Layer::finish(const Solution& s, const IndenterContact& contact, do
 LayerContact Layer::press_sphere_to_radius(double contact_radius_mm, double radius_mm) const {
   if (!(contact_radius_mm > 0) || !(radius_mm > 0))
     throw Error(Failure::Input, "radii > 0 mm", std::to_string(std::min(contact_radius_mm, radius_mm)),
-                "a physical value");
+                "checking the number and its unit");
   const Solution s = solve(contact_radius_mm);
   IndenterContact c;
   c.radius_mm = contact_radius_mm;

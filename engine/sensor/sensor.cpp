@@ -428,6 +428,8 @@ void save_sensor(const Sensor& given, const std::filesystem::path& file) {
   auto temporary = file;
   temporary += ".tmp";
   std::error_code error, ignored;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  if (error) fail_to_write("its folder cannot be made: " + error.message());
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
     out << to_json(sensor).dump(2, json::Utf8::Replace) << '\n';

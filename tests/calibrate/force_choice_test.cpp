@@ -100,6 +100,16 @@ TEST(ForceFit, RefusesFewerReadingsThanUnknowns) {
   EXPECT_THROW(fit_curve(ForceModel::Line, three, down), Error);
 }
 
+TEST(ForceChoice, EndsWhenItIsStopped) {
+  std::vector<ForceSample> samples = presses(8, 0.01, 1, straight);
+  const size_t all = choose_force(samples, {}).scores.size();
+  int asked = 0;
+  const ForceChoice c = choose_force(samples, {.stopped = [&] { return ++asked > 20; }});
+  EXPECT_TRUE(c.stopped);
+  EXPECT_GT(c.scores.size(), 0u) << "the candidates that were tried";
+  EXPECT_LT(c.scores.size(), all);
+}
+
 TEST(ForceChoice, TakesTheSimplestThatWillDo) {
   std::vector<ForceSample> samples = presses(8, 0.01, 1, straight);
   const ForceChoice c = choose_force(samples, {});

@@ -58,7 +58,7 @@ BAD = {
     "a text for a seed": (lambda: pp.open(PRESS, seed="9"), pp.ArgumentError, r"seed of at least 0.*found '9'"),
     "patience": (lambda: pp.open(PRESS, patience_s=-1), pp.ArgumentError, r"patience_s of at least 0; found -1"),
     "seed": (lambda: pp.open(PRESS, seed=-1), pp.ArgumentError, r"seed of at least 0.*found -1"),
-    "a text for a number": (lambda: pp.contact(young_kPa="60", force_N=1), pp.ArgumentError, r"young_kPa as a number; found '60'"),
+    "a text for a number": (lambda: pp.contact(young_kPa="60", force_N=1), pp.ArgumentError, r"young_kPa as a number, or one for each layer; found '60'"),
     "two of three": (lambda: pp.forward(block_mm=(1, 2)), pp.ArgumentError, r"block_mm as a list of 3.*found \[1.0, 2.0\]"),
     "a text for frames": (lambda: pp.strain(PRESS, frames="ab"), pp.ArgumentError, r"frames as a list of 2.*found 'ab'"),
     "a number for maps": (lambda: pp.lump.estimate(5.0, force_N=1, young_Pa=4000), pp.ArgumentError, r"found 5.0"),

@@ -134,8 +134,25 @@ def test_contact_is_hertz_on_a_deep_pad():
     assert thin.depth_mm < found.depth_mm and abs(thin.hertz_error) > 0.1
     back = pp.contact(depth_mm=thin.depth_mm, young_kPa=100, radius_mm=5, thickness_mm=1)
     assert np.isclose(back.force_N, 0.01)
+    # Hertz's pressure is an ellipse whose integral is the force.
+    assert np.allclose(found.pressure_kPa[:100], found.pressure_max_kPa * np.sqrt(1 - (found.r_mm[:100] / found.radius_mm) ** 2), rtol=1e-3)
+    assert np.isclose(np.trapz(2 * np.pi * found.r_mm * found.pressure_kPa, found.r_mm) / 1000, 0.01, rtol=5e-3)
     with pytest.raises(pp.ArgumentError, match="force_N or depth_mm"):
         pp.contact(young_kPa=100)
+
+
+def test_contact_of_layers_and_of_soft_and_round_bodies_is_the_programs(program):
+    words = ("--radius-mm", "5", "--radius2-mm", "20", "--force-N", "0.02", "--young-kPa", "140,80,34", "--thickness-mm", "2,2,3")
+    told = report_of(program, "contact", *words, "--indenter-young-MPa", "2")
+    found = pp.contact(
+        force_N=0.02, radius_mm=5, radius2_mm=20, young_kPa=[140, 80, 34], thickness_mm=(2, 2, 3), indenter_young_MPa=2
+    )
+    assert found.young_kPa == pytest.approx(1e3 * told["young_MPa"], rel=1e-12)
+    assert found.young_kPa == pytest.approx(7 / (2 / 140 + 2 / 80 + 3 / 34), rel=1e-9)
+    assert found.depth_mm == told["exact"]["depth_mm"] and found.radius_mm == told["exact"]["contact_radius_mm"]
+    assert pp.contact(force_N=0.02, radius_mm=5, young_kPa=[60, 60], series="paper").young_kPa == pytest.approx(30)
+    with pytest.raises(pp.ArgumentError, match="one thickness_mm for each of young_kPa"):
+        pp.contact(force_N=0.02, young_kPa=[140, 80], thickness_mm=2)
 
 
 def test_a_lump_shows_on_the_surface():

@@ -63,7 +63,10 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
   };
   std::vector<GaugedRecording> recordings = measured(asked.fit);
   if (stop) return {};
-  ForceOutcome outcome = calibrate_force(std::move(recordings), asked.choice, asked.keep_border);
+  ForceChoiceOptions choosing = asked.choice;
+  choosing.stopped = [&stop] { return stop.load(); };
+  ForceOutcome outcome = calibrate_force(std::move(recordings), choosing, asked.keep_border);
+  if (outcome.choice.stopped) return {};
   for (const GaugedRecording& check : measured(asked.checks))
     outcome.checks.push_back(check_force(outcome.choice.calibration, check, asked.keep_border));
   set_force(*first, outcome.choice.calibration);

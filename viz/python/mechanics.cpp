@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
+#include "engine/elasticity/hertz.h"
 #include "engine/elasticity/indentation.h"
 #include "engine/fem/solve.h"
 #include "viz/python/arrays.h"
@@ -21,19 +23,45 @@ const std::map<std::string, IndenterShape> kIndenters = {{"sphere", IndenterShap
                                                          {"cone", IndenterShape::Cone},
                                                          {"flat", IndenterShape::FlatPunch}};
 
-py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm, double young_kPa,
-                 double poisson, std::optional<double> thickness_mm, const std::string& shape,
-                 double radius_mm, double half_angle_deg, bool sliding) {
+/// Layers are taken as one of their modulus in series: sum(t) / sum(t/E), or `paper`, 1 / sum(1/E).
+PadBody pad_of(std::vector<double> young_MPa, double poisson, const std::vector<double>& thickness_mm,
+               const std::string& series, bool sliding) {
+  if (young_MPa.empty()) throw bad_argument("young_kPa of the pad", "none", "young_kPa=60");
+  if (!thickness_mm.empty() && thickness_mm.size() != young_MPa.size())
+    throw bad_argument("one thickness_mm for each of young_kPa",
+                       std::to_string(young_MPa.size()) + " moduli and " +
+                           std::to_string(thickness_mm.size()) + " thicknesses",
+                       "lists of equal length");
+  if (series != "thickness" && series != "paper")
+    throw bad_argument("series 'thickness' or 'paper'", "'" + series + "'", "series=\"thickness\"");
+  const bool paper = series == "paper";
+  if (young_MPa.size() > 1 && thickness_mm.empty() && !paper)
+    throw bad_argument("thickness_mm of each layer", "none", "thickness_mm=[2, 2, 2], or series=\"paper\"");
+  for (double& young : young_MPa) young *= 1e-3;
+  PadBody pad;
+  pad.material = {young_MPa.front(), poisson};
+  if (young_MPa.size() > 1)
+    pad.material.young_MPa =
+        paper ? paper_series_modulus_MPa(young_MPa) : series_modulus_MPa(young_MPa, thickness_mm);
+  if (!thickness_mm.empty())
+    pad.thickness_mm = std::accumulate(thickness_mm.begin(), thickness_mm.end(), 0.0);
+  pad.base = sliding ? Base::Frictionless : Base::Bonded;
+  return pad;
+}
+
+py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm,
+                 const std::vector<double>& young_kPa, double poisson,
+                 const std::vector<double>& thickness_mm, const std::string& series, const std::string& shape,
+                 double radius_mm, std::optional<double> radius2_mm, double half_angle_deg,
+                 std::optional<double> indenter_young_MPa, double indenter_poisson, bool sliding) {
   if (force_N.has_value() == depth_mm.has_value())
     throw bad_argument("force_N or depth_mm", force_N ? "both" : "neither", "force_N=0.5");
-  PadBody pad;
-  pad.material = {young_kPa * 1e-3, poisson};
-  if (thickness_mm) pad.thickness_mm = *thickness_mm;
-  pad.base = sliding ? Base::Frictionless : Base::Bonded;
+  const PadBody pad = pad_of(young_kPa, poisson, thickness_mm, series, sliding);
   Indenter indenter;
   indenter.shape = by_name(kIndenters, shape, "a shape");
-  indenter.radius_mm = radius_mm;
+  indenter.radius_mm = radius2_mm ? effective_radius_mm(radius_mm, *radius2_mm) : radius_mm;
   indenter.half_angle_rad = half_angle_deg * std::numbers::pi / 180;
+  if (indenter_young_MPa) indenter.material = {*indenter_young_MPa, indenter_poisson};
   const PadIndenter exact(pad, indenter);
   const Indentation found = force_N ? exact.at_force(*force_N) : exact.at_depth(*depth_mm);
   const HertzErrors errors = hertz_errors(pad, indenter, found);
@@ -44,6 +72,16 @@ py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm, 
   d["pressure_max_kPa"] = 1e3 * found.pressure_max_MPa;
   d["hertz_error"] = errors.together;
   d["strain"] = errors.strain;
+  d["young_kPa"] = 1e3 * pad.material.young_MPa;
+  // As in the program's contact.csv: from the axis to beyond the rim.
+  constexpr int kSteps = 220;
+  std::vector<double> r_mm(kSteps + 1), pressure_kPa(kSteps + 1);
+  for (int i = 0; i <= kSteps; ++i) {
+    r_mm[i] = 1.1 * found.radius_mm * i / kSteps;
+    pressure_kPa[i] = 1e3 * exact.pressure_MPa(found, r_mm[i]);
+  }
+  d["r_mm"] = hand_out(std::move(r_mm), {kSteps + 1});
+  d["pressure_kPa"] = hand_out(std::move(pressure_kPa), {kSteps + 1});
   return d;
 }
 
@@ -112,8 +150,9 @@ py::dict forward(const std::array<double, 3>& block_mm, double young_Pa, double 
 
 void bind_mechanics(py::module_& module) {
   module.def("contact", &contact, py::arg("force_N"), py::arg("depth_mm"), py::arg("young_kPa"),
-             py::arg("poisson"), py::arg("thickness_mm"), py::arg("shape"), py::arg("radius_mm"),
-             py::arg("half_angle_deg"), py::arg("sliding"));
+             py::arg("poisson"), py::arg("thickness_mm"), py::arg("series"), py::arg("shape"),
+             py::arg("radius_mm"), py::arg("radius2_mm"), py::arg("half_angle_deg"),
+             py::arg("indenter_young_MPa"), py::arg("indenter_poisson"), py::arg("sliding"));
   module.def("forward", &forward, py::arg("block_mm"), py::arg("young_Pa"), py::arg("poisson"),
              py::arg("lump"), py::arg("size_mm"), py::arg("depth_mm"), py::arg("ratio"), py::arg("offset_mm"),
              py::arg("presser"), py::arg("ball_radius_mm"), py::arg("press_mm"), py::arg("force_N"),

@@ -86,9 +86,9 @@ bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
 /// Each used reading as a fit without its block says it. Throws where a block cannot be left out.
 std::vector<double> held_out(const ForceCandidate& c, const ForceTrack& track,
                              std::span<const ForceSample> samples, std::span<const size_t> block,
-                             size_t blocks) {
+                             size_t blocks, const std::function<bool()>& stopped = {}) {
   std::vector<double> predicted(samples.size(), kNaN);
-  for (size_t b = 0; b < blocks; ++b) {
+  for (size_t b = 0; b < blocks && !(stopped && stopped()); ++b) {
     const ForceCurves curves =
         fit_curves(c.model, c.branches, track, samples, [&](size_t i) { return block[i] != b; });
     for (size_t i = 0; i < samples.size(); ++i)
@@ -273,8 +273,8 @@ size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<co
     errors.emplace_back();
     try {
       const ForceTrack track = track_of(c.signal, samples);
-      errors.back() =
-          block_errors(held_out(c, track, samples, block, choice.blocks), samples, block, choice.blocks);
+      errors.back() = block_errors(held_out(c, track, samples, block, choice.blocks, options.stopped),
+                                   samples, block, choice.blocks);
       score.error_N = std::accumulate(errors.back().begin(), errors.back().end(), 0.0) /
                       static_cast<double>(choice.blocks);
       if (may_be_taken(c.signal, options, samples) && (!best || score.error_N < best_N)) {
@@ -284,6 +284,10 @@ size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<co
     } catch (const Error& error) {
       if (candidates.size() == 1) throw;
       score.refused = error.what();
+    }
+    if (options.stopped && options.stopped()) {
+      choice.stopped = true;
+      return 0;
     }
     choice.scores.push_back(score);
   }
@@ -356,6 +360,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   choice.blocks = held.blocks;
   choice.blocks_are = held.blocks_are;
   const size_t chosen = score_candidates(candidates, samples, held.block, options, choice);
+  if (choice.stopped) return choice;
   choice.chosen = choice.scores[chosen];
   const ForceCandidate& c = choice.chosen.candidate;
   // What only the chosen signal shows as an outlier counts for it alone.

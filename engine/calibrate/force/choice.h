@@ -1,6 +1,7 @@
 // Which signal and which curve a force is best read by, told by presses that the fit did not see.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@ struct ForceChoiceOptions {
   std::optional<ForceSignal> signal{};
   std::optional<ForceModel> model{};
   std::optional<bool> branches{};
+  std::function<bool()> stopped{};  ///< asked before each fit; true ends the choice
 };
 
 /// One candidate on presses (or stretches of time) that it was not fitted to.
@@ -32,6 +34,7 @@ struct BranchLine {
 };
 
 struct ForceChoice {
+  bool stopped = false;  ///< before all candidates were tried: nothing was chosen
   ForceCalibration calibration;
   CandidateScore chosen;
   std::vector<CandidateScore> scores;  ///< simplest first

@@ -38,7 +38,7 @@ double student(double dof) {
 
 void check(const std::vector<PressFrame>& frames, const ModulusSetup& s) {
   const auto require = [](bool good, const std::string& wanted, double found) {
-    if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "a physical value");
+    if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
   };
   for (const double sd : {s.pad_relative_sd, s.force_relative_sd, s.length_relative_sd})
     require(sd >= 0 && sd < 0.5, "standard errors of 0 to 0.5 of pad, force and scale", sd);

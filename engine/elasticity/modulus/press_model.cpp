@@ -128,7 +128,7 @@ double Sample::face_mm2() const {
 
 void check(const Sample& s, const PadBody& pad) {
   const auto require = [](bool good, const char* wanted, double found) {
-    if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "a physical value");
+    if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
   };
   require(s.size_mm > 0 && std::isfinite(s.size_mm), "a sample's size > 0 mm", s.size_mm);
   if (s.flat())

@@ -95,9 +95,10 @@ Report force(const Common& common, Options options) {
   for (size_t i = 0; i < options.inputs.size(); ++i)
     recordings.push_back(measure(options.inputs[i], gauges[i]));
   if (interrupted()) return {"", "", kInterrupted};
-  ForceOutcome outcome =
-      calibrate_force(std::move(recordings), {options.signal, options.model, branches_of(options.branches)},
-                      options.keep_border);
+  ForceOutcome outcome = calibrate_force(
+      std::move(recordings), {options.signal, options.model, branches_of(options.branches), interrupted},
+      options.keep_border);
+  if (outcome.choice.stopped) return {"", "", kInterrupted};
   for (size_t i = 0; i < options.checks.size(); ++i)
     outcome.checks.push_back(check_force(outcome.choice.calibration,
                                          measure(options.checks[i], check_gauges[i]), options.keep_border));

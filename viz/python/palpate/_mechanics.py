@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import html
 import io
+import numbers
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import _palpate, path_text
+from ._errors import ArgumentError
 from ._live import Path, rate_of, request_of, Sensor
 from ._recordings import column_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contacting:
     """An indenter on a pad."""
 
@@ -31,34 +33,68 @@ class Contacting:
     """Relative error of plain Hertz in force at this depth."""
     strain: float
     """0.2 a/R of a sphere: how far linear elasticity is stretched."""
+    young_kPa: float
+    """Of the pad, of layers in series."""
+    r_mm: NDArray[np.float64] = field(repr=False)
+    """221 distances from the axis, to a tenth beyond the rim."""
+    pressure_kPa: NDArray[np.float64] = field(repr=False)
+    """At these; infinite at the rim of a flat punch and at the tip of a cone."""
+
+
+def _each_layer(value: object, name: str) -> list[float]:
+    """A number, or one for each layer."""
+    listed = [value] if isinstance(value, numbers.Real) else value
+    if isinstance(listed, (Sequence, np.ndarray)) and not isinstance(listed, str):
+        if all(isinstance(one, numbers.Real) and not isinstance(one, bool) for one in listed):
+            return [float(one) for one in listed]
+    raise ArgumentError(f"{name} as a number, or one for each layer", repr(value)[:80], f"{name}=60, or {name}=[140, 80, 34]")
 
 
 def contact(
     *,
     force_N: float | None = None,
     depth_mm: float | None = None,
-    young_kPa: float,
+    young_kPa: float | Sequence[float],
     poisson: float = 0.5,
-    thickness_mm: float | None = None,
+    thickness_mm: float | Sequence[float] | None = None,
+    series: str = "thickness",
     shape: str = "sphere",
     radius_mm: float = 1.0,
+    radius2_mm: float | None = None,
     half_angle_deg: float = 70.0,
+    indenter_young_MPa: float | None = None,
+    indenter_poisson: float = 0.3,
     sliding: bool = False,
 ) -> Contacting:
-    """Contact of a rigid indenter with an elastic pad of finite thickness.
+    """Contact of an indenter with an elastic pad of finite thickness.
 
     Args:
         force_N, depth_mm: one of them.
-        young_kPa, poisson: of the pad.
-        thickness_mm: of a pad on a rigid base; None: a half space.
+        young_kPa, poisson: of the pad; of several layers a modulus each.
+        thickness_mm: of a pad on a rigid base, or of each layer; None: a half space.
+        series: modulus of several layers together: ``thickness``, sum(t) / sum(t/E), or ``paper``, 1 / sum(1/E).
         shape: ``sphere``, ``paraboloid``, ``cone`` or ``flat``.
         radius_mm: of sphere, paraboloid or flat punch.
+        radius2_mm: of a domed pad; None: flat.
         half_angle_deg: of a cone, from its axis.
+        indenter_young_MPa, indenter_poisson: of the indenter; None: rigid.
         sliding: the pad slides on its base; else it is bonded.
     """
     return Contacting(
         **_palpate.contact(
-            force_N, depth_mm, young_kPa, poisson, thickness_mm, shape, radius_mm, half_angle_deg, sliding
+            force_N,
+            depth_mm,
+            _each_layer(young_kPa, "young_kPa"),
+            poisson,
+            [] if thickness_mm is None else _each_layer(thickness_mm, "thickness_mm"),
+            series,
+            shape,
+            radius_mm,
+            radius2_mm,
+            half_angle_deg,
+            indenter_young_MPa,
+            indenter_poisson,
+            sliding,
         )
     )
 
