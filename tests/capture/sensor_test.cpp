@@ -151,11 +151,12 @@ TEST_F(SensorFile, UnwritablePlacesLeaveNothingBehind) {
       EXPECT_NE(std::string(e.what()).find(file.string()), std::string::npos) << e.what();
     }
   };
-  expect_output_failure(folder_ / "no such folder" / "pad.json");
   fs::create_directories(folder_ / "taken" / "inside");
   expect_output_failure(folder_ / "taken");
   expect_output_failure(folder_ / "pad.json" / "inside.json");
   EXPECT_EQ(files().size(), 2u) << "temporary files are left";
+  save_sensor(sensor, folder_ / "a new" / "folder" / "pad.json");
+  expect_same(load_sensor(folder_ / "a new" / "folder" / "pad.json"), sensor);
   // Existing content stays as it was.
   expect_same(load_sensor(folder_ / "pad.json"), sensor);
 }

@@ -293,7 +293,8 @@ enum class ToMake { Nothing, Scale, Reading };
 PALPATE_API Sensor load_sensor(const std::filesystem::path& file, ToMake to_make = ToMake::Nothing);
 /// Validates a sensor made in code; `where` names it in messages.
 PALPATE_API void validate(const Sensor& sensor, const std::string& where);
-/// Writes atomically (temporary file, then rename). Throws Error(Failure::Output).
+/// Writes atomically (temporary file, then rename), into a folder that is made where it is missing. Throws
+/// Error(Failure::Output).
 PALPATE_API void save_sensor(const Sensor& sensor, const std::filesystem::path& file);
 /// The text of a sensor file, and a sensor from such a text; `where` names it in messages. Paths stay as they
 /// are. Throw Error(Failure::Sensor).
