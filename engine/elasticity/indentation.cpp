@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "engine/elasticity/layer_response.h"
@@ -33,6 +34,17 @@ const Quadrature& waves() {
 }
 
 }  // namespace
+
+PadBody layered_pad(std::span<const double> young_MPa, double poisson, std::span<const double> thickness_mm,
+                    bool paper, Base base) {
+  PadBody pad{.material = {young_MPa.front(), poisson}, .base = base};
+  if (young_MPa.size() > 1)
+    pad.material.young_MPa =
+        paper ? paper_series_modulus_MPa(young_MPa) : series_modulus_MPa(young_MPa, thickness_mm);
+  if (!thickness_mm.empty())
+    pad.thickness_mm = std::accumulate(thickness_mm.begin(), thickness_mm.end(), 0.0);
+  return pad;
+}
 
 /// The contact's equation phi(x) = g(x) + w(x), solved for the right sides g = 2/pi (depth 1) and 2/pi times
 /// the shape's term. w is what the thickness adds: (2/pi) sum over waves s of missing(s) cos(s x) Phi(s).

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <limits>
+#include <span>
 
 #include "engine/elasticity/hertz.h"
 #include "engine/elasticity/layer.h"
@@ -30,6 +31,12 @@ struct PadBody {
   double thickness_mm = std::numeric_limits<double>::infinity();  ///< on a rigid base
   Base base = Base::Bonded;
 };
+
+/// Layers (one or more) of one Poisson ratio on one base, taken as one pad of their modulus in series: sum(t)
+/// / sum(t/E), or with `paper` 1 / sum(1/E). Thicknesses, mm, one a layer; none of them: a half space. Throws
+/// Error(Failure::Input) as series_modulus_MPa does.
+PadBody layered_pad(std::span<const double> young_MPa, double poisson, std::span<const double> thickness_mm,
+                    bool paper, Base base);
 
 struct Indentation {
   double force_N = 0;

@@ -54,17 +54,10 @@ ContactProblem problem_of(const Options& o) {
   p.wanted = p.by_force ? *o.force_N : *o.depth_mm;
   std::vector<double> young_MPa = o.young_kPa;
   for (double& e : young_MPa) e *= 1e-3;
-  p.pad.material = {young_MPa.front(), o.poisson};
-  if (!o.thickness_mm.empty()) {
-    p.pad.thickness_mm = 0;
-    for (const double t : o.thickness_mm) p.pad.thickness_mm += t;
-    p.layers_weighted_MPa = series_modulus_MPa(young_MPa, o.thickness_mm);
-  }
-  if (young_MPa.size() > 1) {
-    p.layers_paper_MPa = paper_series_modulus_MPa(young_MPa);
-    p.pad.material.young_MPa = o.series == "paper" ? p.layers_paper_MPa : p.layers_weighted_MPa;
-  }
-  p.pad.base = o.sliding ? Base::Frictionless : Base::Bonded;
+  p.pad = layered_pad(young_MPa, o.poisson, o.thickness_mm, o.series == "paper",
+                      o.sliding ? Base::Frictionless : Base::Bonded);
+  if (!o.thickness_mm.empty()) p.layers_weighted_MPa = series_modulus_MPa(young_MPa, o.thickness_mm);
+  if (young_MPa.size() > 1) p.layers_paper_MPa = paper_series_modulus_MPa(young_MPa);
   static const std::map<std::string, IndenterShape> kShapes = {
       {"sphere", IndenterShape::Sphere}, {"cone", IndenterShape::Cone}, {"flat", IndenterShape::FlatPunch}};
   p.indenter.shape = kShapes.at(o.shape);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "engine/elasticity/hertz.h"
 #include "engine/elasticity/indentation.h"
@@ -23,7 +22,6 @@ const std::map<std::string, IndenterShape> kIndenters = {{"sphere", IndenterShap
                                                          {"cone", IndenterShape::Cone},
                                                          {"flat", IndenterShape::FlatPunch}};
 
-/// Layers are taken as one of their modulus in series: sum(t) / sum(t/E), or `paper`, 1 / sum(1/E).
 PadBody pad_of(std::vector<double> young_MPa, double poisson, const std::vector<double>& thickness_mm,
                const std::string& series, bool sliding) {
   if (young_MPa.empty()) throw bad_argument("young_kPa of the pad", "none", "young_kPa=60");
@@ -38,15 +36,7 @@ PadBody pad_of(std::vector<double> young_MPa, double poisson, const std::vector<
   if (young_MPa.size() > 1 && thickness_mm.empty() && !paper)
     throw bad_argument("thickness_mm of each layer", "none", "thickness_mm=[2, 2, 2], or series=\"paper\"");
   for (double& young : young_MPa) young *= 1e-3;
-  PadBody pad;
-  pad.material = {young_MPa.front(), poisson};
-  if (young_MPa.size() > 1)
-    pad.material.young_MPa =
-        paper ? paper_series_modulus_MPa(young_MPa) : series_modulus_MPa(young_MPa, thickness_mm);
-  if (!thickness_mm.empty())
-    pad.thickness_mm = std::accumulate(thickness_mm.begin(), thickness_mm.end(), 0.0);
-  pad.base = sliding ? Base::Frictionless : Base::Bonded;
-  return pad;
+  return layered_pad(young_MPa, poisson, thickness_mm, paper, sliding ? Base::Frictionless : Base::Bonded);
 }
 
 py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm,
@@ -73,7 +63,7 @@ py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm,
   d["hertz_error"] = errors.together;
   d["strain"] = errors.strain;
   d["young_kPa"] = 1e3 * pad.material.young_MPa;
-  // As in the program's contact.csv: from the axis to beyond the rim.
+  // From the axis to beyond the rim.
   constexpr int kSteps = 220;
   std::vector<double> r_mm(kSteps + 1), pressure_kPa(kSteps + 1);
   for (int i = 0; i <= kSteps; ++i) {

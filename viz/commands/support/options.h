@@ -1,5 +1,5 @@
-// Command line: commands, their options and checks of values. The library behind it is seen by options.cpp
-// and completions.cpp alone.
+// Command line: commands, their options and checks of values. The library behind it is seen by options.cpp,
+// option_checks.cpp and completions.cpp alone.
 #pragma once
 
 #include <array>
