@@ -111,9 +111,10 @@ class Recorder {
     std::optional<double> depth_rms_error_mm;
     const bool compare_depth =
         truth && touch.surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
-    if (touch.surface && (!request_.depth.empty() || compare_depth)) {
+    const bool mesh_of_traction =
+        std::ranges::find(request_.traction, TractionFormat::Ply) != request_.traction.end();
+    if (touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction)) {
       depth_mm_ = pipeline_.read_depth_mm(result);
-      depth_of_ = touch.sequence;
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
     }
@@ -123,13 +124,9 @@ class Recorder {
         write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
                          map_width(), map_height(), format);
     }
-    for (const TractionFormat format : request_.traction) {
-      if (format == TractionFormat::Ply && depth_of_ != touch.sequence)
-        depth_mm_ = pipeline_.read_depth_mm(result);
-      depth_of_ = touch.sequence;
+    for (const TractionFormat format : request_.traction)
       write_traction(out_ / "traction" / numbered_name(touch.sequence, extension(format)), result.traction,
                      view(), format);
-    }
     if (!request_.images.empty())
       write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
                   encode_image(frame, request_.images));
@@ -241,7 +238,6 @@ class Recorder {
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::vector<float> depth_mm_;
-  std::optional<uint64_t> depth_of_;  ///< the frame whose depth that is
   std::map<DepthFormat, uint64_t> clipped_px_;
   TouchTable touches_;
 };
