@@ -327,11 +327,7 @@ std::filesystem::path keep_background(const std::filesystem::path& given, const 
 }
 
 Sensor unrectified(Sensor sensor) {
-  sensor.camera_px = {};
-  sensor.crop_px.reset();
-  sensor.quad_px.reset();
-  sensor.lens.reset();
-  sensor.flat.reset();
+  sensor = for_rectified_frames(std::move(sensor));
   sensor.size_px = {};
   return sensor;
 }

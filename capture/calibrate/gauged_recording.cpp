@@ -215,7 +215,7 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
-  Pipeline pipeline(context, input.sensor, source->format(),
+  Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
                     {.outputs = input.outputs, .solver = SurfaceSolver::Converged});
   pipeline.set_background(background);
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;

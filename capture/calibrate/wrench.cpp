@@ -49,7 +49,7 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   const std::unique_ptr<Source> source = open_source(wanted.input, sensor);
   if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
   source->watch([&watch] { return watch.stopped(); });
-  Pipeline pipeline(context, sensor, source->format(),
+  Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
                     {.outputs = wanted.outputs, .solver = SurfaceSolver::Converged});
   pipeline.set_background(load_background(wanted.input, sensor, *source));
   WrenchSeries series;

@@ -178,7 +178,7 @@ PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Fram
       sample_(sample),
       background_(background),
       pipeline_(
-          context, sensor, background.format,
+          context, for_rectified_frames(sensor), background.format,
           {.outputs = sensor.reconstruction == Reconstruction::None ? static_cast<uint32_t>(Output::Force)
                                                                     : Output::Force | Output::Surface,
            .solver = SurfaceSolver::Converged}) {

@@ -42,12 +42,7 @@ bool has_range(DepthFormat format) {
 /// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
 /// the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
-  sensor.camera_px = {};
-  sensor.crop_px.reset();
-  sensor.quad_px.reset();
-  sensor.lens.reset();
-  sensor.flat.reset();
-  sensor.size_px = {};
+  sensor = for_rectified_frames(std::move(sensor));
   if (sensor.background.kind == BackgroundKind::Untouched) {
     write_whole(out / "background.png", encode_image(background, ".png"));
     sensor.background.image = "background.png";
@@ -263,7 +258,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
-  Pipeline pipeline(context, sensor, source->format(),
+  Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
                     {.outputs = request.outputs,
                      .solver = request.solver,
                      .skip_untouched = request.skip_untouched,

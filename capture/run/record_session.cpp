@@ -35,7 +35,7 @@ SessionStatus record_session(gpu::Context& context, const MeasuredInput& input,
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
-  Pipeline pipeline(context, input.sensor, source->format(), options);
+  Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(), options);
   pipeline.set_background(background);
   SessionOptions session;
   session.no_drop = !source->live();

@@ -22,7 +22,7 @@ void each_frame(gpu::Context& context, const MeasuredInput& input, uint32_t outp
                 const With& with) {
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
-  Pipeline pipeline(context, input.sensor, source->format(),
+  Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
                     {.outputs = outputs, .solver = SurfaceSolver::Converged});
   pipeline.set_background(load_background(input.input, input.sensor, *source));
   bool more = true;

@@ -1,6 +1,7 @@
 #include "engine/sensor/fit.h"
 
 #include <string>
+#include <utility>
 
 #include "engine/sensor/outline.h"
 #include "palpate/error.h"
@@ -14,6 +15,30 @@ constexpr uint32_t kLeastTraction_px = 8;  // two cells each way
 void require(bool fits, const Sensor& sensor, const std::string& wanted, const std::string& found,
              const std::string& remedy) {
   if (!fits) throw Error(Failure::Sensor, "sensor '" + sensor.name + "' with " + wanted, found, remedy);
+}
+
+std::string size_text(uint32_t width, uint32_t height) {
+  return std::to_string(width) + " x " + std::to_string(height) + " px";
+}
+
+// Millimetres and places are those of the rectified frame: an image as the camera gives it would be measured
+// with all of them wrong.
+void require_rectified(const Sensor& sensor, const FrameFormat& format) {
+  std::string missing;
+  const auto add = [&](bool wanted, const char* key) {
+    if (wanted) missing += (missing.empty() ? "" : ", ") + std::string(key);
+  };
+  add(sensor.crop_px.has_value(), "crop_px");
+  add(sensor.lens.has_value(), "lens");
+  add(sensor.quad_px.has_value(), "quad_px");
+  add(sensor.flat.has_value(), "flat");
+  require(missing.empty(), sensor, "frames that are rectified already",
+          "frame." + missing + " still to apply",
+          "capture/rectify.h for the frames, for_rectified_frames(sensor) for the pipeline");
+  for (const auto& [key, size] : {std::pair{"size_px", sensor.size_px}, {"camera_px", sensor.camera_px}})
+    require(size[0] == 0 || (size[0] == format.width && size[1] == format.height), sensor,
+            "frames of its frame." + std::string(key) + ", " + size_text(size[0], size[1]),
+            size_text(format.width, format.height), "the sensor file that belongs to this camera mode");
 }
 
 }  // namespace
@@ -35,6 +60,7 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
       "frames of " + std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) +
           " bits",
       "frame.channels and frame.bit_depth in the sensor file");
+  require_rectified(sensor, format);
   if (sensor.pad) {
     bool seen = false;
     for (uint32_t y = 0; y < format.height && !seen; ++y)

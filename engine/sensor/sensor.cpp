@@ -248,6 +248,15 @@ Sensor uncalibrated_sensor(const FrameFormat& format) {
   return sensor;
 }
 
+Sensor for_rectified_frames(Sensor sensor) {
+  sensor.camera_px = {};
+  sensor.crop_px.reset();
+  sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
+  return sensor;
+}
+
 std::optional<LayerCalibration> layer_of(const Sensor& sensor) {
   if (sensor.layer) return sensor.layer;
   const ElasticCalibration& pad = sensor.elastic;

@@ -26,7 +26,8 @@ void run(const char* scene, uint64_t frames) {
   const MeasuredInput input = find_input(1, scene, std::optional<Sensor>(), {});
   gpu::Context context({});
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
-  Pipeline pipeline(context, input.sensor, source->format(), {.outputs = input.outputs, .slots = 4});
+  Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
+                    {.outputs = input.outputs, .slots = 4});
   pipeline.set_background(load_background(input.input, input.sensor, *source));
   double reading_s = 0, sum_mm = 0;
   const int64_t start_ns = monotonic_ns();

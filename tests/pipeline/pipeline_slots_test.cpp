@@ -250,5 +250,33 @@ TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
   expect_refused(Failure::Sensor, {"gray frames"}, make(odd, color, surface));
 }
 
+// A frame as the camera gives it, measured with the sensor of a rectified one, has wrong millimetres.
+TEST_F(PipelineTest, ASensorThatStillRectifiesIsRefused) {
+  const SyntheticRun gray("press?size=320x240");
+  const FrameFormat format = gray.source.format();
+  const auto make = [&](const Sensor& sensor) {
+    return [&context = context(), sensor, format] { Pipeline(context, sensor, format, force_only()); };
+  };
+  Sensor cropped = gray.sensor, turned = gray.sensor, bent = gray.sensor, uneven = gray.sensor, all;
+  cropped.crop_px = {0, 0, 320, 240};
+  turned.quad_px = {{{0, 0}, {319, 0}, {319, 239}, {0, 239}}};
+  bent.lens.emplace();
+  bent.lens->fx_px = bent.lens->fy_px = 300;
+  uneven.flat = FlatField{"flat.png", 1.0 / 32768, {}};
+  expect_refused(Failure::Sensor, {"rectified", "frame.crop_px"}, make(cropped));
+  expect_refused(Failure::Sensor, {"rectified", "frame.quad_px"}, make(turned));
+  expect_refused(Failure::Sensor, {"rectified", "frame.lens"}, make(bent));
+  expect_refused(Failure::Sensor, {"rectified", "frame.flat"}, make(uneven));
+  all = cropped;
+  all.camera_px = {640, 480}, all.quad_px = turned.quad_px, all.lens = bent.lens, all.flat = uneven.flat;
+  expect_refused(Failure::Sensor, {"crop_px, lens, quad_px, flat", "for_rectified_frames"}, make(all));
+  EXPECT_NO_THROW(make(for_rectified_frames(all))());
+  Sensor larger = gray.sensor, camera = gray.sensor;
+  larger.size_px = {640, 480};
+  expect_refused(Failure::Sensor, {"size_px", "640 x 480", "320 x 240"}, make(larger));
+  camera.camera_px = {640, 480};
+  expect_refused(Failure::Sensor, {"camera_px", "640 x 480", "320 x 240"}, make(camera));
+}
+
 }  // namespace
 }  // namespace palpate

@@ -70,7 +70,7 @@ class DepthRecordings : public GpuTest {
   static Depth depth_of(const Frame& frame, const Frame& background, const Sensor& sensor) {
     PipelineOptions options;
     options.solver = SurfaceSolver::Converged;
-    Pipeline pipeline(context(), sensor, frame.format, options);
+    Pipeline pipeline(context(), for_rectified_frames(sensor), frame.format, options);
     pipeline.set_background(background);
     EXPECT_TRUE(pipeline.submit(frame));
     const auto result = pipeline.wait();

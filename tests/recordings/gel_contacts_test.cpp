@@ -27,7 +27,8 @@ class GelContactRecordings : public WedgeClips {
   static Counts follow(const fs::path& clip) {
     const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
-    Pipeline pipeline(context(), sensor, source->format(), {.outputs = Output::Force | Output::Contacts});
+    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
+                      {.outputs = Output::Force | Output::Contacts});
     pipeline.set_background(load_background(clip.string(), sensor, *source));
     fs::path table = clip;
     const Gauge gauge = read_gauge(table.replace_extension(".csv"), GaugeColumns::Normal);
@@ -117,7 +118,7 @@ TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
     if (!fs::exists(folder() / ".." / (std::string(b) + ".avi"))) continue;
     Clip left = open(a), right = open(b);
     const Frame background = side_by_side(left.background, right.background);
-    Pipeline pipeline(context(), sensor, background.format,
+    Pipeline pipeline(context(), for_rectified_frames(sensor), background.format,
                       {.outputs = Output::Force | Output::Contacts | Output::Surface});
     pipeline.set_background(background);
     Frame from_left, from_right;
@@ -146,7 +147,7 @@ TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
   for (const fs::path& clip : both_days()) {
     const std::string name = clip.stem();
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
-    Pipeline pipeline(context(), sensor, source->format(),
+    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
                       {.outputs = Output::Force | Output::Contacts | Output::Surface});
     pipeline.set_background(load_background(clip.string(), sensor, *source));
     Frame frame;

@@ -42,7 +42,7 @@ class MarkedGelRecordings : public GpuTest {
     PipelineOptions options;
     options.outputs = Output::Force | Output::Surface;
     options.solver = SurfaceSolver::Converged;
-    Pipeline pipeline(context(), sensor, frame.format, options);
+    Pipeline pipeline(context(), for_rectified_frames(sensor), frame.format, options);
     pipeline.set_background(untouched);
     EXPECT_TRUE(pipeline.submit(frame));
     const std::optional<Result> result = pipeline.wait();

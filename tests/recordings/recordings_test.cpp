@@ -62,7 +62,8 @@ struct DepthMap {
 DepthMap depth_of(gpu::Context& context, const fs::path& file, const Sensor& sensor,
                   uint64_t frame_number = 0) {
   const std::unique_ptr<Source> source = open_source(file.string(), sensor);
-  Pipeline pipeline(context, sensor, source->format(), options_for(Output::Force | Output::Surface));
+  Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
+                    options_for(Output::Force | Output::Surface));
   pipeline.set_background(load_background(file.string(), sensor, *source));
   Frame frame;
   for (uint64_t i = 0; i <= frame_number; ++i)
@@ -142,7 +143,8 @@ TEST_F(RealRecordings, WedgeSignalFollowsTheForceGauge) {
       "clip                      frames   largest force   Spearman   Pearson   (gray sum against gauge)\n");
   for (const fs::path& clip : clips) {
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
-    Pipeline pipeline(context(), sensor, source->format(), options_for(static_cast<uint32_t>(Output::Force)));
+    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
+                      options_for(static_cast<uint32_t>(Output::Force)));
     pipeline.set_background(load_background(clip.string(), sensor, *source));
     std::vector<double> gray;
     for (Frame frame; source->next(frame);) gray.push_back(pipeline.process(frame).gray_sum);
@@ -280,7 +282,8 @@ TEST_F(RealRecordings, WaveguideShowsFiveFingers) {
   const std::string clip = (kData / "touchlib-ftir/hard-5point.avi").string();
   const std::unique_ptr<Source> source = open_source(clip, sensor);
   const Frame background = load_background(clip, sensor, *source);
-  Pipeline pipeline(context(), sensor, source->format(), options_for(Output::Force | Output::Contacts));
+  Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
+                    options_for(Output::Force | Output::Contacts));
   pipeline.set_background(background);
   int frames = 0, five = 0, touched = 0;
   std::set<uint32_t> ids;

@@ -31,7 +31,7 @@ TEST_F(RealMarkers, AreFoundRestAndAreFollowedThroughAPressAndDrag) {
   const auto source = open_source(kVideo.string(), sensor);
   PipelineOptions options;
   options.outputs = Output::Force | Output::Skin;
-  Pipeline pipeline(context(), sensor, source->format(), options);
+  Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(), options);
   pipeline.set_background(load_background(kVideo.string(), sensor, *source));
   double still_px = 0, peak_px = 0, median_peak_px = 0;
   uint32_t most_lost = 0, frames = 0, points = 0;

@@ -153,7 +153,7 @@ struct MeasuredRun {
 /// Measures and shows on the context's device until the viewer ends or the device is lost.
 void run_on_device(gpu::Context& context, LiveSession& session, const MeasuredRun& run, LatencyLog& latency,
                    CapturedPtr& next, LiveReport& report) {
-  Pipeline pipeline(context, run.sensor, session.source()->format(), run.pipeline);
+  Pipeline pipeline(context, for_rectified_frames(run.sensor), session.source()->format(), run.pipeline);
   pipeline.set_background(run.background);
   const std::unique_ptr<LiveViewer> viewer = run.make_viewer(session, latency);
   SessionThread engine(

@@ -60,7 +60,7 @@ Stream::Stream(std::shared_ptr<gpu::Context> device, const StreamRequest& reques
   source_ = open_source(input.input, input.sensor);
   source_->watch([this] { return stopping_ || (opening_ && *opening_) || out_of_patience(); });
   background_ = load_background(input.input, input.sensor, *source_);
-  pipeline_ = std::make_shared<Pipeline>(*device_, input.sensor, source_->format(),
+  pipeline_ = std::make_shared<Pipeline>(*device_, for_rectified_frames(input.sensor), source_->format(),
                                          PipelineOptions{.outputs = input.outputs,
                                                          .solver = request_.solver,
                                                          .slots = kSlots,

@@ -264,6 +264,11 @@ PALPATE_API bool has_scale(const Sensor& sensor);
 /// more than 2 % of full scale; no scale, no calibration, no surface.
 PALPATE_API Sensor uncalibrated_sensor(const FrameFormat& format);
 
+/// The sensor for frames that Rectifier has made, as a source delivers them: without camera_px, crop_px,
+/// quad_px, lens and flat, which the frames have behind them. A Pipeline refuses a sensor that still has
+/// some.
+PALPATE_API Sensor for_rectified_frames(Sensor sensor);
+
 /// The sensor's own layer, or that of its surface.elastic where it has a thickness.
 PALPATE_API std::optional<LayerCalibration> layer_of(const Sensor& sensor);
 
