@@ -1,6 +1,7 @@
 #include "capture/calibrate/gauged_recording.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -39,6 +40,14 @@ void take_truth(const Source& source, GaugedRecording& recording) {
     f.fx_N = truth->shear_x_N;
     f.fy_N = truth->shear_y_N;
   }
+}
+
+/// What light says of the force in each frame.
+std::vector<double> light_of(const GaugedRecording& recording) {
+  std::vector<double> light;
+  for (const GaugedFrame& f : recording.frames)
+    light.push_back(f.touch.gradient_sum.value_or(f.touch.contact ? f.touch.gray_sum : 0));
+  return light;
 }
 
 /// Signals of both sides for the comparison of clocks: the normal force or, without one, the shift of the
@@ -81,7 +90,7 @@ double correlation(const GaugedRecording& recording, const std::vector<double>& 
 /// force that does not rise and fall with the touch. Thresholds: own tables of 18 presses, 0.33 to 0.99; of
 /// 306 wrong ones 256 are refused.
 void refuse_another_gauge(GaugedRecording& recording, const Gauge& gauge) {
-  constexpr double kLeast = 0.25, kBetter = 0.2;
+  constexpr double kLeast = 0.25, kBetter = 0.2, kOpposite = 0.7;
   constexpr int64_t kFarthest = 60, kStep = 4;
   const uint64_t last = recording.frames.back().touch.sequence, frames = last + 1;
   const uint64_t tolerated = std::max<uint64_t>(3, frames / 50);
@@ -96,11 +105,12 @@ void refuse_another_gauge(GaugedRecording& recording, const Gauge& gauge) {
     recording.notes.push_back("the gauge counts to frame " + std::to_string(gauge.frames.back()) +
                               ", the recording to " + std::to_string(last) + ": is it of this recording?");
   if (gauge.force_N.empty()) return;
-  std::vector<double> signal;
-  for (const GaugedFrame& f : recording.frames)
-    signal.push_back(f.touch.gradient_sum.value_or(f.touch.contact ? f.touch.gray_sum : 0));
+  const std::vector<double> signal = light_of(recording);
   const double here = correlation(recording, signal, gauge, 0);
   if (std::isnan(here)) return;
+  if (here < -kOpposite)
+    refuse(gauge.file + ", whose force does not follow the touch (correlation " + number(here, "%.2f") +
+           "): it falls where the touch grows, of the other sign or of another recording");
   if (here < kLeast)
     refuse(gauge.file + ", whose force does not follow the touch (correlation " + number(here, "%.2f") + ")");
   for (int64_t late = -kFarthest; late <= kFarthest; late += kStep) {
@@ -141,6 +151,86 @@ void refuse_touched_background(const GaugedRecording& recording, uint32_t first_
         "\"background\": {\"image\": \"FILE\"} in the sensor file, or a recording that begins untouched");
 }
 
+/// Offset of the clocks. A gauge that reads mostly negative forces is turned where its forces then go better
+/// with the light.
+void align_clocks(GaugedRecording& recording, Gauge& gauge) {
+  if (gauge.reads_negative()) {
+    Gauge turned = gauge;
+    turned.turn();
+    try {
+      recording.alignment = align(recording, turned);
+      gauge = std::move(turned);
+    } catch (const Error&) {
+      // As it is, then: one that was tared while something pressed.
+    }
+  }
+  if (!recording.alignment) recording.alignment = align(recording, gauge);
+  recording.offset_s = recording.alignment->offset_s;
+}
+
+/// The gauge's value at each frame.
+void take_readings(const Gauge& gauge, GaugedRecording& recording) {
+  for (GaugedFrame& f : recording.frames) {
+    const auto at = [&](const std::vector<double>& column) {
+      const std::optional<double> value = gauge.by_frame()
+                                              ? gauge_at_frame(gauge, column, f.touch.sequence)
+                                              : gauge_at(gauge, column, f.time_s - recording.offset_s);
+      return value.value_or(kNaN);
+    };
+    f.force_N = at(gauge.force_N);
+    f.fx_N = at(gauge.fx_N);
+    f.fy_N = at(gauge.fy_N);
+  }
+}
+
+/// Where the light falls with the force of a gauge that reads mostly negative ones, a press is negative to
+/// it.
+bool turn_where_opposite(Gauge& gauge, const GaugedRecording& recording) {
+  if (!gauge.reads_negative()) return false;
+  const std::vector<double> light = light_of(recording);
+  double n = 0, x = 0, y = 0, xy = 0;
+  for (size_t i = 0; i < light.size(); ++i) {
+    const double force_N = recording.frames[i].force_N;
+    if (!std::isfinite(force_N)) continue;
+    n += 1, x += light[i], y += force_N, xy += light[i] * force_N;
+  }
+  if (!(n > 0) || xy - x * y / n >= 0) return false;
+  gauge.turn();
+  return true;
+}
+
+/// Takes what each of the gauge's columns reads untouched off.
+void zero_readings(const GaugeRequest& request, GaugedRecording& recording) {
+  struct Part {
+    double GaugedFrame::*value;
+    const char* name;
+  };
+  constexpr std::array kParts{Part{&GaugedFrame::force_N, "the normal force of "},
+                              Part{&GaugedFrame::fx_N, "fx of "}, Part{&GaugedFrame::fy_N, "fy of "}};
+  std::vector<bool> touched;
+  std::array<std::vector<double>, kParts.size()> readings;
+  double range_N = 0;
+  for (const GaugedFrame& f : recording.frames) touched.push_back(f.touch.contact);
+  for (size_t p = 0; p < kParts.size(); ++p) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const GaugedFrame& f : recording.frames) {
+      const double reading = f.*kParts[p].value;
+      readings[p].push_back(reading);
+      if (std::isfinite(reading)) low = std::min(low, reading), high = std::max(high, reading);
+    }
+    if (low > high) readings[p].clear();  // the gauge has no such column
+    if (low <= high) range_N = std::max(range_N, high - low);
+  }
+  for (size_t p = 0; p < kParts.size(); ++p) {
+    if (readings[p].empty()) continue;
+    // What is pulled along a single direction leaves the other at next to nothing.
+    const std::string note = take_off_zero(readings[p], touched, kParts[p].name + request.gauge,
+                                           p == 0 ? Pressed::Above : Pressed::Either, p == 0 ? 0 : range_N);
+    if (!note.empty()) recording.notes.push_back(note);
+    for (size_t i = 0; i < readings[p].size(); ++i) recording.frames[i].*kParts[p].value = readings[p][i];
+  }
+}
+
 /// `untouched`: first frames that stand for the untouched image.
 void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording& recording) {
   Gauge gauge = read_gauge(request.gauge, request.columns);
@@ -160,30 +250,21 @@ void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording
       throw Error(Failure::Input, "times of the frames of '" + recording.input + "', as the gauge has times",
                   "images, which carry no times", "--rate HZ, or a gauge table with a column frame");
     if (request.alignment.kind == Alignment::Kind::Fixed) recording.offset_s = request.alignment.offset_s;
-    if (request.alignment.kind == Alignment::Kind::Auto) {
-      recording.alignment = align(recording, gauge);
-      recording.offset_s = recording.alignment->offset_s;
-    }
+    if (request.alignment.kind == Alignment::Kind::Auto) align_clocks(recording, gauge);
   }
-  size_t without = 0;
-  for (GaugedFrame& f : recording.frames) {
-    const auto at = [&](const std::vector<double>& column) {
-      const std::optional<double> value = gauge.by_frame()
-                                              ? gauge_at_frame(gauge, column, f.touch.sequence)
-                                              : gauge_at(gauge, column, f.time_s - recording.offset_s);
-      return value.value_or(kNaN);
-    };
-    f.force_N = at(gauge.force_N);
-    f.fx_N = at(gauge.fx_N);
-    f.fy_N = at(gauge.fy_N);
-    without += std::isnan(f.force_N) && std::isnan(f.fx_N);
-  }
+  take_readings(gauge, recording);
+  if (!recording.alignment && turn_where_opposite(gauge, recording)) take_readings(gauge, recording);
+  recording.notes.insert(recording.notes.end(), gauge.notes.begin(), gauge.notes.end());
+  const auto without = static_cast<size_t>(
+      std::count_if(recording.frames.begin(), recording.frames.end(),
+                    [](const GaugedFrame& f) { return std::isnan(f.force_N) && std::isnan(f.fx_N); }));
   if (without == recording.frames.size())
     throw Error(Failure::Input, "gauge readings at the times of the frames of '" + recording.input + "'",
                 gauge.file + ", which has none there",
                 "--align auto, or the gauge's table of this recording");
   if (untouched > 0) refuse_touched_background(recording, untouched);
   if (gauge.by_frame() && !request.alignment.asked) refuse_another_gauge(recording, gauge);
+  zero_readings(request, recording);
   if (without > 0)
     recording.notes.push_back(counted(without, "frame") + " of " + std::to_string(recording.frames.size()) +
                               " without a gauge reading");

@@ -46,8 +46,10 @@ struct GaugeRequest {
 };
 
 /// Measures every frame (a camera is refused) and reads the gauge at its time: straight between its readings,
-/// not across gaps and not beyond its ends. Tables that count frames need no clock. Throws
-/// Error(Failure::Input) where the two cannot be brought together.
+/// not across gaps and not beyond its ends. Tables that count frames need no clock. What each of its columns
+/// reads while nothing touches is taken off, and a normal force to which a press is negative is turned; the
+/// notes say so. Throws Error(Failure::Input) where the two cannot be brought together, and where a column
+/// has no steady zero.
 GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
                                      const GaugeRequest& request, const RunWatch& watch);
 

@@ -37,6 +37,25 @@ std::string joined(const std::vector<std::string>& names) {
   return line;
 }
 
+bool digits(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+bool whole(std::string_view text) {
+  if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
+  return digits(text);
+}
+
+/// How many whole numbers stand before a cell of digits: as many decimal commas the line may have had.
+size_t cut_numbers(const std::vector<std::string>& cells) {
+  size_t count = 0;
+  for (size_t i = 0; i + 1 < cells.size(); ++i)
+    count += whole(cells[i]) && digits(cells[i + 1].substr(0, cells[i + 1].find_first_of("eE")));
+  return count;
+}
+
+constexpr const char* kNoDecimalCommas = "decimal points, or semicolons between the cells";
+
 std::optional<double> parse(std::string cell, bool decimal_comma) {
   if (decimal_comma) std::replace(cell.begin(), cell.end(), ',', '.');
   if (!cell.empty() && cell.front() == '+') cell.erase(0, 1);
@@ -86,11 +105,40 @@ bool CsvTable::read_line() {
     if (width_ == 0) choose_separator();
     cells_ = csv_cells(line_, separator_ != 0 ? std::string_view(&separator_, 1) : options_.separators);
     if (width_ == 0) width_ = cells_.size();
-    if (!options_.ragged && cells_.size() != width_)
-      throw Error(Failure::Input, std::to_string(width_) + " cells in " + where(),
-                  std::to_string(cells_.size()), "as many in each line as in the first");
+    check_width();
     return true;
   }
+}
+
+void CsvTable::check_width() {
+  if (options_.width == CsvWidth::Any || cells_.size() == width_) return;
+  if (options_.width == CsvWidth::Shorter && cells_.size() < width_) return;
+  const bool more = cells_.size() > width_;
+  const auto extra = cells_.begin() + static_cast<ptrdiff_t>(std::min(width_, cells_.size()));
+  const bool points = std::any_of(cells_.begin(), cells_.end(),
+                                  [](const std::string& c) { return c.find('.') != std::string::npos; });
+  // Separators at the line's end are nothing; between commas they may also stand for cells that decimal
+  // commas pushed there.
+  if (options_.width == CsvWidth::Shorter && (points || separator_ != ',') &&
+      std::all_of(extra, cells_.end(), [](const std::string& c) { return c.empty(); })) {
+    cells_.erase(extra, cells_.end());
+    return;
+  }
+  const bool commas = more && separator_ == ',' && !points && cut_numbers(cells_) > 0;
+  throw Error(Failure::Input,
+              (options_.width == CsvWidth::Shorter ? "at most " : "") + std::to_string(width_) +
+                  " cells in " + where(),
+              std::to_string(cells_.size()) +
+                  (commas ? ": decimal commas between cells that commas separate cut numbers in two" : ""),
+              commas ? kNoDecimalCommas : "as many in each line as in the first");
+}
+
+bool CsvTable::seems_cut() const {
+  if (separator_ != ',') return false;
+  for (size_t i = 0; i + 1 < cells_.size(); ++i)
+    if (whole(cells_[i]) && digits(cells_[i + 1]) && cells_[i + 1].size() > 1 && cells_[i + 1].front() == '0')
+      return true;
+  return false;
 }
 
 void CsvTable::choose_separator() {
@@ -132,12 +180,15 @@ const std::string& CsvTable::cell(size_t column) const {
 }
 
 double CsvTable::number(size_t column, const char* remedy) const {
-  const std::optional<double> value = parse(cell(column), separator_ == ';');
+  const std::string& found = cell(column);
+  const std::optional<double> value = parse(found, separator_ == ';' || separator_ == '\t');
   if (value) return *value;
   const std::string name =
       column < columns_.size() ? printable(columns_[column]) : std::to_string(column + 1);
+  // Quotes kept it whole.
+  const bool comma = separator_ == ',' && found.find(',') != std::string::npos && parse(found, true);
   throw Error(Failure::Input, "a finite number in column " + name + ", " + where(),
-              cell(column).empty() ? "none" : printable(cell(column)), remedy);
+              found.empty() ? "none" : printable(found), comma ? kNoDecimalCommas : remedy);
 }
 
 std::optional<double> CsvTable::number_if_any(size_t column) const {
@@ -191,7 +242,8 @@ std::string csv_cell(std::string text) {
 ColumnHeader column_header(const std::string& cell) {
   ColumnHeader header{cell, "", ""};
   const size_t bracket = cell.find_first_of("[(");
-  const size_t split = bracket != std::string::npos ? bracket : cell.rfind('_');
+  size_t split = bracket != std::string::npos ? bracket : cell.rfind('_');
+  if (split == std::string::npos) split = cell.rfind(' ');
   header.name = lower(std::string(trimmed(std::string_view(cell).substr(0, split))));
   if (split != std::string::npos) {
     const size_t end = cell.find_last_not_of("]) ");

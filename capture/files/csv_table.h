@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -12,25 +13,35 @@
 
 namespace palpate {
 
+/// How many cells a line may have.
+enum class CsvWidth : uint8_t {
+  Equal,    ///< as many as the first line
+  Shorter,  ///< that many or fewer
+  Any,
+};
+
 struct CsvOptions {
   std::string_view separators =
-      {};               ///< between cells; empty: semicolon, tab or comma, the first the table has
-  bool header = true;   ///< the first line names the columns
-  bool ragged = false;  ///< lines may have fewer or more cells than the first
+      {};              ///< between cells; empty: semicolon, tab or comma, the first the table has
+  bool header = true;  ///< the first line names the columns
+  CsvWidth width = CsvWidth::Equal;
 };
 
 /// A table that is open for reading. Empty lines and lines that begin with # are left out. Where the
-/// separator is a semicolon, decimal commas are understood. All errors are Error(Failure::Input).
+/// separator is a semicolon or a tab, decimal commas are understood; between commas they would cut numbers in
+/// two, and lines with more cells than the first are refused. All errors are Error(Failure::Input).
 class CsvTable {
  public:
   /// Opens the file and reads its header. `wanted` ("a table of points") begins the error lines. Throws on a
   /// file that cannot be read or, where a header is expected, has no line.
   CsvTable(std::filesystem::path file, std::string wanted, CsvOptions options = {});
 
-  /// Reads the next line; false at the end. Throws on a line with another number of cells than the first
-  /// (unless ragged) or of more than 1 MiB.
+  /// Reads the next line; false at the end. Throws on a line with a number of cells that `width` does not
+  /// allow, with a hint where decimal commas made it so, and on one of more than 1 MiB. Empty cells at a
+  /// line's end may be too many where no decimal comma can have made them.
   bool next();
 
+  const std::filesystem::path& file() const { return file_; }
   /// Names of the columns; empty without a header.
   const std::vector<std::string>& columns() const { return columns_; }
   /// The header's line as it stands.
@@ -49,12 +60,17 @@ class CsvTable {
   /// The same, or none where the cell is empty or "nan".
   std::optional<double> number_if_any(size_t column) const;
 
+  /// The line that was read last has a whole number before digits with a leading zero ("3,05"), which commas
+  /// between cells make of a number with a decimal comma.
+  bool seems_cut() const;
+
   /// "line 3 of FILE", for error lines.
   std::string where() const;
 
  private:
   bool read_line();
   void choose_separator();
+  void check_width();
 
   std::filesystem::path file_;
   std::string wanted_;
@@ -74,7 +90,7 @@ std::vector<std::string> csv_cells(std::string_view line, std::string_view separ
 /// `text` as one cell, in quotes where it needs them; control characters become '?'.
 std::string csv_cell(std::string text);
 
-/// A column's name and unit: "force_mN", "Force [mN]" and "force (mN)" are force and mN.
+/// A column's name and unit: "force_mN", "Force [mN]", "force (mN)" and "force mN" are force and mN.
 struct ColumnHeader {
   std::string text;  ///< as it stands
   std::string name;  ///< in small letters; the whole text where it has no unit

@@ -8,6 +8,7 @@
 #include "capture/files/csv_table.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace palpate::viz {
@@ -47,7 +48,7 @@ void append_event(const std::filesystem::path& folder, const Event& event) {
       << quoted(event.text) << '\n';
   out.close();
   if (!out)
-    throw Error(Failure::Output, "to write '" + file.string() + "'", std::strerror(errno),
+    throw Error(Failure::Output, "to write '" + file.string() + "'", system_words(errno),
                 "a writable folder with room");
 }
 
@@ -56,7 +57,8 @@ std::vector<Event> read_events(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::exists(folder / kName, ignored)) return events;
   // The header is one of the lines that are no event: a file whose writer was killed may lack it.
-  CsvTable table(folder / kName, "a table of events", {.separators = ",", .header = false, .ragged = true});
+  CsvTable table(folder / kName, "a table of events",
+                 {.separators = ",", .header = false, .width = CsvWidth::Any});
   while (table.next()) {
     const std::vector<std::string>& cells = table.cells();
     if (cells.size() < 4) continue;

@@ -1,32 +1,21 @@
 #include "capture/files/gauge.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 #include <utility>
 
 #include "capture/files/csv_table.h"
+#include "capture/files/units.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-struct Unit {
-  std::string_view name;
-  double factor;
-};
-constexpr std::array kTimeUnits{Unit{"s", 1}, Unit{"ms", 1e-3}, Unit{"us", 1e-6}, Unit{"ns", 1e-9}};
-constexpr double kGravity = 9.80665;  // m/s^2, standard
-constexpr std::array kForceUnits{Unit{"N", 1},          Unit{"mN", 1e-3},
-                                 Unit{"kN", 1e3},       Unit{"gf", kGravity / 1000},
-                                 Unit{"kgf", kGravity}, Unit{"lbf", 4.4482216152605}};
-constexpr std::array kAngleUnits{Unit{"rad", 1}, Unit{"deg", std::numbers::pi / 180}};
-
 constexpr double kGap_intervals = 5;
 constexpr double kGap_s = 0.02;
+constexpr double kNegative = 2;  // times the largest force above 0
 
 std::string lower(std::string text) {
   for (char& c : text)
@@ -39,18 +28,11 @@ std::string number_text(double value) {
   return line;
 }
 
-/// A column that is read: where it stands and what turns it into SI.
-struct Column {
-  int index = -1;
-  double factor = 1;
-  explicit operator bool() const { return index >= 0; }
-};
-
 class GaugeTable {
  public:
   GaugeTable(const std::filesystem::path& file, GaugeColumns wanted)
       : file_(file.string()),
-        table_(file, "a gauge's table with the columns time_s and force_N", {.ragged = true}),
+        table_(file, "a gauge's table with the columns time_s and force_N", {.width = CsvWidth::Shorter}),
         wanted_(wanted) {}
 
   Gauge read() {
@@ -70,60 +52,42 @@ class GaugeTable {
     throw Error(Failure::Input, wanted, found, remedy);
   }
 
-  template <size_t N>
-  Column column(const std::vector<ColumnHeader>& headers, std::initializer_list<std::string_view> names,
-                const std::array<Unit, N>& units) const {
-    for (const std::string_view name : names) {
-      for (size_t i = 0; i < headers.size(); ++i) {
-        const ColumnHeader& h = headers[i];
-        const bool bare = lower(h.text) == name;
-        if (h.name != name && !bare) continue;
-        std::string known;
-        for (const Unit& unit : units) {
-          if (!bare && h.unit == unit.name) return {static_cast<int>(i), unit.factor};
-          known += (known.empty() ? "" : ", ") + std::string(unit.name);
-        }
-        fail("a unit (" + known + ") in the header of column " + printable(h.text) + " of " + file_,
-             bare || h.unit.empty() ? "none" : printable(h.unit),
-             "naming it, such as " + std::string(name) + "_" + std::string(units[0].name));
-      }
-    }
-    return {};
+  std::optional<QuantityColumn> column(std::initializer_list<std::string_view> names, Quantity quantity) {
+    std::optional<QuantityColumn> found = find_quantity(table_, names, quantity);
+    if (found && !found->note.empty()) gauge_.notes.push_back(found->note + " in " + file_);
+    return found;
   }
 
   void find_columns() {
     const std::string& line = table_.header_line();
-    std::vector<ColumnHeader> headers;
-    for (const std::string& cell : table_.columns()) headers.push_back(column_header(cell));
-    time_ = column(headers, {"time", "t"}, kTimeUnits);
+    time_ = column({"time", "t"}, Quantity::Time_s);
     if (!time_)
-      for (size_t i = 0; i < headers.size(); ++i)
-        if (lower(headers[i].text) == "frame") frame_ = {static_cast<int>(i), 1};
+      for (size_t i = 0; i < table_.columns().size(); ++i)
+        if (lower(table_.columns()[i]) == "frame") frame_ = QuantityColumn{i, 1, {}};
     if (!time_ && !frame_)
       fail("a column time_s (or _ms, _us, _ns) or frame in " + file_, "the header " + printable(line),
            "naming the columns in the first line");
-    if (wanted_ != GaugeColumns::Tangential) {
-      force_ = column(headers, {"force", "fz", "normal_force", "load"}, kForceUnits);
-      if (!force_)
-        fail("a column force_N (or _mN, _kN, _gf, _kgf, _lbf) in " + file_, "the header " + printable(line),
-             "naming the column of the normal force so");
-    } else {
-      force_ = column(headers, {"force", "fz", "normal_force", "load"}, kForceUnits);
-    }
+    force_ = column({"force", "fz", "normal_force", "force_z", "load", "weight", "mass"}, Quantity::Force_N);
+    if (!force_ && wanted_ != GaugeColumns::Tangential)
+      fail("a column force_N (or _mN, _kN, _gf, _kgf, _lbf) in " + file_, "the header " + printable(line),
+           "naming the column of the normal force so");
     if (wanted_ == GaugeColumns::Normal) return;
-    fx_ = column(headers, {"fx"}, kForceUnits);
-    fy_ = column(headers, {"fy"}, kForceUnits);
+    fx_ = column({"fx"}, Quantity::Force_N);
+    fy_ = column({"fy"}, Quantity::Force_N);
     if (!fx_ && !fy_) {
-      shear_ = column(headers, {"shear"}, kForceUnits);
-      direction_ = column(headers, {"direction"}, kAngleUnits);
+      shear_ = column({"shear"}, Quantity::Force_N);
+      direction_ = column({"direction"}, Quantity::Angle_rad);
+    } else if (!fx_ || !fy_) {
+      gauge_.notes.push_back(std::string("no column ") + (fx_ ? "fy_N" : "fx_N") + " in " + file_ +
+                             ": its force is taken as 0");
     }
     if ((shear_ && direction_) || fx_ || fy_) return;
     fail("tangential forces in " + file_ + ": columns fx_N and fy_N, or shear_N and direction_deg",
          "the header " + printable(line), "a gauge that measures along the pad");
   }
 
-  double number(const Column& column) const {
-    return table_.number(static_cast<size_t>(column.index)) * column.factor;
+  double number(const std::optional<QuantityColumn>& column) const {
+    return table_.number(column->index) * column->factor;
   }
 
   void add() {
@@ -173,7 +137,7 @@ class GaugeTable {
   std::string file_;
   CsvTable table_;
   GaugeColumns wanted_;
-  Column time_, frame_, force_, fx_, fy_, shear_, direction_;
+  std::optional<QuantityColumn> time_, frame_, force_, fx_, fy_, shear_, direction_;
   Gauge gauge_;
 };
 
@@ -181,6 +145,34 @@ class GaugeTable {
 
 Gauge read_gauge(const std::filesystem::path& file, GaugeColumns wanted) {
   return GaugeTable(file, wanted).read();
+}
+
+bool Gauge::reads_negative() const {
+  if (force_N.empty()) return false;
+  const auto [low, high] = std::minmax_element(force_N.begin(), force_N.end());
+  return *low < 0 && -*low > kNegative * *high;
+}
+
+void Gauge::turn() {
+  const double low = *std::min_element(force_N.begin(), force_N.end());
+  for (double& force : force_N) force = -force;
+  notes.push_back(file + text(" reads down to %.4g N: its sign is turned, so that a press is positive", low));
+}
+
+std::string take_off_zero(std::vector<double>& readings, const std::vector<bool>& touched,
+                          const std::string& what, Pressed pressed, double range_N) {
+  const std::optional<GaugeZero> zero = find_gauge_zero(readings, touched, pressed, range_N);
+  if (!zero) return what + ": no frames without a touch, so that its zero is not known";
+  const std::string value = text("%+.4g +- %.2g N", zero->offset, zero->sd);
+  if (!zero->steady())
+    throw Error(
+        Failure::Input, "a gauge that reads the same whenever nothing touches",
+        what + ", which reads " + value + text(" there and differs by %.3g N between presses", zero->spread),
+        "a gauge that was left to settle and tared, or the table of this recording");
+  if (!zero->differs()) return {};
+  for (double& reading : readings) reading -= zero->offset;
+  return what + " reads " + value + " where nothing touches (" + std::to_string(zero->readings) +
+         " frames): taken off";
 }
 
 std::optional<double> gauge_at(const Gauge& gauge, const std::vector<double>& column, double time_s) {

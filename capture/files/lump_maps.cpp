@@ -24,9 +24,13 @@ fem::Map read_table(const std::filesystem::path& file) {
   const auto refuse = [&](const std::string& found) {
     throw Error(Failure::Input, wanted, found + " in " + file.string(), "a .npy file or a table of numbers");
   };
-  CsvTable table(file, wanted, {.header = false, .ragged = true});
+  CsvTable table(file, wanted, {.header = false, .width = CsvWidth::Any});
   fem::Map map;
+  std::string cut;  // the first line whose numbers seem to be cut at decimal commas
+  bool points = false;
   while (table.next()) {
+    if (cut.empty() && table.seems_cut()) cut = table.where();
+    for (const std::string& cell : table.cells()) points = points || cell.find('.') != std::string::npos;
     const auto cells = static_cast<uint32_t>(table.cells().size());
     if (cells > kMostNodes) refuse("a line of more than 4096 numbers");
     if (map.height == 0) map.width = cells;
@@ -37,6 +41,9 @@ fem::Map read_table(const std::filesystem::path& file) {
       map.values.push_back(static_cast<float>(table.number_if_any(i).value_or(kNotANumber)));
   }
   if (map.height == 0) refuse("nothing");
+  if (!cut.empty() && !points)
+    throw Error(Failure::Input, wanted, cut + ", where decimal commas cut numbers in two",
+                "decimal points, or semicolons between the numbers");
   return map;
 }
 

@@ -22,6 +22,29 @@ std::string number(double value) {
   return line;
 }
 
+/// Columns x, y and, where there is one, z: bare, or all with the same unit, whatever it is.
+std::vector<size_t> axes_of(const CsvTable& table) {
+  const auto find = [&table](const std::string& axis, const std::string* unit) -> std::optional<size_t> {
+    for (size_t i = 0; i < table.columns().size(); ++i) {
+      const ColumnHeader header = column_header(table.columns()[i]);
+      if (header.name == axis && (!unit || header.unit == *unit)) return i;
+    }
+    return std::nullopt;
+  };
+  std::vector<size_t> columns;
+  const std::optional<size_t> bare = table.find("x"), x = bare ? bare : find("x", nullptr);
+  if (!x) table.require({"x", "y"});  // says what is missing
+  const std::string unit = column_header(table.columns()[*x]).unit;
+  columns.push_back(*x);
+  if (const auto y = find("y", &unit)) columns.push_back(*y);
+  if (columns.size() < 2 && find("y", nullptr))
+    throw Error(Failure::Input, "one unit for x and y in the first line of " + table.file().string(),
+                printable(table.header_line()), "x_mm,y_mm or x,y");
+  if (columns.size() < 2) table.require({unit.empty() ? "y" : "y_" + unit});
+  if (const auto z = find("z", &unit)) columns.push_back(*z);
+  return columns;
+}
+
 std::string points_csv(const PointSet& set) {
   std::string text = set.axes == 2 ? "x,y\n" : "x,y,z\n";
   for (size_t i = 0; i < set.size(); ++i)
@@ -55,8 +78,7 @@ size_t pairs_of(const MatchResult& result) {
 
 PointSet read_points(const fs::path& file) {
   CsvTable table(file, "a table of points, columns x,y or x,y,z");
-  std::vector<size_t> columns = table.require({"x", "y"});
-  if (const auto z = table.find("z")) columns.push_back(*z);
+  const std::vector<size_t> columns = axes_of(table);
   PointSet set;
   set.axes = static_cast<uint32_t>(columns.size());
   while (set.size() <= kMostPoints && table.next())

@@ -11,6 +11,7 @@
 #include "capture/files/csv_table.h"
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
+#include "capture/files/units.h"
 #include "engine/stages/surface/elastic.h"
 #include "palpate/error.h"
 
@@ -190,7 +191,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   const std::optional<Result> result = pipeline_.wait();
   const Touch& t = result->touch;
   const std::vector<float> depth = t.surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
-  why_not_ = !t.contact           ? "nothing touches"
+  why_not_ = !t.contact           ? kUntouched
              : t.at_border        ? "the contact reaches the border"
              : t.saturated_px > 0 ? "saturated pixels"
                                   : "";
@@ -235,38 +236,54 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   return p;
 }
 
-std::vector<PressFrame> read_press_table(const std::filesystem::path& file) {
+std::vector<PressFrame> read_press_table(const std::filesystem::path& file, std::vector<std::string>& notes) {
   CsvTable table(file, "a table of presses");
-  const auto column = [&](const std::string& name) { return table.find(name); };
-  const auto force = column("force_N"), force_sd = column("force_sd_N");
-  if (!force)
+  std::vector<size_t> read;
+  const auto column = [&](std::initializer_list<std::string_view> names, Quantity quantity) {
+    std::optional<QuantityColumn> found = find_quantity(table, names, quantity);
+    if (found) read.push_back(found->index);
+    if (found && !found->note.empty()) notes.push_back(found->note);
+    return found;
+  };
+  struct Reading {
+    std::optional<QuantityColumn> value, sd;
+  };
+  const auto lengths = [&](std::string_view name, std::string_view name_sd) {
+    return Reading{column({name}, Quantity::Length_mm), column({name_sd}, Quantity::Length_mm)};
+  };
+  const Reading force{column({"force", "fz", "normal_force", "load"}, Quantity::Force_N),
+                      column({"force_sd"}, Quantity::Force_N)},
+      area{column({"area"}, Quantity::Area_mm2), column({"area_sd"}, Quantity::Area_mm2)},
+      radius = lengths("radius", "radius_sd"), depth = lengths("depth", "depth_sd"),
+      mean_depth = lengths("mean_depth", "mean_depth_sd"), approach = lengths("approach", "approach_sd");
+  if (!force.value)
     throw Error(Failure::Input, "a column force_N in '" + file.string() + "'", "none",
                 "force_N, and radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm");
+  if (const std::string unread = unread_columns(table, read); !unread.empty()) notes.push_back(unread);
   std::vector<PressFrame> frames;
   while (table.next()) {
-    const auto at = [&](std::optional<size_t> c) {
-      return c ? table.number_if_any(*c).value_or(kNaN) : kNaN;
+    const auto at = [&](const std::optional<QuantityColumn>& c) {
+      return c ? c->factor * table.number_if_any(c->index).value_or(kNaN) : kNaN;
     };
-    const auto reading = [&](const char* name) {
-      const std::string stem(name);
-      const double sd = at(column(stem + "_sd_mm"));
-      return PressValue{at(column(stem + "_mm")), sd == sd ? sd : 0};
+    const auto reading = [&](const Reading& r) {
+      const double sd = at(r.sd);
+      return PressValue{at(r.value), sd == sd ? sd : 0};
     };
     PressFrame f;
-    f.force_N = at(force);
+    f.force_N = at(force.value);
     if (f.force_N != f.force_N)
       throw Error(Failure::Input, "a force in every row of '" + file.string() + "'", "an empty cell",
                   "rows without a force left out");
-    f.force_sd_N = at(force_sd) == at(force_sd) ? at(force_sd) : 0;
-    f.radius_mm = reading("radius");
-    if (const double area = at(column("area_mm2")); !f.radius_mm.known() && area >= 0) {
-      const double sd = at(column("area_sd_mm2"));
-      f.radius_mm.value = std::sqrt(area / kPi);
-      if (sd == sd && area > 0) f.radius_mm.sd = sd / (2 * kPi * f.radius_mm.value);
+    f.force_sd_N = at(force.sd) == at(force.sd) ? at(force.sd) : 0;
+    f.radius_mm = reading(radius);
+    if (const double mm2 = at(area.value); !f.radius_mm.known() && mm2 >= 0) {
+      const double sd = at(area.sd);
+      f.radius_mm.value = std::sqrt(mm2 / kPi);
+      if (sd == sd && mm2 > 0) f.radius_mm.sd = sd / (2 * kPi * f.radius_mm.value);
     }
-    f.depth_mm = reading("depth");
-    f.mean_depth_mm = reading("mean_depth");
-    f.approach_mm = reading("approach");
+    f.depth_mm = reading(depth);
+    f.mean_depth_mm = reading(mean_depth);
+    f.approach_mm = reading(approach);
     frames.push_back(f);
   }
   if (frames.empty())
@@ -288,13 +305,17 @@ std::string press_table(const std::vector<PressFrame>& frames) {
 }
 
 std::vector<double> read_approach_table(const std::filesystem::path& file,
-                                        const std::vector<uint64_t>& frames) {
+                                        const std::vector<uint64_t>& frames,
+                                        std::vector<std::string>& notes) {
   CsvTable table(file, "a table of approaches, columns frame,approach_mm");
-  const std::vector<size_t> columns = table.require({"frame", "approach_mm"});
+  const size_t frame = table.require({"frame"}).front();
+  const std::optional<QuantityColumn> approach = find_quantity(table, {"approach"}, Quantity::Length_mm);
+  if (!approach) table.require({"approach_mm"});  // says that it is not there
+  if (!approach->note.empty()) notes.push_back(approach->note);
   std::vector<std::array<double, 2>> rows;  // frame, mm
   while (table.next())
-    rows.push_back(
-        {table.number_if_any(columns[0]).value_or(kNaN), table.number_if_any(columns[1]).value_or(kNaN)});
+    rows.push_back({table.number_if_any(frame).value_or(kNaN),
+                    approach->factor * table.number_if_any(approach->index).value_or(kNaN)});
   std::vector<double> found;
   for (const uint64_t wanted : frames) {
     double value = kNaN;

@@ -41,6 +41,7 @@ class PressReader {
   std::optional<PressFrame> read(const Frame& frame);
   bool depth_by_pressure() const { return sensor_.reconstruction == Reconstruction::Elastic; }
   const std::string& why_not() const { return why_not_; }
+  static constexpr const char* kUntouched = "nothing touches";
 
  private:
   Sensor sensor_;
@@ -51,13 +52,15 @@ class PressReader {
 };
 
 /// Columns force_N, and any of radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm, each also with
-/// _sd before its unit (force_sd_N, radius_sd_mm). Other columns are not read, empty cells are not measured.
-/// Throws Error(Failure::Input) naming file, line and column.
-std::vector<PressFrame> read_press_table(const std::filesystem::path& file);
+/// _sd before its unit (force_sd_N, radius_sd_mm), and in other units (radius_um). Empty cells are not
+/// measured. `notes` gets a line for units that were converted and one for columns that are not read. Throws
+/// Error(Failure::Input) naming file, line and column.
+std::vector<PressFrame> read_press_table(const std::filesystem::path& file, std::vector<std::string>& notes);
 std::string press_table(const std::vector<PressFrame>& frames);
 
-/// Column approach_mm of a table by frame: for each of these frames, straight between rows; NaN outside.
+/// Column approach_mm (or _um, _cm ...) of a table by frame: for each of these frames, straight between rows;
+/// NaN outside. `notes` as above.
 std::vector<double> read_approach_table(const std::filesystem::path& file,
-                                        const std::vector<uint64_t>& frames);
+                                        const std::vector<uint64_t>& frames, std::vector<std::string>& notes);
 
 }  // namespace palpate

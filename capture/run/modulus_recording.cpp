@@ -1,6 +1,7 @@
 #include "capture/run/modulus_recording.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -16,15 +17,40 @@ namespace {
 constexpr size_t kMostPresses = 80;   // that are fitted, evenly over their forces
 constexpr double kLeastForce = 0.05;  // of the largest: below it a contact is only beginning
 
-/// The gauge's force in place of the image's; false where it has no reading.
-bool set_force(const Gauge& gauge, const Frame& frame, PressFrame& press) {
+/// The gauge at a frame; NaN where it has no reading.
+double force_at(const Gauge& gauge, const Frame& frame) {
   const std::optional<double> force =
       gauge.by_frame() ? gauge_at_frame(gauge, gauge.force_N, frame.sequence)
                        : gauge_at(gauge, gauge.force_N, static_cast<double>(frame.time_ns) * 1e-9);
-  if (!force) return false;
-  press.force_N = std::max(0.0, *force);
-  press.force_sd_N = 0;
-  return true;
+  return force.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// Presses in the order of their frames, until the gauge's zero is known.
+struct Readings {
+  std::vector<double> force_N;  ///< of the gauge at every frame; empty without a gauge
+  std::vector<bool> touched;    ///< every frame
+  std::vector<PressFrame> presses;
+  std::vector<size_t> frame_of;    ///< of each press
+  std::vector<uint64_t> sequence;  ///< of each press
+};
+
+/// The gauge's forces, less its zero, in place of the image's; presses without a reading go. Gives how many.
+size_t take_gauge(const std::string& gauge, Readings& r, std::vector<std::string>& notes) {
+  const std::string zero = take_off_zero(r.force_N, r.touched, "the force of " + gauge);
+  if (!zero.empty()) notes.push_back(zero);
+  Readings kept;
+  for (size_t i = 0; i < r.presses.size(); ++i) {
+    const double force_N = r.force_N[r.frame_of[i]];
+    if (!std::isfinite(force_N)) continue;
+    kept.presses.push_back(r.presses[i]);
+    kept.presses.back().force_N = std::max(0.0, force_N);
+    kept.presses.back().force_sd_N = 0;
+    kept.sequence.push_back(r.sequence[i]);
+  }
+  const size_t without = r.presses.size() - kept.presses.size();
+  r.presses = std::move(kept.presses);
+  r.sequence = std::move(kept.sequence);
+  return without;
 }
 
 /// Without the frames in which a press only begins, by force.
@@ -61,6 +87,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   const MeasuredInput& input = recording.input;
   std::optional<Gauge> gauge;
   if (!recording.gauge.empty()) gauge = read_gauge(recording.gauge, GaugeColumns::Normal);
+  if (gauge && gauge->reads_negative()) gauge->turn();
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
@@ -68,24 +95,29 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   SamplePresses presses;
   presses.depth_by_pressure = reader.depth_by_pressure();
   std::map<std::string, size_t> left;
-  std::vector<uint64_t> numbers;
-  std::vector<PressFrame> all;
+  if (gauge) presses.notes = gauge->notes;
+  Readings readings;
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));
-  uint64_t done = 0;
   for (Frame frame; !watch.stopped() && source->next(frame);) {
-    progress(++done);
-    std::optional<PressFrame> p = reader.read(frame);
+    const std::optional<PressFrame> p = reader.read(frame);
+    if (gauge) readings.force_N.push_back(force_at(*gauge, frame));
+    readings.touched.push_back(p || reader.why_not() != PressReader::kUntouched);
+    progress(readings.touched.size());
     if (!p) {
       ++left[reader.why_not()];
-    } else if (gauge && !set_force(*gauge, frame, *p)) {
-      ++left["the gauge has no reading"];
-    } else {
-      all.push_back(*p);
-      numbers.push_back(frame.sequence);
+      continue;
     }
+    readings.presses.push_back(*p);
+    readings.frame_of.push_back(readings.touched.size() - 1);
+    readings.sequence.push_back(frame.sequence);
   }
+  if (gauge)
+    if (const size_t without = take_gauge(recording.gauge.string(), readings, presses.notes); without > 0)
+      left["the gauge has no reading"] = without;
+  std::vector<PressFrame>& all = readings.presses;
   if (!recording.approach.empty()) {
-    const std::vector<double> approach = read_approach_table(recording.approach, numbers);
+    const std::vector<double> approach =
+        read_approach_table(recording.approach, readings.sequence, presses.notes);
     for (size_t i = 0; i < all.size(); ++i) all[i].approach_mm = {approach[i], recording.stage_sd_mm};
   }
   keep_strong(all);

@@ -29,6 +29,17 @@ const Sensor& check_sensor(const Sensor& sensor, const std::string& recording) {
   return sensor;
 }
 
+/// Frames whose light is that of a touch.
+std::vector<bool> touched_by(const std::vector<double>& light) {
+  constexpr double kTouch = 0.03;  // of the most
+  double most = 0;
+  for (const double l : light)
+    if (std::abs(l) > std::abs(most)) most = l;
+  std::vector<bool> touched;
+  for (const double l : light) touched.push_back(most != 0 && l / most > kTouch);
+  return touched;
+}
+
 void take_gauge(const RecordedPress& press, PressTimeline& t, std::vector<std::string>& notes) {
   if (press.gauge == "truth") {
     const std::optional<TissueOptions> options = tissue_behind(t.input);
@@ -39,7 +50,9 @@ void take_gauge(const RecordedPress& press, PressTimeline& t, std::vector<std::s
     for (const uint64_t sequence : t.sequence) t.force_N.push_back(source.block_force_N(sequence));
     return;
   }
-  const Gauge gauge = read_gauge(press.gauge, GaugeColumns::Normal);
+  Gauge gauge = read_gauge(press.gauge, GaugeColumns::Normal);
+  if (gauge.reads_negative()) gauge.turn();
+  for (const std::string& note : gauge.notes) notes.push_back(press.recording + ": " + note);
   double offset_s = 0;
   if (!gauge.by_frame()) {
     std::vector<std::pair<double, double>> breaks;
@@ -52,6 +65,8 @@ void take_gauge(const RecordedPress& press, PressTimeline& t, std::vector<std::s
     t.force_N.push_back((gauge.by_frame() ? gauge_at_frame(gauge, gauge.force_N, t.sequence[i])
                                           : gauge_at(gauge, gauge.force_N, t.time_s[i] - offset_s))
                             .value_or(kNaN));
+  const std::string zero = take_off_zero(t.force_N, touched_by(t.light), "the force of " + press.gauge);
+  if (!zero.empty()) notes.push_back(press.recording + ": " + zero);
 }
 
 double mean_light(const Frame& frame, const Frame& background) {

@@ -70,7 +70,7 @@ lump::ScanPress press_of(const PressTimeline& t, const RecordedPress& press,
 
 std::vector<RecordedPress> read_places(const fs::path& table, const std::vector<std::string>& recordings,
                                        const std::string& gauge) {
-  CsvTable rows(table, "a table of places, columns recording,x_mm,y_mm", {.ragged = true});
+  CsvTable rows(table, "a table of places, columns recording,x_mm,y_mm", {.width = CsvWidth::Shorter});
   const std::vector<size_t> columns = rows.require({"recording", "x_mm", "y_mm"});
   const std::optional<size_t> gauge_column = rows.find("gauge");
   std::vector<RecordedPress> all;

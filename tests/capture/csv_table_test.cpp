@@ -44,6 +44,7 @@ TEST(CsvLine, HeadersHaveUnits) {
   is("normal_force (kgf)", "normal_force", "kgf");
   is("frame", "frame", "");
   is("Time (s) ", "time", "s");
+  is("Force kN", "force", "kN");
 }
 
 class CsvTableTest : public testing::Test {
@@ -101,6 +102,49 @@ TEST_F(CsvTableTest, TheSeparatorIsTheTablesOwn) {
   EXPECT_EQ(bare.number(1), 2);
 }
 
+TEST_F(CsvTableTest, DecimalCommasAreUnderstoodWhereTheyAreNoSeparator) {
+  CsvTable tab = open("x\ty\n1,5\t-2,25e1\n");
+  ASSERT_TRUE(tab.next());
+  EXPECT_EQ(tab.number(0), 1.5);
+  EXPECT_EQ(tab.number(1), -22.5);
+  CsvTable semicolon = open("x;y;z\n1,5;2;;;\n", {.width = CsvWidth::Shorter});
+  ASSERT_TRUE(semicolon.next());
+  EXPECT_EQ(semicolon.cells().size(), 3u) << "separators at the end are nothing";
+  EXPECT_EQ(semicolon.number(0), 1.5);
+}
+
+TEST_F(CsvTableTest, DecimalCommasBetweenCommasAreNamed) {
+  for (const CsvWidth width : {CsvWidth::Equal, CsvWidth::Shorter})
+    for (const char* text : {"frame,force_N\n0,0,00\n", "t,f\n0,5,1,25\n", "x,y\n-1,5,2\n", "x,y\n1,5e-3,2\n",
+                             "frame,force_N,note\n0,0,00,\n"}) {
+      CsvTable table = open(text, {.width = width});
+      says([&] { table.next(); }, "decimal commas");
+      says([&] { open(text, {.width = width}).next(); }, "semicolons between the cells");
+    }
+  // More cells for another reason are refused without that hint; with points, empty ones at the end are read.
+  CsvTable words = open("frame,note\n0,one, two\n", {.width = CsvWidth::Shorter});
+  says([&] { words.next(); }, "at most 2 cells in line 2");
+  EXPECT_EQ(refusal([&] { open("frame,note\n0,one, two\n").next(); }).find("decimal"), std::string::npos);
+  CsvTable ends = open("x,y\n1,2.5,,\n1\n", {.width = CsvWidth::Shorter});
+  ASSERT_TRUE(ends.next());
+  EXPECT_EQ(ends.number(1), 2.5);
+  EXPECT_TRUE(ends.next());
+  CsvTable quoted = open("x,y\n1,\"2,5\"\n");
+  ASSERT_TRUE(quoted.next());
+  says([&] { quoted.number(1); }, "decimal points");
+}
+
+TEST_F(CsvTableTest, ALineThatSeemsCut) {
+  const auto seems_cut = [&](const char* line) {
+    CsvTable table = open(line, {.header = false});
+    return table.next() && table.seems_cut();
+  };
+  EXPECT_TRUE(seems_cut("12,05,3,7\n"));
+  EXPECT_FALSE(seems_cut("12,5,0,7\n"));
+  EXPECT_FALSE(seems_cut("12.5,05\n"));
+  EXPECT_FALSE(seems_cut("12;05\n"));
+}
+
 TEST_F(CsvTableTest, RefusesWithWhatIsWrong) {
   says([&] { open("# only a remark\n"); }, "an empty file");
   says([&] { CsvTable(folder_ / "none.csv", "a table"); }, "none.csv: no such file");
@@ -112,7 +156,7 @@ TEST_F(CsvTableTest, RefusesWithWhatIsWrong) {
   CsvTable ragged = open("x,y\n1,2\n3\n");
   ASSERT_TRUE(ragged.next());
   says([&] { ragged.next(); }, "2 cells in line 3");
-  CsvTable words = open("x,y\n1,many\n2,inf\n", {.ragged = true});
+  CsvTable words = open("x,y\n1,many\n2,inf\n", {.width = CsvWidth::Shorter});
   ASSERT_TRUE(words.next());
   says([&] { words.number(1); }, "a finite number in column 'y', line 2");
   says([&] { words.number(1); }, "found 'many'");

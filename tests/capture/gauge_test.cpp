@@ -57,6 +57,64 @@ TEST_F(GaugeFile, UnitsComeFromTheHeader) {
   }
 }
 
+TEST_F(GaugeFile, UnitsOfScalesAndOtherSpellingsAreConvertedAndSaid) {
+  for (const auto& [header, force] : {std::pair{"time_s,force_kg", 9.80665},
+                                      {"time_s,force_g", 9.80665e-3},
+                                      {"time_s,force_KG", 9.80665},
+                                      {"time_s,Force [Kgf]", 9.80665},
+                                      {"time_s,load (lbs)", 4.4482216152605},
+                                      {"time_s,force_lb", 4.4482216152605},
+                                      {"time_s,force_GF", 9.80665e-3},
+                                      {"time_s,Fz (KN)", 1e3},
+                                      {"time_s,Force mn", 1e-3},
+                                      {"time_s,weight_g", 9.80665e-3},
+                                      {"time_s,force_n", 1.0}}) {
+    const Gauge g = read(std::string(header) + "\n1,0\n2,10\n3,5\n");
+    EXPECT_NEAR(g.force_N[1], 10 * force, 1e-12 * force) << header;
+    ASSERT_EQ(g.notes.size(), 1u) << header;
+    EXPECT_NE(g.notes[0].find("is read in "), std::string::npos) << g.notes[0];
+  }
+  EXPECT_TRUE(read("time_s,force_N\n1,0\n2,1\n3,2\n").notes.empty());
+  EXPECT_NE(read("frame,force_kg\n1,0\n2,1\n3,2\n").notes[0].find("kgf (9.80665 N each)"), std::string::npos);
+  // A column of another meaning that begins alike is passed over.
+  EXPECT_EQ(read("time_s,force_state,force_N\n1,0,3\n2,1,4\n3,2,5\n").force_N[0], 3);
+}
+
+TEST_F(GaugeFile, AMissingDirectionIsSaid) {
+  const Gauge g = read("time_s,fx_N\n1,0\n2,1\n3,2\n", GaugeColumns::Tangential);
+  ASSERT_EQ(g.notes.size(), 1u);
+  EXPECT_NE(g.notes[0].find("no column fy_N"), std::string::npos) << g.notes[0];
+}
+
+TEST_F(GaugeFile, AGaugeToWhichAPressIsNegativeIsTurned) {
+  Gauge g = read("time_s,force_N\n1,0.1\n2,-4\n3,-2\n");
+  EXPECT_TRUE(g.reads_negative());
+  g.turn();
+  EXPECT_EQ(g.force_N[1], 4);
+  EXPECT_NE(g.notes.back().find("down to -4 N"), std::string::npos) << g.notes.back();
+  EXPECT_FALSE(g.reads_negative());
+  EXPECT_FALSE(read("time_s,force_N\n1,-1\n2,4\n3,2\n").reads_negative());
+}
+
+TEST_F(GaugeFile, WhatItReadsUntouchedIsTakenOffOrRefused) {
+  std::vector<double> force(60, 0.8);
+  std::vector<bool> touched(60);
+  for (size_t i = 20; i < 40; ++i) force[i] = 2.3, touched[i] = true;
+  const std::string said = take_off_zero(force, touched, "fx of gauge.csv");
+  EXPECT_NE(said.find("fx of gauge.csv reads +0.8 +- 0 N where nothing touches"), std::string::npos) << said;
+  EXPECT_NEAR(force[0], 0, 1e-12);
+  EXPECT_NEAR(force[30], 1.5, 1e-12);
+  EXPECT_EQ(take_off_zero(force, touched, ""), "") << "now it is right";
+  EXPECT_NE(take_off_zero(force, std::vector<bool>(60, true), "it").find("not known"), std::string::npos);
+  for (size_t i = 40; i < 60; ++i) force[i] += 0.4;
+  try {
+    take_off_zero(force, touched, "it");
+    FAIL() << "a zero that moves";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("differs by 0.4 N"), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(GaugeFile, TablesAsProgramsWriteThem) {
   // Byte order mark, comments, foreign columns, line ends and decimal commas of other countries.
   const Gauge g =
@@ -103,6 +161,9 @@ TEST_F(GaugeFile, RefusesWithWhatIsWrong) {
   says("time_s,force_N\n0,1\n1,2\n", "at least 3 readings");
   says("time_s,force\n0,1\n1,2\n2,3\n", "a unit (N, mN, kN, gf, kgf, lbf) in the header of column 'force'");
   says("time_s,force_oz\n0,1\n1,2\n2,3\n", "found 'oz'");
+  says("time_s,force_MN\n0,1\n1,2\n2,3\n", "found 'MN'");
+  says("time_s,force_N\n0,1,25\n1,2,5\n2,3,0\n", "decimal commas");
+  says("frame,force_gf\n0,0,00\n1,0,50\n2,1,00\n", "semicolons between the cells");
   says("time_h,force_N\n0,1\n1,2\n2,3\n", "found 'h'");
   says("time,force_N\n0,1\n1,2\n2,3\n", "a unit (s, ms, us, ns)");
   says("seconds,force_N\n0,1\n1,2\n2,3\n", "a column time_s");

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -29,7 +31,7 @@ class GaugedRecordingTest : public GpuTest {
     table << "frame,force_N\n";
     const uint64_t count = source->frame_count().value_or(0);
     for (size_t i = 0; i < frames; ++i)
-      table << i << ',' << source->truth((i + from) % count)->force_N << '\n';
+      table << i << ',' << sign_ * source->truth((i + from) % count)->force_N + offset_N_ << '\n';
   }
   std::string gauge() const { return (folder_ / "gauge.csv").string(); }
   GaugedRecording measured(const MeasuredInput& input) const {
@@ -48,6 +50,16 @@ class GaugedRecordingTest : public GpuTest {
     return {};
   }
 
+  /// Largest difference of the readings from the truth.
+  static double worst(const GaugedRecording& recording) {
+    const std::unique_ptr<Source> source = open_source(kPress, find_input(1, kPress, {}).sensor);
+    double most_N = 0;
+    for (const GaugedFrame& f : recording.frames)
+      most_N = std::max(most_N, std::abs(f.force_N - source->truth(f.touch.sequence)->force_N));
+    return most_N;
+  }
+
+  double sign_ = 1, offset_N_ = 0;  // of the table
   std::filesystem::path folder_ = test_folder("gauged");
   MeasuredInput input_ = find_input(1, kPress, {});
 };
@@ -57,6 +69,28 @@ TEST_F(GaugedRecordingTest, ItsOwnTableIsTaken) {
   const GaugedRecording own = measured(input_);
   EXPECT_EQ(own.frames.size(), 240u);
   EXPECT_TRUE(own.notes.empty());
+}
+
+TEST_F(GaugedRecordingTest, AnOffsetIsTakenOff) {
+  offset_N_ = 0.8;
+  write_table(kPress, 240);
+  const GaugedRecording untared = measured(input_);
+  ASSERT_EQ(untared.notes.size(), 1u);
+  EXPECT_NE(untared.notes[0].find("reads +0.8"), std::string::npos) << untared.notes[0];
+  EXPECT_LT(worst(untared), 1e-3);
+}
+
+TEST_F(GaugedRecordingTest, TheOtherSignIsTurnedWhereItIsCertain) {
+  sign_ = -1;
+  offset_N_ = 0.1;
+  write_table(kPress, 240);
+  const GaugedRecording turned = measured(input_);
+  EXPECT_EQ(turned.notes.size(), 2u);
+  EXPECT_LT(worst(turned), 1e-3);
+  // Above 0 all the time: another recording's table might read so.
+  offset_N_ = 50;
+  write_table(kPress, 240);
+  EXPECT_NE(refusal(input_).find("falls where the touch grows"), std::string::npos) << refusal(input_);
 }
 
 TEST_F(GaugedRecordingTest, ALateTableIsTaken) {

@@ -1,4 +1,5 @@
 // palpate match on the command line.
+#include <cmath>
 #include <string>
 
 #include "capture/synthetic/bent_points.h"
@@ -57,6 +58,46 @@ TEST_F(Match, AListOfPairsNumbersItsFolders) {
   EXPECT_EQ(json[1]["axes"], 3);
   EXPECT_TRUE(fs::exists(folder_ / "out/0001/warped.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "out/0002/warped.csv"));
+}
+
+TEST_F(Match, ColumnsMayHaveTheirUnit) {
+  const BentPoints points = bent({.seed = 3});
+  const auto with_header = [&](const std::string& name, const PointSet& set, const std::string& header) {
+    std::string text = header + "\n";
+    for (size_t i = 0; i < set.size(); ++i)
+      text += std::to_string(set.at(i)[0]) + "," + std::to_string(set.at(i)[1]) + ",7\n";
+    spill(folder_ / name, text);
+    return (folder_ / name).string();
+  };
+  const std::string from = with_header("from.csv", points.from, "x_mm,y_mm,z_score"),
+                    to = with_header("to.csv", points.to, "X [mm],Y [mm],frame");
+  const Ended ended = run({"match", from, to, "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_TRUE(parse_json(ended.out)["reliable"].get<bool>());
+  EXPECT_EQ(parse_json(ended.out)["axes"], 2);
+  expect_refusal({"match", from, with_header("mixed.csv", points.to, "x_mm,y_um,n")}, 3,
+                 {"one unit for x and y"});
+  expect_refusal({"match", from, with_header("half.csv", points.to, "x_mm,depth_mm,n")}, 3,
+                 {"column 'y_mm'"});
+}
+
+TEST_F(Match, AGridThatIsHardlyTurnedNeedsNoOtherTurns) {
+  PointSet grid{2, {}}, pressed{2, {}};
+  for (int row = 0; row < 9; ++row)
+    for (int column = 0; column < 9; ++column) {
+      const double x = column, y = row;
+      grid.coordinates.insert(grid.coordinates.end(), {x, y});
+      // Bent outwards around its middle.
+      const double push = 0.06 * std::exp(-((x - 4) * (x - 4) + (y - 4) * (y - 4)) / 8);
+      pressed.coordinates.insert(pressed.coordinates.end(), {x + push * (x - 4), y + push * (y - 4)});
+    }
+  const std::string from = write("grid.csv", grid), to = write("pressed.csv", pressed);
+  const Ended any = run({"match", from, to});
+  EXPECT_TRUE(contains(any.out, "--most-turn-deg")) << any.out;
+  const Ended few = run({"match", from, to, "--most-turn-deg", "20", "--json"});
+  ASSERT_EQ(few.exit_code, 0) << few.err;
+  EXPECT_TRUE(parse_json(few.out)["reliable"].get<bool>()) << few.out;
+  expect_refusal({"match", from, to, "--most-turn-deg", "200"}, 2, {"--most-turn-deg"});
 }
 
 TEST_F(Match, UnrelatedSetsAreSaidToBe) {

@@ -30,6 +30,28 @@ TEST_F(ModulusCommand, TableOfPresses) {
     EXPECT_GT(fs::file_size(folder_ / "out" / file), 100u) << file;
 }
 
+TEST_F(ModulusCommand, OtherUnitsAreConvertedAndUnreadColumnsNamed) {
+  std::string table = "force_mN,radius_um,radius_sd_um,colour\n";
+  for (const double force : {0.001, 0.002, 0.003, 0.004}) {
+    const double modulus = 0.1 / 0.75 / 2, radius = std::cbrt(3 * force * 8 / (4 * modulus));
+    table += std::to_string(1e3 * force) + "," + std::to_string(1e3 * radius) + ",2,red\n";
+  }
+  spill(folder_ / "presses.csv", table);
+  const std::vector<std::string> line{"modulus",  "--frames",    (folder_ / "presses.csv").string(),
+                                      "--sample", "sphere,16mm", "--pad-kPa",
+                                      "100"};
+  const Ended r = run(line);
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  for (const char* part :
+       {"'radius_um' is read in um (0.001 mm each)", "'force_mN' is read in mN", "'colour'"})
+    EXPECT_NE(r.out.find(part), std::string::npos) << part << "\n" << r.out;
+  std::vector<std::string> as_json = line;
+  as_json.push_back("--json");
+  EXPECT_NEAR(parse_json(run(as_json).out)["young_MPa"].get<double>(), 0.1, 0.003);
+  spill(folder_ / "presses.csv", "force_N,radius\n1,2\n2,3\n");
+  expect_refusal(line, 3, {"a unit (mm, um", "column 'radius'"});
+}
+
 TEST_F(ModulusCommand, SimulatedSampleIsFound) {
   const Ended r =
       run({"modulus", "--simulate", "103", "--sample", "cube,10mm", "--forces", "0.8,1.0", "--json"});

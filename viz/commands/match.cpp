@@ -17,7 +17,10 @@ struct Options {
   std::vector<std::string> sets;
   std::string list;
   bool reflections = false;
+  double most_turn_deg = 180;
 };
+
+constexpr double kFewTurns_deg = 45;  // a square grid turned by more is another square grid
 
 std::vector<MatchFiles> pairs_of(const Options& options) {
   if (options.list.empty()) {
@@ -39,8 +42,11 @@ Report match(const Common& common, const Options& options) {
   ProgressBar bar(common, "matching", pairs.size());
   for (size_t k = 0; k < pairs.size() && !interrupted(); ++k) {
     const PointSet from = read_points(pairs[k].from), to = read_points(pairs[k].to);
-    const MatchResult result = match_points(from, to, {.reflections = options.reflections});
+    const MatchResult result =
+        match_points(from, to, {.most_turn_deg = options.most_turn_deg, .reflections = options.reflections});
     report.text += to_text(pairs[k], from, to, result);
+    if (result.verdict == MatchVerdict::Ambiguous && options.most_turn_deg > kFewTurns_deg)
+      report.text += "  where the target is hardly turned (a marker grid): --most-turn-deg 20\n";
     all.push_back(to_json(pairs[k], from, to, result));
     if (!common.out.empty()) {
       const std::string name = palpate::text("%04zu", k + 1);
@@ -62,11 +68,19 @@ void add_match(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
       program.add_subcommand("match", "Match the points of a set to those of its deformed copy");
   auto options = std::make_shared<Options>();
-  command->add_option("SETS", options->sets, "TEMPLATE.csv and TARGET.csv: columns x,y or x,y,z")
+  command
+      ->add_option("SETS", options->sets,
+                   "TEMPLATE.csv and TARGET.csv: columns x,y or x,y,z, bare or with a unit (x_mm)")
       ->expected(0, 2);
   command->add_option("--list", options->list,
                       "CSV file with columns template,target: many pairs; names are relative to its folder");
   command->add_flag("--reflections", options->reflections, "The target may be the template's mirror image");
+  command
+      ->add_option("--most-turn-deg", options->most_turn_deg,
+                   "Turns of the target by more are not tried; for regular grids, which fit themselves after "
+                   "a quarter turn")
+      ->check(Check::range(0.0, 180.0))
+      ->capture_default_str();
   command->add_option("--out", common.out,
                       "Folder for warped.csv, partners.csv, match.json, match.png and .svg; with --list for "
                       "folders 0001, 0002, ... of them");
@@ -74,6 +88,7 @@ void add_match(CommandLine& program, Common& common, Command& chosen) {
              "  palpate match rest.csv pressed.csv --out out/match\n"
              "  palpate match rest.csv pressed.csv --json\n"
              "  palpate match --list pairs.csv --out out/pairs\n"
+             "  palpate match markers_rest.csv markers_pressed.csv --most-turn-deg 20\n"
              "Order and number of points are free; points without a partner stay without one. Without a\n"
              "reliable match no partners are named, and the best try is called unreliable_warped.csv.\n");
   command->callback(

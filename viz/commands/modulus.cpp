@@ -104,7 +104,7 @@ Report run(const Common& common, const Options& o) {
   r.expected_MPa = o.expected_kPa * 1e-3;
   int code = 0;
   if (!o.frames.empty()) {
-    r.frames = read_press_table(o.frames);
+    r.frames = read_press_table(o.frames, r.notes);
     std::optional<Sensor> sensor;
     if (!o.sensor.empty()) sensor = load_sensor(o.sensor);
     set_pad(o, sensor ? &*sensor : nullptr, r.setup);

@@ -152,7 +152,7 @@ ModulusOutcome estimate(ModulusInputs in, const std::string& device, const std::
   ModulusOutcome outcome;
   const Material pad{in.pad_kPa * 1e-3, in.pad_poisson};
   if (!in.recording) {
-    outcome.presses.frames = read_press_table(in.table);
+    outcome.presses.frames = read_press_table(in.table, outcome.presses.notes);
     in.setup.pad = pad_of(pad, in.pad_thickness_mm, nullptr);
   } else {
     const MeasuredInput input = find(*in.recording);
