@@ -78,11 +78,13 @@ float largest_of(std::span<const float> gradients, uint32_t cols) {
   for (size_t i = 0; i < gradients.size(); ++i) {
     if (!std::isfinite(gradients[i])) {
       const size_t pixel = i / 2;
-      throw Error(Failure::Input, "finite gradients",
-                  std::string(std::isnan(gradients[i]) ? "NaN" : "infinity") + " at row " +
-                      std::to_string(pixel / cols) + ", column " + std::to_string(pixel % cols) + ", " +
-                      (i % 2 ? "dz/dy" : "dz/dx"),
-                  "numpy.nan_to_num, or cutting the unknown part away");
+      throw Error(
+          Failure::Input, "finite gradients",
+          std::string(std::isnan(gradients[i]) ? "NaN" : "infinity") + " at row " +
+              std::to_string(pixel / cols) + ", column " + std::to_string(pixel % cols) + ", " +
+              (i % 2 ? "dz/dy" : "dz/dx"),
+          "weights that are 0 there: --weights FILE.npy (numpy.isfinite(slopes).all(axis=-1)), weights= "
+          "in Python");
     }
     largest = std::max(largest, std::abs(gradients[i]));
   }

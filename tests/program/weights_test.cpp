@@ -49,6 +49,29 @@ TEST_F(Program, IntegratesWithWeights) {
   }
 }
 
+TEST_F(Program, UnknownSlopesWithoutWeightsAreToldOfThem) {
+  write_npy(folder_ / "slopes.npy", slopes_with_gap(), {kRows, kColumns, 2});
+  expect_refusal({"integrate", folder_ / "slopes.npy", "--out", folder_ / "out"}, 3,
+                 {"NaN at row 0, column 40", "--weights FILE.npy"});
+}
+
+TEST_F(Program, SlopesOfNoSurfaceAreSaidToBeWithWeightsToo) {
+  std::vector<float> turning;
+  for (uint32_t i = 0; i < kRows * kColumns; ++i) {
+    turning.push_back(-0.01f * (static_cast<float>(i / kColumns) - 30));
+    turning.push_back(0.01f * (static_cast<float>(i % kColumns) - 40));
+  }
+  write_npy(folder_ / "slopes.npy", turning, {kRows, kColumns, 2});
+  write_npy(folder_ / "weights.npy", std::vector<float>(kRows * kColumns, 1.0f), {kRows, kColumns});
+  for (const bool weighted : {false, true}) {
+    std::vector<std::string> line{"integrate", folder_ / "slopes.npy", "--out", folder_ / "out"};
+    if (weighted) line.insert(line.end(), {"--weights", folder_ / "weights.npy"});
+    const Ended ended = run(line);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_TRUE(contains(ended.err, "of the gradients belong to no surface")) << weighted << ended.err;
+  }
+}
+
 TEST_F(Program, RefusesWeightsThatAreNone) {
   write_npy(folder_ / "slopes.npy", std::vector<float>(2 * kRows * kColumns, 0.1f), {kRows, kColumns, 2});
   const auto refused = [&](const std::vector<float>& values, const std::vector<size_t>& shape,

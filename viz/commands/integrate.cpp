@@ -58,6 +58,15 @@ NpyArray read_weights(const Options& options, const NpyArray& gradients) {
   return weights;
 }
 
+/// `fraction`: of the gradients, that no surface explains.
+void warn_of_turning(double fraction) {
+  constexpr double kTurning = 0.3;
+  if (fraction > kTurning)
+    spdlog::warn(
+        "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
+        100 * fraction);
+}
+
 /// The same with a weight for each pixel.
 Report integrate_with_weights(const Common& common, const Options& options, const NpyArray& array) {
   const NpyArray weights = read_weights(options, array);
@@ -91,6 +100,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
       "%llu px unknown, %.3f s\n",
       rows, cols, heights.peak_to_valley, statistics.residual, statistics.iterations, statistics.unexplained,
       static_cast<unsigned long long>(heights.islands.unknown_px), seconds);
+  warn_of_turning(statistics.unexplained);
   if (heights.islands.apart()) {
     spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",
                  heights.islands.count);
@@ -140,12 +150,7 @@ Report integrate(const Common& common, Options options) {
       text("%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n", rows,
            cols, heights.statistics.peak_to_valley, heights.statistics.residual,
            heights.statistics.inconsistency, seconds);
-  constexpr double kTurning = 0.3;
-  if (heights.statistics.inconsistency > kTurning) {
-    spdlog::warn(
-        "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
-        100 * heights.statistics.inconsistency);
-  }
+  warn_of_turning(heights.statistics.inconsistency);
   return {line + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
 }
