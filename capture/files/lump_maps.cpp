@@ -10,7 +10,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
-#include "engine/lump/input_errors.h"
+#include "engine/lump/error_sources.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -63,7 +63,7 @@ void hold_against(const Estimate& network, Estimate& direct) {
 
 }  // namespace
 
-Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t threads) {
+Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads) {
   return [network = std::move(network), threads](const Observation& observation) {
     DirectInversionOptions options;
     options.model.threads = threads;
@@ -97,14 +97,14 @@ std::shared_ptr<const Network> load_network(const std::string& file) {
 }
 
 Estimator named_estimator(const std::string& method, std::shared_ptr<const Network> network,
-                          uint32_t threads) {
-  if (method == "direct") return direct_estimator(std::move(network), threads);
-  if (method != "network" && method != "refined")
-    throw Error(Failure::Usage, "the method network, refined or direct", "'" + method + "'", "network");
-  const Method how = method == "network" ? Method::Network : Method::Refined;
-  return [network = std::move(network), how](const Observation& observation) {
-    return network->estimate(observation, how);
+                          const ErrorSources& sources, uint32_t threads) {
+  const auto by = [&network](Method how) -> Inverse {
+    return [network, how](const Observation& observation) { return network->estimate(observation, how); };
   };
+  if (method == "direct") return {direct_inverse(network, threads), sources, by(Method::Network)};
+  if (method == "network") return {by(Method::Network), sources};
+  if (method == "refined") return {by(Method::Refined), sources};
+  throw Error(Failure::Usage, "the method network, refined or direct", "'" + method + "'", "network");
 }
 
 }  // namespace palpate::lump

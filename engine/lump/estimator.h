@@ -1,27 +1,26 @@
-// Who tells what lies behind an observation.
+// Estimators of the lump behind an observation, by the name of their method.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
+#include "engine/lump/error_sources.h"
 #include "engine/lump/network/network.h"
 
 namespace palpate::lump {
 
-using Estimator = std::function<Estimate(const Observation&)>;
-
 /// The direct inversion, started where a network says, for each shape that it gives 10 % and more, and held
 /// against its intervals. About a minute an observation and shape. `threads` 0: one per core.
-Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t threads = 0);
+Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads = 0);
 
 /// The file's network, or the built-in one where there is no file.
 std::shared_ptr<const Network> load_network(const std::string& file);
 
 /// "network", "refined" (its answer, refined by least squares) or "direct", which asks the network where to
-/// start. Throws Error(Failure::Usage) for others. `threads` as for direct_estimator.
+/// start; the network finds how far errors move the direct inversion. Throws Error(Failure::Usage) for
+/// others. `threads` as for direct_inverse.
 Estimator named_estimator(const std::string& method, std::shared_ptr<const Network> network,
-                          uint32_t threads = 0);
+                          const ErrorSources& sources, uint32_t threads = 0);
 
 }  // namespace palpate::lump

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/text.h"
+#include "engine/lump/estimator.h"
 #include "engine/palpation/scan.h"
 #include "engine/sensor/fit.h"
 #include "palpate/error.h"
@@ -77,7 +78,8 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
     return;
   }
   try {
-    answer.estimate = estimate_window(observation, nodes.relative_sd());
+    static const lump::Estimator estimator = lump::named_estimator("refined", lump::load_network(""), {});
+    answer.estimate = estimator(observation);
   } catch (const Error& error) {
     answer.trouble = error.what();
   }

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/text.h"
-#include "engine/lump/network/network.h"
 #include "engine/stages/surface/elastic.h"
 
 namespace palpate {
@@ -34,20 +32,6 @@ std::vector<uint32_t> nodes_of(uint32_t pixels, double pixel_mm, double pitch_mm
     node[i] = n >= 0 && n < long{nodes} ? static_cast<uint32_t>(n) : nodes;
   }
   return node;
-}
-
-/// `fraction`: by which the middle is made brighter than the corners; the mean stays.
-lump::Observation with_field(lump::Observation observation, double fraction) {
-  for (fem::Map& map : observation.pressure_Pa) {
-    const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
-    const double corner = x_half * x_half + y_half * y_half;
-    for (uint32_t j = 0; j < map.height; ++j)
-      for (uint32_t i = 0; i < map.width; ++i) {
-        const double r = ((i - x_half) * (i - x_half) + (j - y_half) * (j - y_half)) / corner;
-        map.values[size_t{j} * map.width + i] *= static_cast<float>(1 + fraction * (1.0 / 3 - r));
-      }
-  }
-  return observation;
 }
 
 }  // namespace
@@ -210,31 +194,6 @@ lump::Observation press_observation(const PressureNodes& nodes, const std::vecto
           map.values[size_t{j} * map.width + i] = static_cast<float>(kNaN);
       }
   return r;
-}
-
-lump::Estimate estimate_window(const lump::Observation& observation, double uneven_sd) {
-  constexpr double kNormal90 = 1.645;
-  const lump::Network& network = lump::Network::built_in();
-  lump::Estimate e = network.estimate(observation);
-  if (!reports_numbers(e.verdict)) return e;
-  for (const double fraction : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
-    const lump::Estimate other = network.estimate(with_field(observation, fraction));
-    e.wall_s += other.wall_s;
-    if (other.verdict == lump::Status::NoLump) {
-      e.verdict = lump::Status::Unusable;
-      e.reasons = {text("a lump, or no more than the sensor's own unevenness, which is known to %.2g %%",
-                        100 * uneven_sd)};
-      return e;
-    }
-    if (!reports_numbers(other.verdict)) continue;
-    widen(e.size_mm, other.size_mm);
-    widen(e.depth_mm, other.depth_mm);
-    widen(e.stiffness_ratio, other.stiffness_ratio);
-    widen(e.x_mm, other.x_mm);
-    widen(e.y_mm, other.y_mm);
-  }
-  open_wide_ratio(e);
-  return e;
 }
 
 }  // namespace palpate

@@ -79,10 +79,4 @@ struct LoadSums {
 lump::Observation press_observation(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
                                     const BlockSetting& block);
 
-/// What the network tells of a single window, whose light may be uneven: its middle brighter than its corners
-/// by a share with standard deviation `uneven_sd`, or darker. A lump's bump in one window looks much the
-/// same. The estimate is made with 1.645 of that each way too: intervals hold all three, and where a lump
-/// goes away the verdict is Unusable and says why. Throws as lump::Network::estimate.
-lump::Estimate estimate_window(const lump::Observation& observation, double uneven_sd);
-
 }  // namespace palpate

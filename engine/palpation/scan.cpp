@@ -156,7 +156,12 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
   if (two)
     answer.second_outline =
         outline_lump(without_place(answer.map.observation, two->place_mm[0], two->place_mm[1]), seed);
-  if (estimator) answer.estimate = estimator(answer.map.observation);
+  if (estimator)
+    answer.estimate = estimator(answer.map.observation, [&](double fraction) {
+      std::vector<lump::ScanPress> lit = presses;
+      for (lump::ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
+      return stitch(lit, options).observation;
+    });
   if (estimator && two) answer.presses = press_answers(presses, answer.map, *two, estimator);
   const double y_mm = answer.outline.found ? answer.outline.y_mm.value : 0;
   answer.profile = lump::profile_along_x(answer.map.observation.pressure_Pa.back(), y_mm);

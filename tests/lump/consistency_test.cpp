@@ -8,7 +8,6 @@
 #include <random>
 
 #include "capture/files/lump_maps.h"
-#include "engine/lump/input_errors.h"
 #include "engine/lump/network/network.h"
 #include "tests/support/json.h"
 #include "tests/support/text_file.h"
@@ -175,30 +174,6 @@ TEST(LumpConsistency, LoadsInTheWrongOrderOrOfAnotherPressAreFound) {
                            map.values[size_t{y} * map.width + x] = from.at(std::min(x + 2, map.width - 1), y);
                      }),
             all - 1);
-}
-
-TEST(LumpInputErrors, WidenIntervalsByWhatTheyMove) {
-  const lump::Network& network = lump::Network::built_in();
-  const lump::Estimator estimator = [&](const Observation& o) { return network.estimate(o); };
-  const Observation o = stored().front();
-  const lump::Estimate exact = estimator(o);
-  ASSERT_TRUE(reports_numbers(exact.verdict));
-  lump::Estimate same = exact, wide = exact;
-  widen_for_input_errors(estimator, o, {0, 0, 0}, same);
-  EXPECT_TRUE(same.input_effects.empty());
-  EXPECT_NEAR(same.size_mm.low, exact.size_mm.low, 1e-9);
-  widen_for_input_errors(estimator, o, {0.2, 0, 0}, wide);
-  ASSERT_EQ(wide.input_effects.size(), 1u);
-  const lump::InputEffect& effect = wide.input_effects[0];
-  // The interval holds what the estimate would have been.
-  for (const double change : {effect.lower[0], effect.higher[0]}) {
-    if (!std::isfinite(change)) continue;
-    EXPECT_LE(wide.size_mm.low, exact.size_mm.value * (1 + change) * (1 + 1e-9));
-    EXPECT_GE(wide.size_mm.high, exact.size_mm.value * (1 + change) * (1 - 1e-9));
-  }
-  EXPECT_GT(wide.stiffness_ratio.high / wide.stiffness_ratio.low,
-            exact.stiffness_ratio.high / exact.stiffness_ratio.low);
-  EXPECT_NE(effect_text(effect).find("if the modulus is 20 % lower than told: "), std::string::npos);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "capture/files/lump_maps.h"
-#include "engine/lump/input_errors.h"
+#include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "viz/python/arrays.h"
 #include "viz/python/numeric.h"
@@ -25,10 +25,13 @@ fem::Map map_of(const py::handle& given, double pitch_mm) {
 py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, double young_Pa,
                    const std::array<double, 3>& block_mm, double pitch_mm,
                    const std::array<double, 2>& window_mm, std::optional<double> noise_Pa,
-                   const std::array<double, 3>& input_errors, const std::string& network,
-                   const std::string& method) {
+                   const std::array<double, 3>& input_errors, double uneven_sd, double place_sd_mm,
+                   const std::string& network, const std::string& method) {
   if (!(young_Pa > 0))
     throw bad_argument("young_Pa above 0", std::to_string(young_Pa), "the tissue's modulus in Pa");
+  if (!(uneven_sd >= 0 && uneven_sd <= 0.5))
+    throw bad_argument("uneven_sd from 0 to 0.5", std::to_string(uneven_sd), "0.01, which is 1 %");
+  if (!(place_sd_mm >= 0)) throw bad_argument("place_sd_mm of 0 or more", std::to_string(place_sd_mm), "0.2");
   if (!(pitch_mm > 0)) throw bad_argument("pitch_mm above 0", std::to_string(pitch_mm), "mm between nodes");
   std::vector<fem::Map> all;
   for (const py::handle& map : maps) all.push_back(map_of(map, pitch_mm));
@@ -37,13 +40,11 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
   observation.block_mm = block_mm;
   observation.window_mm = window_mm;
   if (noise_Pa) observation.noise_Pa = *noise_Pa;
-  const lump::InputErrors errors{input_errors[0], input_errors[1], input_errors[2]};
+  observation.uneven_sd = uneven_sd;
+  observation.place_sd_mm = place_sd_mm;
+  const lump::ErrorSources errors{input_errors[0], input_errors[1], input_errors[2]};
   const lump::Estimate found = run_apart([=](const std::atomic<bool>&) {
-    const auto loaded = lump::load_network(network);
-    lump::Estimate answer = lump::named_estimator(method, loaded)(observation);
-    // The network moves as any estimator does, in milliseconds.
-    widen_for_input_errors(lump::named_estimator("network", loaded), observation, errors, answer);
-    return answer;
+    return lump::named_estimator(method, lump::load_network(network), errors)(observation);
   });
   return py::make_tuple(estimate_json(found), estimate_text(found));
 }
@@ -53,7 +54,8 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
 void bind_lump(py::module_& module) {
   module.def("lump_estimate", &estimate, py::arg("maps"), py::arg("force_N"), py::arg("young_Pa"),
              py::arg("block_mm"), py::arg("pitch_mm"), py::arg("window_mm"), py::arg("noise_Pa"),
-             py::arg("input_errors"), py::arg("network"), py::arg("method"));
+             py::arg("input_errors"), py::arg("uneven_sd"), py::arg("place_sd_mm"), py::arg("network"),
+             py::arg("method"));
 }
 
 }  // namespace palpate::python

@@ -5,9 +5,9 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
+#include "engine/base/readable.h"
 #include "engine/lump/dataset/hdf5.h"
 #include "palpate/error.h"
 
@@ -225,9 +225,9 @@ void write_lump_file(const std::filesystem::path& path, const Sweep& sweep, cons
     file = Hdf5(-1, H5Fclose);
     const int held = ::open(partial.c_str(), O_RDONLY | O_CLOEXEC);
     if (held < 0 || (::fsync(held) != 0 && errno != EINVAL && errno != EROFS))
-      cannot_write(path, std::strerror(errno));
+      cannot_write(path, system_words(errno));
     ::close(held);
-    if (::rename(partial.c_str(), path.c_str()) != 0) cannot_write(path, std::strerror(errno));
+    if (::rename(partial.c_str(), path.c_str()) != 0) cannot_write(path, system_words(errno));
     const int there = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (there >= 0) {
       ::fsync(there);

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "engine/base/json.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -70,7 +71,7 @@ std::string head_of(const Sweep& sweep, const std::string& program) {
 }
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path, int code) {
-  throw Error(Failure::Output, "to write '" + path.string() + "'", std::strerror(code),
+  throw Error(Failure::Output, "to write '" + path.string() + "'", system_words(code),
               code == ENOSPC || code == EDQUOT ? "freeing disk space; what is done is kept"
                                                : "another place for the data set");
 }
@@ -193,7 +194,7 @@ void Journal::remove() {
 Journal::Glance Journal::glance(const std::filesystem::path& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0)
-    throw Error(Failure::Input, "cases of a data set in '" + path.string() + "'", std::strerror(errno),
+    throw Error(Failure::Input, "cases of a data set in '" + path.string() + "'", system_words(errno),
                 kRemedy);
   Glance glance;
   try {

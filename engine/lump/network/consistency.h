@@ -4,7 +4,7 @@
 // Pressure has to add up to force, to rise with it, and to fall towards the block's rim as the model's own
 // block does. Most wrong input breaks one of these by more than noise, gauge and any lump can; a lump's own
 // bump is left open. What it does not break (a modulus 30 % off, at small loads) is not found here: see
-// input_errors.h for its effect.
+// error_sources.h for its effect.
 #pragma once
 
 #include <cstdint>

@@ -10,6 +10,9 @@
 
 namespace palpate::lump {
 
+/// Of a window's place in the block, along x and along y, where nothing else is known: standard error, mm.
+inline constexpr double kPlaceSd_mm = 0.2;
+
 /// Pressure maps of one block at rising loads, all of the same window, and what is known besides.
 struct Observation {
   /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
@@ -17,7 +20,8 @@ struct Observation {
   /// seen.
   std::vector<fem::Map> pressure_Pa;
   std::array<double, 2> window_mm = {0, 0};
-  std::vector<double> force_N;  ///< on the whole block at each load, of the gauge
+  double place_sd_mm = kPlaceSd_mm;  ///< of window_mm, along each axis
+  std::vector<double> force_N;       ///< on the whole block at each load, of the gauge
   /// Standard deviation of a map's value, independent from node to node. Where the maps are rougher than it
   /// says (roughness()), that counts.
   double noise_Pa = 0;
@@ -62,10 +66,10 @@ constexpr bool reports_numbers(Status verdict) {
   return verdict == Status::Found || verdict == Status::StiffnessOpen;
 }
 
-/// What an input that is told wrong does to an estimate: relative changes of size, depth and ratio where it
-/// is `error` lower and higher than told; NaN where the estimate then reports no numbers.
+/// What an input that is stated wrong does to an estimate: relative changes of size, depth and ratio where it
+/// is `error` lower and higher than stated; NaN where the estimate then reports no numbers.
 struct InputEffect {
-  std::string input;  ///< "modulus", "thickness", "pitch"
+  std::string input;  ///< "modulus", "thickness", "pitch", or "light" of the window's middle
   double error = 0;   ///< share
   std::array<double, 3> lower{}, higher{};
 };
@@ -86,7 +90,7 @@ struct Estimate {
   /// empty.
   std::vector<std::array<double, 2>> bumps_mm;
   std::vector<std::string> reasons;        ///< one line each, for people
-  std::vector<InputEffect> input_effects;  ///< where they were asked for, see input_errors.h
+  std::vector<InputEffect> input_effects;  ///< of the sources that were covered, see error_sources.h
 };
 
 /// A map's noise by its roughness: mixed second differences of neighbours, of which smooth pressure has next

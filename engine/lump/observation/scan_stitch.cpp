@@ -417,6 +417,7 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   leave_out_strangers(placed, registration, out);
   judge(blend(placed, grid, options, out), presses, out);
 
+  out.observation.place_sd_mm = out.observation.uneven_sd = 0;
   for (size_t p = 0; p < placed.size(); ++p) {
     PressPlace& place = out.places[p];
     if (!place.used) {
@@ -424,6 +425,9 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
       continue;
     }
     fill_place(placed[p], registration.covariance, static_cast<Eigen::Index>(3 * p), place);
+    for (const double sd_mm : place.shift_sd_mm)
+      out.observation.place_sd_mm = std::max(out.observation.place_sd_mm, sd_mm);
+    out.observation.uneven_sd = std::max(out.observation.uneven_sd, presses[p].observation.uneven_sd);
     warn_of(place, placed[p].place(2), presses[p].observation.saturated_fraction, options, out.warnings);
   }
   if (out.seen_fraction < kWholeBlock)

@@ -18,10 +18,10 @@ struct ScanPress {
 };
 
 struct StitchOptions {
-  double stage_sd_mm = 0.2;  ///< of a stated position, along x and along y
-  double gain_sd = 0.02;     ///< of a press's scale: calibration and gauge
-  double feather_mm = 3;     ///< from a window's edge on, its weight grows over so much
-  double pitch_mm = 0;       ///< of the map; 0: the presses' (the median)
+  double stage_sd_mm = kPlaceSd_mm;  ///< of a stated position, along x and along y
+  double gain_sd = 0.02;             ///< of a press's scale: calibration and gauge
+  double feather_mm = 3;             ///< from a window's edge on, its weight grows over so much
+  double pitch_mm = 0;               ///< of the map; 0: the presses' (the median)
 };
 
 /// How a press was put into the map.
@@ -40,7 +40,8 @@ struct PressPlace {
 /// The block's map. Places that no press saw are NaN, and its rim.
 struct ScanMap {
   /// Loads at the presses' common forces, window in the block's middle, as large as the block. `noise_Pa` is
-  /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger.
+  /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger;
+  /// `place_sd_mm` that of the press whose place is known worst, `uneven_sd` the largest of the presses'.
   Observation observation;
   fem::Map disagreement_Pa;        ///< at the highest load: standard deviation between presses; NaN below two
   fem::Map presses;                ///< how many saw each place at the highest load

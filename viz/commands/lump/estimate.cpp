@@ -8,9 +8,10 @@
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
-#include "engine/lump/input_errors.h"
+#include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "palpate/error.h"
+#include "viz/commands/lump/error_options.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
 #include "viz/commands/support/options.h"
@@ -23,7 +24,8 @@ struct Options {
   std::vector<std::string> maps;
   std::vector<double> force_N, window_mm, block_mm;
   double pitch_mm = 1.25, young_Pa = 0, thickness_mm = 20, noise_Pa = -1;
-  lump::InputErrors errors;
+  double uneven_sd = lump::Observation{}.uneven_sd, place_sd_mm = lump::kPlaceSd_mm;
+  lump::ErrorSources errors;
   std::string network, method = "refined";
 };
 
@@ -39,6 +41,8 @@ lump::Observation reading_of(const Options& o) {
   observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                           o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
   if (o.noise_Pa >= 0) observation.noise_Pa = o.noise_Pa;
+  observation.uneven_sd = o.uneven_sd;
+  observation.place_sd_mm = o.place_sd_mm;
   return observation;
 }
 
@@ -76,10 +80,8 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
 
 Report run(const Common& common, const Options& o) {
   const lump::Observation observation = reading_of(o);
-  const auto network = lump::load_network(o.network);
-  lump::Estimate estimate = lump::named_estimator(o.method, network)(observation);
-  // The network moves as any estimator does, in milliseconds.
-  widen_for_input_errors(lump::named_estimator("network", network), observation, o.errors, estimate);
+  const lump::Estimate estimate =
+      lump::named_estimator(o.method, lump::load_network(o.network), o.errors)(observation);
   Report report{estimate_text(estimate), estimate_json(estimate)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -134,17 +136,16 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
       ->add_option("--noise-Pa", o->noise_Pa,
                    "Of a value, standard deviation (default: from the last map's roughness)")
       ->check(Check::range(0.0, 1e9));
+  add_error_sources(*command, o->errors);
   command
-      ->add_option("--young-error", o->errors.young,
-                   "Relative error of the modulus, 90 % interval; widens the intervals")
+      ->add_option("--uneven-sd", o->uneven_sd,
+                   "Slow errors of pressure across the window, relative standard deviation; widens the "
+                   "intervals")
       ->capture_default_str()
       ->check(Check::range(0.0, 0.5));
-  command->add_option("--thickness-error", o->errors.thickness, "The same of the thickness")
+  command->add_option("--place-sd-mm", o->place_sd_mm, "Standard error of the window's place in the block")
       ->capture_default_str()
-      ->check(Check::range(0.0, 0.5));
-  command->add_option("--pitch-error", o->errors.pitch, "The same of the pitch")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 0.5));
+      ->check(Check::range(0.0, 10.0));
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();

@@ -67,7 +67,8 @@ Report faults_report(const Common& common, const std::vector<lump::FaultRow>& ro
 }
 
 Report run(const Common& common, Options& o) {
-  o.job.estimator = lump::named_estimator(o.method, lump::load_network(o.network));
+  o.job.estimator =
+      lump::named_estimator(o.method, lump::load_network(o.network), lump::ErrorSources::none());
   std::vector<lump::Example> examples;
   for (const std::string& file : o.files) {
     std::vector<lump::Example> more = lump::lump_examples(lump::read_lump_file(file));

@@ -11,6 +11,7 @@
 #include "engine/fem/large_strain/extrapolation.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
+#include "viz/commands/lump/error_options.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
 #include "viz/commands/option_groups/block_options.h"
@@ -42,6 +43,7 @@ struct Options {
   std::string positions, gauge;
   RecordedOptions recorded;
   std::string method = "refined";
+  lump::ErrorSources errors;
   bool force_given = false;
 };
 
@@ -159,8 +161,12 @@ Report run(const Common& common, const Options& o) {
     const auto network = lump::load_network("");
     report.model =
         o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
-    estimator = lump::named_estimator(o.method, network, o.threads);
+    estimator = lump::named_estimator(o.method, network, o.errors, o.threads);
   }
+  if (estimator)
+    report.inputs.emplace_back("errors covered by the intervals",
+                               text("modulus %g %%, thickness %g %%, pitch %g %%, light, place",
+                                    100 * o.errors.young, 100 * o.errors.thickness, 100 * o.errors.pitch));
   report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
   std::string words = scan_text(report);
@@ -251,6 +257,7 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   add_block_options(*command, *o);
+  add_error_sources(*command, o->errors);
   command
       ->add_option("--cells", o->cells,
                    "Cells of the tissue along x, y, z, even numbers (default 40 40 20); half as many are "

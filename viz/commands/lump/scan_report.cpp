@@ -355,8 +355,8 @@ std::string html(const ScanReport& r, const fs::path& folder) {
   body += "<h2>Inputs</h2>\n" + html_rows(inputs);
   body +=
       "<p class=\"small\">Intervals hold nine of ten truths where the model's assumptions hold: one lump, "
-      "even tissue of the "
-      "stated modulus and thickness, a plate without friction. " +
+      "even tissue whose modulus and thickness are as stated within their errors, a plate without "
+      "friction. " +
       std::string(kNotice) + "</p>\n";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>Scan of a tissue "
          "block</title>\n<style>\n"

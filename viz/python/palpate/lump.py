@@ -76,6 +76,8 @@ def estimate(
     young_error: float = 0.1,
     thickness_error: float = 0.05,
     pitch_error: float = 0.01,
+    uneven_sd: float = 0.01,
+    place_sd_mm: float = 0.2,
     network: Path | None = None,
     method: str = "refined",
 ) -> Lump:
@@ -92,6 +94,8 @@ def estimate(
         noise_Pa: standard deviation of a value; by default from the last map's roughness.
         young_error, thickness_error, pitch_error: relative errors of these (90 % intervals);
             they widen the intervals.
+        uneven_sd: slow errors of pressure across the window, relative standard deviation.
+        place_sd_mm: standard error of the window's place in the block.
         network: a file of ``palpate lump train``; by default the built-in one.
         method: ``network``, ``refined``, or ``direct`` (finite elements, a minute or so).
     """
@@ -111,6 +115,8 @@ def estimate(
         tuple(map(float, window_mm)),
         noise_Pa,
         (young_error, thickness_error, pitch_error),
+        float(uneven_sd),
+        float(place_sd_mm),
         path_text(network or "", "network"),
         method,
     )

@@ -1,0 +1,180 @@
+#include "engine/lump/error_sources.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/text.h"
+#include "palpate/error.h"
+
+namespace palpate::lump {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNormal90 = 1.645;  // half of a 90 % interval, standard deviations
+constexpr const char* kLight = "light";
+
+Observation changed(const Observation& observation, const std::string& input, double factor) {
+  Observation other = observation;
+  if (input == "modulus") other.young_Pa *= factor;
+  if (input == "thickness") other.block_mm[2] *= factor;
+  if (input == "pitch")
+    for (fem::Map& map : other.pressure_Pa)
+      for (double& pitch : map.pitch_mm) pitch *= factor;
+  return other;
+}
+
+constexpr std::array kLogarithmic{&Estimate::size_mm, &Estimate::depth_mm, &Estimate::stiffness_ratio};
+constexpr std::array kLinear{&Estimate::x_mm, &Estimate::y_mm};
+
+std::array<double, 3> changes(const Estimate& estimate, const Estimate& other) {
+  std::array<double, 3> all{kNaN, kNaN, kNaN};
+  if (reports_numbers(other.verdict))
+    for (size_t p = 0; p < all.size(); ++p)
+      all[p] = (other.*kLogarithmic[p]).value / (estimate.*kLogarithmic[p]).value - 1;
+  return all;
+}
+
+/// Squares of the distances from values to the ends of their intervals, of which each source adds its own.
+class Widening {
+ public:
+  explicit Widening(const Estimate& estimate) {
+    for (size_t p = 0; p < kLogarithmic.size(); ++p) {
+      const Value& v = estimate.*kLogarithmic[p];
+      below_[p] = std::pow(std::log(v.value / v.low), 2);
+      above_[p] = std::pow(std::log(v.high / v.value), 2);
+    }
+    for (size_t p = 0; p < kLinear.size(); ++p) {
+      const Value& v = estimate.*kLinear[p];
+      below_[kLogarithmic.size() + p] = std::pow(v.value - v.low, 2);
+      above_[kLogarithmic.size() + p] = std::pow(v.high - v.value, 2);
+    }
+  }
+
+  /// A source's two ends.
+  void add(const Estimate& reference, const Estimate& lower, const Estimate& higher) {
+    const bool low = reports_numbers(lower.verdict), high = reports_numbers(higher.verdict);
+    const auto add_moves = [&](size_t p, double down, double up) {
+      if (!low && !high) return;
+      if (!low) down = -up;
+      if (!high) up = -down;
+      below_[p] += std::pow(std::min({down, up, 0.0}), 2);
+      above_[p] += std::pow(std::max({down, up, 0.0}), 2);
+    };
+    for (size_t p = 0; p < kLogarithmic.size(); ++p) {
+      const double at = std::log((reference.*kLogarithmic[p]).value);
+      add_moves(p, std::log((lower.*kLogarithmic[p]).value) - at,
+                std::log((higher.*kLogarithmic[p]).value) - at);
+    }
+    for (size_t p = 0; p < kLinear.size(); ++p) {
+      const double at = (reference.*kLinear[p]).value;
+      add_moves(kLogarithmic.size() + p, (lower.*kLinear[p]).value - at, (higher.*kLinear[p]).value - at);
+    }
+  }
+  void add_place(double sd_mm) {
+    for (size_t p = 0; p < kLinear.size(); ++p)
+      for (auto* squares : {&below_, &above_})
+        (*squares)[kLogarithmic.size() + p] += std::pow(kNormal90 * sd_mm, 2);
+  }
+
+  void apply(Estimate& estimate) const {
+    for (size_t p = 0; p < kLogarithmic.size(); ++p) {
+      Value& v = estimate.*kLogarithmic[p];
+      v.low = v.value * std::exp(-std::sqrt(below_[p]));
+      v.high = v.value * std::exp(std::sqrt(above_[p]));
+    }
+    for (size_t p = 0; p < kLinear.size(); ++p) {
+      Value& v = estimate.*kLinear[p];
+      v.low = v.value - std::sqrt(below_[kLogarithmic.size() + p]);
+      v.high = v.value + std::sqrt(above_[kLogarithmic.size() + p]);
+    }
+  }
+
+ private:
+  std::array<double, kLogarithmic.size() + kLinear.size()> below_{}, above_{};
+};
+
+std::string side_text(const std::array<double, 3>& changes) {
+  if (!std::isfinite(changes[0])) return "no numbers";
+  return text("size %+.2g %%, depth %+.2g %%, ratio %+.2g %%", 100 * changes[0], 100 * changes[1],
+              100 * changes[2]);
+}
+
+}  // namespace
+
+Estimator::Estimator(Inverse inverse, const ErrorSources& sources, Inverse moves)
+    : inverse_(std::move(inverse)), moves_(std::move(moves)), sources_(sources) {
+  for (const double share : {sources.young, sources.thickness, sources.pitch})
+    if (!(share >= 0 && share <= 0.5))
+      throw Error(Failure::Usage, "input errors from 0 to 0.5", text("%g", share), "0.1, which is 10 %");
+}
+
+Estimate Estimator::operator()(const Observation& observation, const UnevenLight& uneven) const {
+  Estimate estimate = inverse_(observation);
+  if (!reports_numbers(estimate.verdict)) return estimate;
+  Widening widening(estimate);
+  const auto estimate_again = [&](const Observation& other) {
+    Estimate again = (moves_ ? moves_ : inverse_)(other);
+    estimate.wall_s += again.wall_s;
+    return again;
+  };
+  // What another inverse makes of an error is held against its own answer without the error.
+  std::optional<Estimate> reference;
+  const auto add = [&](const std::string& input, double error, const Observation& low,
+                       const Observation& high) {
+    if (!reference) {
+      reference = moves_ ? estimate_again(observation) : estimate;
+      if (!reports_numbers(reference->verdict)) reference = estimate;
+    }
+    const Estimate lower = estimate_again(low), higher = estimate_again(high);
+    widening.add(*reference, lower, higher);
+    estimate.input_effects.push_back({input, error, changes(*reference, lower), changes(*reference, higher)});
+    return lower.verdict != Status::NoLump && higher.verdict != Status::NoLump;
+  };
+  for (const auto& [input, share] :
+       {std::pair{"modulus", sources_.young}, {"thickness", sources_.thickness}, {"pitch", sources_.pitch}})
+    if (share > 0)
+      add(input, share, changed(observation, input, 1 - share), changed(observation, input, 1 + share));
+  if (sources_.light && observation.uneven_sd > 0) {
+    const auto lit = [&](double fraction) {
+      return uneven ? uneven(fraction) : with_uneven_light(observation, fraction);
+    };
+    const double fraction = kNormal90 * observation.uneven_sd;
+    if (!add(kLight, fraction, lit(-fraction), lit(fraction))) {
+      estimate.verdict = Status::Unusable;
+      estimate.reasons = {
+          text("a lump, or no more than the sensor's own unevenness, which is known to %.2g %%",
+               100 * observation.uneven_sd)};
+      return estimate;
+    }
+  }
+  if (sources_.place) widening.add_place(observation.place_sd_mm);
+  widening.apply(estimate);
+  open_wide_ratio(estimate);
+  return estimate;
+}
+
+Observation with_uneven_light(Observation observation, double fraction) {
+  for (fem::Map& map : observation.pressure_Pa) {
+    const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
+    const double corner = x_half * x_half + y_half * y_half;
+    for (uint32_t j = 0; j < map.height; ++j)
+      for (uint32_t i = 0; i < map.width; ++i) {
+        const double r = ((i - x_half) * (i - x_half) + (j - y_half) * (j - y_half)) / corner;
+        map.values[size_t{j} * map.width + i] *= static_cast<float>(1 + fraction * (1.0 / 3 - r));
+      }
+  }
+  return observation;
+}
+
+std::string effect_text(const InputEffect& effect) {
+  const double percent = 100 * effect.error;
+  if (effect.input == kLight)
+    return text("if the window's middle reads %.2g %% darker than its corners: ", percent) +
+           side_text(effect.lower) + text("; %.2g %% brighter: ", percent) + side_text(effect.higher);
+  return "if the " + effect.input + text(" is %.3g %% lower than stated: ", percent) +
+         side_text(effect.lower) + text("; %.3g %% higher: ", percent) + side_text(effect.higher);
+}
+
+}  // namespace palpate::lump

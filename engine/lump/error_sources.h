@@ -1,0 +1,62 @@
+// An estimator with the sources of error that its intervals cover: the one place that widens them, so that a
+// press has the same interval wherever it is estimated.
+#pragma once
+
+#include <concepts>
+#include <functional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "engine/lump/observation/observation.h"
+
+namespace palpate::lump {
+
+/// What intervals cover besides the noise of the maps, of which they always are. Shares are those within
+/// which the true value lies nine times out of ten; 0: exact.
+struct ErrorSources {
+  double young = 0.1, thickness = 0.05, pitch = 0.01;
+  bool light = true;  ///< slow errors across the window, Observation::uneven_sd
+  bool place = true;  ///< of the window in the block, Observation::place_sd_mm
+
+  /// All inputs are exact, as of a synthetic block.
+  static constexpr ErrorSources none() { return {0, 0, 0, false, false}; }
+};
+
+/// An estimate from the maps alone.
+using Inverse = std::function<Estimate(const Observation&)>;
+/// The observation as it would be if the middle of each window read brighter than its corners by this share.
+using UnevenLight = std::function<Observation(double fraction)>;
+
+class Estimator {
+ public:
+  Estimator() = default;
+  /// `moves`: which finds how far an error moves the estimate; empty: the inverse itself. Throws
+  /// Error(Failure::Usage) for shares outside of 0 to 0.5.
+  Estimator(Inverse inverse, const ErrorSources& sources, Inverse moves = {});
+  /// The inverse alone: all inputs are exact.
+  template <std::invocable<const Observation&> F>
+  requires(!std::same_as<std::remove_cvref_t<F>, Estimator>) Estimator(F inverse)
+      : Estimator(Inverse(std::move(inverse)), ErrorSources::none()) {}
+
+  explicit operator bool() const { return static_cast<bool>(inverse_); }
+
+  /// Estimates, and again with each source at both ends of its range; fills Estimate::input_effects and
+  /// widens the intervals: distances to a value's interval and its moves add as squares, of size, depth and
+  /// ratio in logarithms. An end where there are no numbers counts as the other end does. A lump that goes
+  /// away with uneven light is Unusable. Estimates without numbers stay as they are. `uneven`: of an
+  /// observation that is put together from several windows; empty: it is of one window.
+  Estimate operator()(const Observation& observation, const UnevenLight& uneven = {}) const;
+
+ private:
+  Inverse inverse_, moves_;
+  ErrorSources sources_ = ErrorSources::none();
+};
+
+/// Of a single window: by how much its middle reads brighter than its corners; the mean stays.
+Observation with_uneven_light(Observation observation, double fraction);
+
+/// "if the modulus is 10 % lower than stated: size +2 %, depth -3 %, ratio -12 %; 10 % higher: ..."
+std::string effect_text(const InputEffect& effect);
+
+}  // namespace palpate::lump
