@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <vector>
 
+#include "engine/base/readable.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -19,7 +19,7 @@ namespace {
   const char* remedy = "another --out folder";
   if (code == ENOSPC || code == EDQUOT) remedy = "freeing disk space, or another --out folder";
   if (code == EFBIG) remedy = "a larger limit on file sizes (ulimit -f), or another --out folder";
-  throw Error(Failure::Output, "to write '" + path.string() + "'", std::strerror(code), remedy);
+  throw Error(Failure::Output, "to write '" + path.string() + "'", system_words(code), remedy);
 }
 
 /// Writes all or returns the error.
@@ -44,7 +44,7 @@ void make_output_folder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, code);
   if (!std::filesystem::is_directory(folder)) {
     throw Error(Failure::Output, "a folder '" + folder.string() + "' to write to",
-                code ? code.message() : "something else of that name", "another --out folder");
+                code ? system_words(code) : "something else of that name", "another --out folder");
   }
   // Permission bits do not restrict root, and a read-only mount sets none: only creating a file proves it.
   const std::filesystem::path probe = folder / (".palpate-" + std::to_string(::getpid()));

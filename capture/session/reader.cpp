@@ -11,6 +11,7 @@
 #include "capture/session/info.h"
 #include "capture/session/session.h"
 #include "capture/video/session_video.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -28,7 +29,7 @@ std::string read_text(const fs::path& file, uintmax_t most_bytes) {
   if (!fs::is_regular_file(file, error))
     refuse(fs::exists(file, error) ? "no file but something else" : "nothing");
   const uintmax_t size = fs::file_size(file, error);
-  if (error) refuse(error.message());
+  if (error) refuse(system_words(error));
   if (size > most_bytes) refuse(std::to_string(size) + " bytes, more than it can have");
   std::string text(static_cast<size_t>(size), '\0');
   std::ifstream in(file, std::ios::binary);

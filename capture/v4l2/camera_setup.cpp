@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <sstream>
 
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -149,7 +149,7 @@ void set_and_check(Device& device, const std::vector<ControlStep>& steps) {
     const int error = device.set(step.id, step.value);
     if (error != 0)
       throw Error(Failure::Device, "control " + step.name + " at " + std::to_string(step.value),
-                  "that " + device.identity().path + " refuses: " + std::strerror(error),
+                  "that " + device.identity().path + " refuses: " + system_words(error),
                   "palpate cameras " + device.identity().path);
   }
 }

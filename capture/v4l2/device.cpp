@@ -11,10 +11,10 @@
 #include <cctype>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -140,8 +140,7 @@ Device::Device(const std::string& path) {
   const int error = file_ < 0 ? errno : 0;
   if (error == EACCES || error == EPERM) throw no_permission(path);
   if (error == ENOENT)
-    throw Error(Failure::Device, "a camera at " + path, "no such device node",
-                another_camera());
+    throw Error(Failure::Device, "a camera at " + path, "no such device node", another_camera());
   if (error == EBUSY) {
     const std::string who = holders_of(path);
     throw Error(Failure::Device, "to open the camera " + path,
@@ -151,7 +150,7 @@ Device::Device(const std::string& path) {
     throw Error(Failure::Device, "a camera at " + path, "a device node without a camera: it was unplugged",
                 "plugging it in again");
   if (error != 0)
-    throw Error(Failure::Device, "to open the camera " + path, std::strerror(error), "palpate cameras");
+    throw Error(Failure::Device, "to open the camera " + path, system_words(error), "palpate cameras");
   const uint32_t caps = capabilities(file_, identity_);
   identity_.index = node_index(path);
   if ((caps & kNeeded) == kNeeded) return;
@@ -163,8 +162,7 @@ Device::Device(const std::string& path) {
                             : caps & V4L2_CAP_VIDEO_CAPTURE ? "one that cannot stream"
                                                             : "a node that delivers no frames";
   throw Error(Failure::Device, "a camera at " + path,
-              found + (identity_.card.empty() ? "" : " (" + identity_.card + ")"),
-              another_camera());
+              found + (identity_.card.empty() ? "" : " (" + identity_.card + ")"), another_camera());
 }
 
 Device::~Device() {
@@ -227,7 +225,7 @@ Negotiated Device::format() const {
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (const int error = call(file_, VIDIOC_G_FMT, &format); error != 0)
-    throw Error(Failure::Device, "the frame format of " + identity_.path, std::strerror(error),
+    throw Error(Failure::Device, "the frame format of " + identity_.path, system_words(error),
                 "palpate cameras");
   const v4l2_pix_format& p = format.fmt.pix;
   return {p.pixelformat, p.width, p.height, p.bytesperline, p.sizeimage};
@@ -250,7 +248,7 @@ Negotiated Device::set_format(uint32_t fourcc, uint32_t width, uint32_t height) 
     throw Error(Failure::Device,
                 fourcc_text(fourcc) + " of " + std::to_string(width) + "x" + std::to_string(height) +
                     " px from " + identity_.path,
-                std::strerror(error), "what palpate cameras " + identity_.path + " lists");
+                system_words(error), "what palpate cameras " + identity_.path + " lists");
   const v4l2_pix_format& p = format.fmt.pix;
   return {p.pixelformat, p.width, p.height, p.bytesperline, p.sizeimage};
 }
@@ -282,8 +280,8 @@ std::vector<NodeReport> list_nodes() {
     const int file = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) {
       const int error = errno;
-      node.trouble = error == EACCES || error == EPERM ? std::string(no_permission(path).what())
-                                                       : std::string(std::strerror(error));
+      node.trouble =
+          error == EACCES || error == EPERM ? std::string(no_permission(path).what()) : system_words(error);
     } else {
       node.capture = (capabilities(file, node.identity) & kNeeded) == kNeeded;
       node.identity.index = node_index(path);

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace palpate::v4l2 {
@@ -33,7 +33,7 @@ Error refused(const Device& device, const std::string& what, int error) {
   const bool bandwidth = error == ENOSPC;  // what USB says when the bus is full
   return {
       Failure::Device, what + " from " + id.path + " (" + id.card + ")",
-      bandwidth ? "no bandwidth left on its bus" : std::strerror(error),
+      bandwidth ? "no bandwidth left on its bus" : system_words(error),
       bandwidth ? "a smaller size, a lower rate, MJPEG, or another port" : "again, or plugging it in anew"};
 }
 

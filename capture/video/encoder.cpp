@@ -13,6 +13,7 @@ extern "C" {
 
 #include "capture/video/packet.h"
 #include "capture/video/parts.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -87,7 +88,7 @@ void Encoder::release() {
 void Encoder::fail(int code) const {
   char text[AV_ERROR_MAX_STRING_SIZE] = {};
   av_strerror(code, text, sizeof text);
-  throw Error(Failure::Output, "to write '" + name_ + "'", text,
+  throw Error(Failure::Output, "to write '" + name_ + "'", within_sentence(text),
               "freeing disk space, or another --out folder");
 }
 

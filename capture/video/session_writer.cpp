@@ -18,6 +18,7 @@ extern "C" {
 
 #include "capture/video/packet.h"
 #include "capture/video/parts.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -34,7 +35,7 @@ constexpr int64_t kTick_per_s = 1000;  // Matroska's own
   const char* remedy = "another folder for the session";
   if (code == AVERROR(ENOSPC) || code == AVERROR(EDQUOT)) remedy = "freeing disk space";
   if (code == AVERROR(EFBIG)) remedy = "a larger limit on file sizes (ulimit -f)";
-  throw Error(Failure::Output, "to write '" + file.string() + "'", text, remedy);
+  throw Error(Failure::Output, "to write '" + file.string() + "'", within_sentence(text), remedy);
 }
 
 class Writer final : public SessionVideoWriter {

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <optional>
 
 #include "engine/base/json.h"
+#include "engine/base/readable.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
@@ -241,10 +241,10 @@ void save_tuning(const gpu::Context& context, const Tuning& tuning, const std::f
   {
     std::ofstream out(temporary, std::ios::binary);
     out << text;
-    if (!out.flush()) give_up(std::strerror(errno));
+    if (!out.flush()) give_up(system_words(errno));
   }
   std::filesystem::rename(temporary, file, failed);
-  if (failed) give_up(failed.message());
+  if (failed) give_up(system_words(failed));
 }
 
 }  // namespace palpate

@@ -389,7 +389,7 @@ Sensor load_sensor(const std::filesystem::path& file, ToMake to_make) {
     fail(file.string(), "a sensor file (JSON)", why, "checking the path");
   std::error_code error;
   const uintmax_t bytes = std::filesystem::file_size(file, error);
-  if (error) fail(file.string(), "a sensor file (JSON)", error.message(), "checking the path");
+  if (error) fail(file.string(), "a sensor file (JSON)", system_words(error), "checking the path");
   if (bytes > kMaxBytes)
     fail(file.string(), "a sensor file of at most 1 MiB", std::to_string(bytes) + " bytes", "another file");
   std::ifstream in(file, std::ios::binary);
@@ -438,7 +438,7 @@ void save_sensor(const Sensor& given, const std::filesystem::path& file) {
   temporary += ".tmp";
   std::error_code error, ignored;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-  if (error) fail_to_write("its folder cannot be made: " + error.message());
+  if (error) fail_to_write("its folder cannot be made: " + system_words(error));
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
     out << to_json(sensor).dump(2, json::Utf8::Replace) << '\n';
@@ -451,7 +451,7 @@ void save_sensor(const Sensor& given, const std::filesystem::path& file) {
   std::filesystem::rename(temporary, file, error);
   if (error) {
     std::filesystem::remove(temporary, ignored);
-    fail_to_write(error.message());
+    fail_to_write(system_words(error));
   }
 }
 

@@ -190,7 +190,7 @@ TEST_F(SessionCrash, ALimitOnFileSizesEndsTheRecordingOnly) {
   const auto handler = signal(SIGXFSZ, SIG_IGN);
   const rlimit small{1'000'000, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  expect_full_disk_is_survived(folder_ / "s", "File too large");
+  expect_full_disk_is_survived(folder_ / "s", "file too large");
   setrlimit(RLIMIT_FSIZE, &before);
   signal(SIGXFSZ, handler);
 }
@@ -200,7 +200,7 @@ TEST_F(SessionCrash, AFullDiskEndsTheRecordingOnly) {
   fs::create_directories(disk);
   if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=1m") != 0)
     GTEST_SKIP() << "a small disk cannot be mounted here: " << std::strerror(errno);
-  expect_full_disk_is_survived(disk / "s", "No space left");
+  expect_full_disk_is_survived(disk / "s", "no space left");
   EXPECT_EQ(umount(disk.c_str()), 0);
 }
 

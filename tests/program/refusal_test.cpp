@@ -20,6 +20,8 @@ TEST_F(Program, UsageErrorsAreOneLine) {
   expect_refusal({}, 2, {"no command was given", "DISPLAY"},
                  {.environment = {{"DISPLAY", ""}, {"WAYLAND_DISPLAY", ""}}});
   expect_refusal({"fly"}, 2, {"fly"});
+  // The system's words, as they stand within a sentence.
+  expect_refusal({"process", "synthetic:press", "--out", "/dev/null/folder"}, 7, {"found not a directory"});
   expect_refusal({"process"}, 2, {"--out"});
   expect_refusal({"process", "--out", folder_ / "out"}, 2, {"input", "--camera"});
   expect_refusal({"process", "a.avi", "--out", folder_, "--solver", "magic"}, 2, {"solver", "magic"});

@@ -4,9 +4,9 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
+#include "engine/base/readable.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
 #include "palpate/error.h"
@@ -151,7 +151,7 @@ void add_jsonl(CommandLine& command, Common& common) {
 void print_line(const std::string& line) {
   const bool written = std::fputs((line + "\n").c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
   if (!written)
-    throw Error(Failure::Output, "to write to stdout", std::strerror(errno), "another place for the output");
+    throw Error(Failure::Output, "to write to stdout", system_words(errno), "another place for the output");
 }
 
 std::unique_ptr<gpu::Context> open_device(const Common& common,

@@ -91,7 +91,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
       program.add_subcommand("replay", "Show a recording at its own speed, faster, slower or step by step");
   auto options = std::make_shared<Options>();
   command->add_option("RECORDING", options->recording, "Session, video or folder of images")->required();
-  command->add_option("--sensor", options->sensor, "Sensor file; a session brings its own");
+  command->add_option("--sensor", options->sensor, "Sensor file; a session has its own");
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or the first frames)")

@@ -8,6 +8,7 @@
 #include "capture/files/images/image_file.h"
 #include "capture/files/output_file.h"
 #include "capture/video/module.h"
+#include "engine/base/readable.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/display/scene.h"
@@ -140,7 +141,7 @@ void Film::finish() {
   std::error_code code;
   std::filesystem::rename(impl_->partial, impl_->file, code);
   if (code) {
-    throw Error(Failure::Output, "to write '" + impl_->file.string() + "'", code.message(),
+    throw Error(Failure::Output, "to write '" + impl_->file.string() + "'", system_words(code),
                 "another --out folder");
   }
   impl_->finished = true;

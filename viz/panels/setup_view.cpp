@@ -222,9 +222,8 @@ void SetupView::describe_picture(float scale) {
   if (camera_px_[0] == 0) {
     ImGui::PushTextWrapPos(0);
     ImGui::TextDisabled(
-        "A recording in which something touches the pad, best with a second at rest; type its place on the "
-        "right, "
-        "or drop it here.");
+        "A recording in which something touches the pad, best with a second at rest: type its path on the "
+        "right, or drop it here.");
     ImGui::PopTextWrapPos();
     return;
   }

@@ -41,7 +41,7 @@ std::vector<SourceEntry> find_cameras() {
     found.push_back({Group::Cameras,
                      "",
                      "no camera found",
-                     trouble.empty() ? "plug one in, then Look again" : trouble,
+                     trouble.empty() ? "plug one in, then press Refresh" : trouble,
                      {}});
   return found;
 }
@@ -167,7 +167,7 @@ void StartList::collect(const Settings& settings) {
     sources_.push_back({Group::Recent,
                         "",
                         "nothing yet",
-                        "drop a recording, a session or a sensor file on this window, or type its place",
+                        "drop a recording, a session or a sensor file on this window, or type its path",
                         {}});
   sources_.insert(sources_.end(), cameras.begin(), cameras.end());
   const std::vector<std::pair<std::string, std::string>> scenes = synthetic_scenes();
@@ -192,18 +192,18 @@ void StartList::collect(const Settings& settings) {
   if (!folded_) {
     sources_.push_back({Group::Synthetic,
                         "synthetic:tissue?d=12&h=3&ratio=4&repeat=0",
-                        "tissue, a lump that is told",
+                        "tissue, a lump that is found",
                         kTissueScene,
                         {}});
     sources_.push_back({Group::Synthetic,
                         "synthetic:tissue?repeat=0",
                         "tissue, a lump in doubt",
-                        "smaller and deeper: its stiffness cannot be told",
+                        "smaller and deeper: its stiffness cannot be determined",
                         {}});
   }
   if (sensors_.empty())
     sensors_.push_back(
-        {"", "as the source brings it", "else uncalibrated: places in px, no depth, no force"});
+        {"", "the source's own", "if it has none: uncalibrated, places in px, no depth, no force"});
 }
 
 bool StartList::update() {
@@ -262,7 +262,7 @@ size_t StartList::add_sensor(const fs::path& file) {
 
 std::string in_the_window(std::string message) {
   constexpr std::array<std::pair<const char*, const char*>, 4> kNames{{
-      {"which needs no --sensor", "chosen as 'as the source brings it'"},
+      {"which needs no --sensor", "with 'the source's own' chosen on the right"},
       {"another --out folder", "another folder for recordings"},
       {"--sensor FILE of", "on the right the sensor file of"},
       {"(--background)", "(\"background\" in the sensor file)"},

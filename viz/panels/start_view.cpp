@@ -348,11 +348,11 @@ void StartView::describe() {
   ImGui::SameLine();
   if (ImGui::Button("Open")) open_text();
   ImGui::SameLine();
-  if (ImGui::Button("Look again")) list_.refresh(settings_);
+  if (ImGui::Button("Refresh")) list_.refresh(settings_);
   ImGui::SameLine();
   if (ImGui::Button("New sensor")) chosen_ = Choice{{}, {}, typed_.data(), true};
   ImGui::TextDisabled(
-      "%s", shortened("Click, or arrows and Enter; Tab: sensor files; F5: look again; Del: forget; Ctrl + "
+      "%s", shortened("Click, or arrows and Enter; Tab: sensor files; F5: refresh; Del: forget; Ctrl + "
                       "plus, minus: text; Esc: quit",
                       ImGui::GetContentRegionAvail().x)
                 .c_str());

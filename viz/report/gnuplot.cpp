@@ -1,4 +1,5 @@
 #include "viz/report/gnuplot.h"
+#include "engine/base/readable.h"
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -8,7 +9,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX wants the program to declare it
 
@@ -53,7 +53,7 @@ std::string one_line(std::string text) {
 Picture run_gnuplot(const std::string& script) {
   MemoryFile in("script"), out("picture"), err("messages");
   if (in.handle() < 0 || out.handle() < 0 || err.handle() < 0 || !in.fill(script))
-    return {"", std::strerror(errno)};
+    return {"", system_words(errno)};
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, in.handle(), STDIN_FILENO);
@@ -70,7 +70,7 @@ Picture run_gnuplot(const std::string& script) {
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (spawned == ENOENT) return {"", "gnuplot is not installed", true};
-  if (spawned != 0) return {"", std::strerror(spawned)};
+  if (spawned != 0) return {"", system_words(spawned)};
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }

@@ -125,8 +125,8 @@ std::string describe(const ProcessSummary& s) {
     text +=
         "light that changed by itself was taken out of " + counted(s.light_changed_frames, "frame") + "\n";
   if (s.light_unknown_frames)
-    text += "touch leaves too little to tell the light from in " + counted(s.light_unknown_frames, "frame") +
-            ": that of the frame before was taken\n";
+    text += "the touch covers too much of the pad to measure the light in " +
+            counted(s.light_unknown_frames, "frame") + ": that of the frame before was taken\n";
   if (s.weighted_frames)
     text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
   if (s.island_frames) {

@@ -156,7 +156,7 @@ CalibrationReport calibrate_background(const BackgroundRequest& options, const C
   if (rectifies && is_session(options.input))
     throw Error(Failure::Input, "frames as the camera gives them, which the sensor file then rectifies",
                 "the session " + options.input + ", whose frames may be rectified already",
-                "--camera frames, a video or images; a session brings its own untouched image");
+                "--camera frames, a video or images; a session has its own untouched image");
   const std::optional<UntouchedRecording> found = look_at(run, options, sensor);
   if (!found || run.watch.stopped()) return {.stopped = true};
   const fs::path image = fs::absolute(run.out).parent_path() / (run.out.stem().string() + "_background.png");

@@ -25,7 +25,8 @@ std::vector<uint8_t> read_bytes(const fs::path& file) {
   std::error_code error;
   const uintmax_t size = fs::file_size(file, error);
   if (error)
-    throw Error(Failure::Input, "an image file", file.string() + ": " + error.message(), "checking the path");
+    throw Error(Failure::Input, "an image file", file.string() + ": " + system_words(error),
+                "checking the path");
   if (size > kMaxFile_bytes)
     throw Error(Failure::Input, "an image file of at most 2 GiB",
                 file.string() + " of " + std::to_string(size) + " bytes", "another file");

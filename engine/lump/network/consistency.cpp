@@ -359,7 +359,7 @@ void Look::block() {
              "plate is "
              "tilted, the light is uneven or the window lies elsewhere; level the plate, take a new "
              "background, or "
-             "tell the window's place",
+             "state the window's place",
              100 * slope, 100 * slope_sd));
 }
 
@@ -368,18 +368,19 @@ void Look::add_pitch(const ChangeFit& fit) {
   add(Fault::Pitch, fit.change.pitch, fit.sd,
       text("the pressure falls towards the rim as in maps with a pitch of %.3g mm (standard error %.2g mm), "
            "not of "
-           "%.3g mm: check the pitch, and that the maps show as much of the block as told",
+           "%.3g mm: check the pitch, and that the maps show as much of the block as stated",
            told_mm * (1 + fit.change.pitch), told_mm * fit.sd, told_mm));
 }
 
 void Look::add_window(const ChangeFit& fit, double distance_mm) {
   const auto& told = observation_.window_mm;
   add(Fault::Window, distance_mm, fit.sd,
-      text("the pressure falls towards the rim as around a window at %.2g, %.2g mm from the block's middle "
-           "(standard error %.2g mm), not at %.3g, %.3g mm: tell the window's place, or centre the block and "
-           "level the "
-           "plate",
-           told[0] + fit.change.shift_mm[0], told[1] + fit.change.shift_mm[1], fit.sd, told[0], told[1]));
+      text(
+          "the pressure falls towards the rim as around a window at %.2g, %.2g mm from the block's middle "
+          "(standard error %.2g mm), not at %.3g, %.3g mm: state the window's place, or centre the block and "
+          "level the "
+          "plate",
+          told[0] + fit.change.shift_mm[0], told[1] + fit.change.shift_mm[1], fit.sd, told[0], told[1]));
 }
 
 }  // namespace

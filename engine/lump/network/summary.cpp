@@ -99,8 +99,9 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   open_wide_ratio(estimate);
   const Value& ratio = estimate.stiffness_ratio;
   if (estimate.verdict != Status::StiffnessOpen && ratio.high >= model.ratio[1] * 0.999)
-    estimate.reasons.push_back(text(
-        "the stiffness ratio is %.3g or more: beyond %.3g the model does not tell", ratio.low, ratio.high));
+    estimate.reasons.push_back(
+        text("the stiffness ratio is %.3g or more: beyond %.3g the model does not distinguish", ratio.low,
+             ratio.high));
 }
 
 }  // namespace palpate::lump

@@ -50,7 +50,7 @@ const char* status_text(Status verdict) {
     case Status::Found:
       return "a lump";
     case Status::StiffnessOpen:
-      return "a lump whose stiffness cannot be told";
+      return "a lump whose stiffness cannot be determined";
     case Status::NoLump:
       return "no lump";
     case Status::OutsideTraining:

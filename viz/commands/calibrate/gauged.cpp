@@ -16,7 +16,7 @@ void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& co
       .add_option("--gauge", options.gauges,
                   "The gauge's table of each recording: " + table + "; 'truth' of a synthetic one")
       ->required();
-  command.add_option("--sensor", options.sensor, "Sensor file to start from (sessions bring their own)");
+  command.add_option("--sensor", options.sensor, "Sensor file to start from (sessions have their own)");
   command
       .add_option("--background", options.background,
                   "Untouched image instead of the sensor file's; kept beside --out")

@@ -268,12 +268,13 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
       ->capture_default_str()
       ->check(Check::range(0, 256));
   command->add_option("--out", common.out, "Folder for the report, maps and tables");
-  add_common(*command, common,
-             "  palpate lump scan --simulate --out out/scan                  then open out/scan/report.html\n"
-             "  palpate lump scan --simulate --size-mm 8 --depth-mm 5 --stiffness-ratio 10\n"
-             "                                             a lump whose stiffness the map does not tell\n"
-             "  palpate lump scan out/press1 out/press2 --positions places.csv --gauge truth --out out/scan\n"
-             "Research use, not a diagnosis.\n");
+  add_common(
+      *command, common,
+      "  palpate lump scan --simulate --out out/scan                  then open out/scan/report.html\n"
+      "  palpate lump scan --simulate --size-mm 8 --depth-mm 5 --stiffness-ratio 10\n"
+      "                                             a lump whose stiffness the map does not determine\n"
+      "  palpate lump scan out/press1 out/press2 --positions places.csv --gauge truth --out out/scan\n"
+      "Research use, not a diagnosis.\n");
   command->callback([o, force, &common, &chosen] {
     o->force_given = force->count() > 0;
     chosen = [o, &common] { return run(common, *o); };

@@ -92,7 +92,7 @@ def open(
     Args:
         source: ``"camera:/dev/video0"``, ``"synthetic:SCENE?size=640x480&rate=30"``, a video, an image, a
             folder of images, or a session's folder.
-        sensor: a sensor file or a :class:`Sensor`.  Sessions and simulated scenes bring their own; without
+        sensor: a sensor file or a :class:`Sensor`.  Sessions and simulated scenes have their own; without
             one nothing is calibrated, and lengths are in px.
         background: the untouched image; else the sensor file's, the source's own, or its first frames.
         outputs: of ``force``, ``surface``, ``confidence``, ``contacts``, ``gradient``, ``skin``,

@@ -117,7 +117,7 @@ def force(
         recordings: one, or several.
         gauge: the gauge's table of each: time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf,
             _kgf, _lbf); ``"truth"`` of simulated scenes.
-        sensor: to start from; sessions and simulated scenes bring their own.
+        sensor: to start from; sessions and simulated scenes have their own.
         check, check_gauge: recordings to judge the result by; not used for the fit.
         align: the gauge's clock: ``auto`` (by cross-correlation), ``none`` (it is the recording's), or seconds
             to add to it; by default auto, and none for tables that count frames.
