@@ -64,7 +64,7 @@ def test_types_are_strict(tmp_path):
 
 
 def test_every_public_function_says_what_it_does():
-    for name in ("open", "measure", "integrate", "match", "modulus"):
+    for name in ("open", "measure", "integrate", "match", "modulus", "setup"):
         assert len(getattr(pp, name).__doc__) > 100, name
 
 

@@ -30,6 +30,27 @@ def test_every_frame_comes_in_order(small):
     assert max(float(t.force_N) for t in pressed if t.force_N.valid) > 1
 
 
+def test_a_touch_of_a_folder_names_its_file(frames, small):
+    files = sorted(file.name for file in frames.iterdir())
+    with pp.open(frames) as stream:
+        touches = list(stream)
+    assert [t.source for t in touches] == files
+    assert f"of '{files[2]}'" in repr(touches[2])
+    with pp.open(small) as stream:
+        assert next(stream).source is None
+
+
+def test_a_touch_says_what_is_known_of_it():
+    with pp.open("synthetic:press?mode=gel&size=160x120&rate=20", drop=False) as stream:
+        touches = list(stream)
+    assert repr(touches[0]).endswith("no contact>")
+    deepest = max((t for t in touches if t.contact), key=lambda t: t.depth_max_mm.value)
+    assert f"{deepest.depth_max_mm} deep" in repr(deepest)
+    with pp.open("synthetic:press?size=160x120&rate=20", drop=False) as stream:
+        pressed = next(t for t in stream if t.force_N > 0.5)
+    assert f": {pressed.force_N}, {pressed.depth_max_mm} deep, {pressed.slip}>" in repr(pressed)
+
+
 def test_numbers_are_near_the_truth(small):
     errors = []
     with pp.open(small, drop=False) as stream:

@@ -43,6 +43,8 @@ void bind_sensor(py::module_& module) {
   py::class_<Sensor>(module, "Sensor")
       .def(py::init([](const std::filesystem::path& file) { return load_sensor(file); }), py::arg("file"))
       .def_static(
+          "load", [](const std::filesystem::path& file) { return load_sensor(file); }, py::arg("file"))
+      .def_static(
           "from_text", [](const std::string& text) { return sensor_from_text(text, "the text"); },
           py::arg("text"))
       .def(

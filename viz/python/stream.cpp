@@ -22,9 +22,10 @@ constexpr milliseconds kShort{20};
 }  // namespace
 
 HeldFrame::HeldFrame(std::shared_ptr<Pipeline> pipeline, Result result, Frame frame,
-                     std::shared_ptr<const Source> truth)
+                     std::shared_ptr<const Source> truth, std::string file)
     : touch_(std::move(result.touch)),
       truth_(std::move(truth)),
+      file_(std::move(file)),
       exposed_ns_(frame.exposed_ns),
       format_(frame.format),
       pipeline_(std::move(pipeline)),
@@ -259,8 +260,9 @@ void Stream::measure_all() {
 void Stream::deliver(Result result, Frame frame) {
   if (source_->rate_Hz() <= 0 && request_.rate_Hz > 0)
     result.touch.time_ns = std::llround(static_cast<double>(result.touch.sequence) / request_.rate_Hz * 1e9);
+  std::string file = source_->frame_name(result.touch.sequence);
   auto held = std::make_shared<HeldFrame>(pipeline_, std::move(result), std::move(frame),
-                                          has_truth_ ? source_ : nullptr);
+                                          has_truth_ ? source_ : nullptr, std::move(file));
   {
     const std::lock_guard lock(mutex_);
     if (drops_ && !results_.empty()) {

@@ -26,11 +26,13 @@ namespace palpate::python {
 /// A measured frame. Its pixels and maps can be read until expire().
 class HeldFrame {
  public:
-  /// `truth`: the source, where it knows what was really there; or null.
+  /// `truth`: the source, where it knows what was really there; or null. `file`: of this frame alone, or
+  /// empty.
   HeldFrame(std::shared_ptr<Pipeline> pipeline, Result result, Frame frame,
-            std::shared_ptr<const Source> truth);
+            std::shared_ptr<const Source> truth, std::string file);
 
   const Touch& touch() const { return touch_; }
+  const std::string& file() const { return file_; }
   std::optional<Truth> truth() const;
   int64_t exposed_ns() const { return exposed_ns_; }
   const FrameFormat& format() const { return format_; }
@@ -43,6 +45,7 @@ class HeldFrame {
  private:
   Touch touch_;
   std::shared_ptr<const Source> truth_;
+  std::string file_;
   int64_t exposed_ns_;
   FrameFormat format_;
   std::mutex mutex_;

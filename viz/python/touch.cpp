@@ -51,16 +51,26 @@ struct PyWrench {
   TractionSummary summary;
 };
 
+Estimate depth_of(const Touch& touch) {
+  if (!touch.surface) return {};
+  const SurfaceSummary& s = *touch.surface;
+  return {s.depth_max_mm, s.depth_sd_mm > 0 ? s.depth_sd_mm : kNone,
+          touch.contact ? s.validity : Validity::NoContact};
+}
+
+/// What is known of it, first what is calibrated; where it is from.
 std::string described(const PyTouch& t) {
   const Touch& touch = t.touch();
   std::string line = text("<palpate.Touch %llu at %.3f s", static_cast<unsigned long long>(touch.sequence),
                           1e-9 * static_cast<double>(touch.time_ns));
-  if (touch.force_N.validity != Validity::NotCalibrated)
-    line += ": " + measured(touch.force_N, "N").text();
-  else
-    line += touch.contact ? ": contact" : ": no contact";
-  if (touch.contact && touch.slip != Slip::NotCalibrated) line += ", " + slip_text(touch.slip);
-  return line + ">";
+  if (!t.held().file().empty()) line += " of '" + t.held().file() + "'";
+  if (!touch.contact) return line + ": no contact>";
+  std::string known;
+  const auto add = [&known](const std::string& words) { known += (known.empty() ? "" : ", ") + words; };
+  if (touch.force_N.validity != Validity::NotCalibrated) add(measured(touch.force_N, "N").text());
+  if (touch.surface) add(measured(depth_of(touch), "mm").text() + " deep");
+  if (touch.slip != Slip::NotCalibrated) add(slip_text(touch.slip));
+  return line + ": " + (known.empty() ? "contact" : known) + ">";
 }
 
 std::string as_html(const PyTouch& t) {
@@ -307,6 +317,11 @@ void bind_touch(py::module_& module) {
                              [](const PyTouch& t) {
                                const int64_t ns = t.held().exposed_ns();
                                return ns ? static_cast<double>(ns) / 1e9 : kNone;
+                             })
+      .def_property_readonly("source",
+                             [](const PyTouch& t) {
+                               const std::string& file = t.held().file();
+                               return file.empty() ? std::optional<std::string>() : file;
                              })
       .def_property_readonly("contact", [](const PyTouch& t) { return t.touch().contact; })
       .def_property_readonly("contacts", [](const PyTouch& t) { return t.touch().contacts; })

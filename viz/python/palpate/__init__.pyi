@@ -54,6 +54,10 @@ from ._recordings import (
     measure as measure,
     modulus as modulus,
 )
+from ._setup import (
+    Setup as Setup,
+    setup as setup,
+)
 from ._tables import Table as Table
 
 __version__: str
@@ -94,6 +98,8 @@ __all__ = [
     "Recording",
     "Sensor",
     "SensorError",
+    "Setup",
+    "setup",
     "simulate",
     "Simulation",
     "Strain",

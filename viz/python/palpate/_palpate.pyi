@@ -104,6 +104,9 @@ class Sensor:
 
     def __init__(self, file: str | Path) -> None: ...
     @staticmethod
+    def load(file: str | Path) -> Sensor:
+        """Reads a sensor file, as ``Sensor(file)`` does."""
+    @staticmethod
     def from_text(text: str) -> Sensor:
         """From the text of a sensor file."""
     def save(self, file: str | Path) -> None:
@@ -281,6 +284,9 @@ class Touch(_Shape):
     @property
     def monotonic_s(self) -> float:
         """Time of exposure on the clock of ``time.monotonic()``; NaN: not known (recordings)."""
+    @property
+    def source(self) -> str | None:
+        """Of a folder of images: the file of this frame, without the folder.  None: frames have no file of their own."""
     @property
     def contact(self) -> bool: ...
     @property

@@ -9,11 +9,7 @@ from __future__ import annotations
 import html
 import json
 import os
-import re
-import shutil
-import subprocess
 import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,13 +21,13 @@ from numpy.typing import NDArray
 from . import _errors
 from ._core import _palpate, path_text
 from ._live import Path as AnyPath
+from ._program import run_program
 from ._tables import Table
 
 __all__ = ["Comparison", "Profile", "compare", "load", "measure"]
 
 _TIMES = ("samples", "min_ms", "q25_ms", "median_ms", "q75_ms", "p95_ms", "p99_ms", "max_ms")
 _SIZE = ("reading", "width_px", "height_px")
-_FAILURES = {2: "ArgumentError", 3: "InputError", 4: "SensorError", 5: "DeviceError", 6: "DeviceError", 7: "OutputError"}
 
 
 def _row(figure: dict[str, Any], names: Sequence[str]) -> list[Any]:
@@ -158,29 +154,6 @@ def load(file: AnyPath) -> Profile:
     return _profile(*_palpate.profile_load(path / "profile.json" if path.is_dir() else path))
 
 
-def _program() -> str:
-    here = Path(__file__).resolve().parent
-    built = here.parents[1] / "palpate"
-    installed = [folder / "bin" / "palpate" for folder in here.parents[2:5]]
-    for file in (built, *installed):
-        if file.is_file() and os.access(file, os.X_OK):
-            return str(file)
-    found = shutil.which("palpate")
-    if found is None:
-        raise _errors.InputError("the program palpate beside the module", "none, nor on the PATH", "installing the package palpate")
-    return found
-
-
-def _failure(code: int, said: str) -> _errors.Error:
-    """Of the program's last line: "palpate: wanted ...; found ...; try ..."."""
-    line = said.strip().splitlines()[-1] if said.strip() else ""
-    parts = re.fullmatch(r"palpate: wanted (.*); found (.*?); try (.*)", line)
-    kind: type[_errors.Error] = getattr(_errors, _FAILURES.get(code, "Error"))
-    if parts:
-        return kind(*(_palpate.as_arguments(part) for part in parts.groups()))
-    return kind("a profile of this machine", line or f"exit code {code} of palpate profile", "palpate profile in a terminal")
-
-
 def _listed(sizes: Sequence[tuple[int, int]]) -> str:
     try:
         return ",".join(f"{width}x{height}" for width, height in sizes)
@@ -212,29 +185,17 @@ def measure(
         raise _errors.ArgumentError("budget_s from 1 to 86400", str(budget_s), "180, or quick=True for 20 s")
     with tempfile.TemporaryDirectory(prefix="palpate-profile-") as scratch:
         folder = Path(scratch) / "out" if out is None else Path(out)
-        command = [_program(), "profile", "--out", str(folder), "--quiet"]
+        words = ["profile", "--out", str(folder), "--quiet"]
         if sizes is not None:
             listed = sizes if isinstance(sizes, str) else _listed(sizes)
-            command += ["--sizes", listed]
+            words += ["--sizes", listed]
         if quick:
-            command.append("--quick")
+            words.append("--quick")
         if budget_s is not None:
-            command += ["--budget", str(budget_s)]
+            words += ["--budget", str(budget_s)]
         if device:
-            command += ["--device", device]
-        with open(Path(scratch) / "said", "w+b") as said:
-            # In a session of its own, Ctrl-C is for this process alone.
-            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=said, start_new_session=True)
-            try:
-                while process.poll() is None:
-                    time.sleep(0.02)
-            except BaseException:
-                process.kill()
-                process.wait()
-                raise
-            if process.returncode != 0:
-                said.seek(0)
-                raise _failure(process.returncode, said.read().decode(errors="replace"))
+            words += ["--device", device]
+        run_program(words, "a profile of this machine")
         return load(folder)
 
 

@@ -1,0 +1,64 @@
+"""A sensor file from recordings: the program's, step by step."""
+
+import json
+import subprocess
+
+import palpate as pp
+import pytest
+
+
+@pytest.fixture(scope="module")
+def press(tmp_path_factory, program):
+    """A simulated gel that a ball of 5 mm presses."""
+    folder = tmp_path_factory.mktemp("press")
+    command = [program, "simulate", "press", "--mode", "gel", "--size", "320x240", "--rate", "5", "--radius", "5"]
+    subprocess.run([*command, "--out", folder, "--quiet"], check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
+def test_it_is_what_the_program_makes(press, tmp_path, program):
+    pitch = pp.Sensor.load(press / "sensor.json").pitch_mm_per_px
+    made = pp.setup(press / "frames", tmp_path / "gel.json", background=press / "background.png", pitch_mm_per_px=pitch, ball_radius_mm=5)
+    options = [f"--background={press / 'background.png'}", f"--pitch={pitch!r}", "--ball-mm=5"]
+    command = [program, "setup", press / "frames", *options, "--out", tmp_path / "same.json", "--json", "--quiet"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    expected = json.loads(done.stdout)["steps"]
+    assert list(made.steps["step"]) == [step["step"] for step in expected]
+    assert list(made.steps["known"]) == [step["known"] for step in expected]
+    assert list(made.steps["what"]) == [step["what"] for step in expected]
+    assert made.sensor.surface == "photometric"
+    assert abs(made.sensor.pitch_mm_per_px - pitch) < 1e-9
+    assert made.file == str(tmp_path / "gel.json")
+    assert not made.complete  # no gauge: no force
+    assert "MISSING  force" in str(made) and "-> " in str(made)
+    with pp.open(press / "frames", sensor=made.sensor, drop=False) as stream:
+        assert max(t.depth_mm.max() for t in stream) > 0.2
+
+
+def test_corners_cut_the_pad_out(press, tmp_path):
+    corners = [(10, 10), (309, 10), (309, 229), (10, 229)]
+    made = pp.setup(press / "frames", tmp_path / "cut.json", corners=corners, name="cut")
+    assert made.sensor.name == "cut"
+    assert json.loads(made.sensor.text)["frame"]["quad_px"] == [list(map(float, corner)) for corner in corners]
+
+
+def test_what_cannot_be_is_refused(press, tmp_path):
+    out = tmp_path / "none.json"
+    with pytest.raises(pp.ArgumentError, match="ball_radius_mm above 0"):
+        pp.setup(press / "frames", out, ball_radius_mm=-1)
+    with pytest.raises(pp.ArgumentError, match="four corners"):
+        pp.setup(press / "frames", out, corners=[(1, 2), (3, 4)])
+    with pytest.raises(pp.ArgumentError, match="columns, rows"):
+        pp.setup(press / "frames", out, grid=9)
+    with pytest.raises(pp.Error, match="nowhere"):
+        pp.setup(tmp_path / "nowhere", out)
+    assert not out.exists()
+
+
+def test_a_sensor_file_is_loaded(press):
+    sensor = pp.Sensor.load(press / "sensor.json")
+    assert sensor.text == pp.Sensor(press / "sensor.json").text
+    assert repr(sensor) == repr(pp.Sensor(str(press / "sensor.json")))
+    with pytest.raises(pp.SensorError):
+        pp.Sensor.load(press / "frames")

@@ -1,0 +1,135 @@
+"""A sensor file from recordings of a sensor of one's own, step by step."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ._core import path_text
+from ._errors import ArgumentError
+from ._live import Path, Sensor
+from ._program import run_program
+from ._tables import Table
+
+Corners = Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """A sensor file, and what of it is known."""
+
+    sensor: Sensor
+    file: str
+    """Where it was written."""
+    steps: Table = field(repr=False)
+    """One row a step, frame to force: ``step``, ``known`` (True or False), ``what`` is known, what is ``missing`` and the
+    command that does the step ``again``."""
+
+    @property
+    def complete(self) -> bool:
+        """Every step is known."""
+        return bool(np.all(self.steps["known"]))
+
+    def __str__(self) -> str:
+        lines = []
+        for step, known, what, missing in zip(*(self.steps[name] for name in ("step", "known", "what", "missing"))):
+            lines.append(f"{'known  ' if known else 'MISSING'}  {step:<16} {what}".rstrip())
+            if missing:
+                lines.append(f"{'':25} -> {missing}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<b>{html.escape(self.file)}</b>" + self.steps._repr_html_()
+
+
+def _length(value: float | None, name: str) -> list[str]:
+    if value is None:
+        return []
+    if isinstance(value, str) or not 0 < value < float("inf"):
+        raise ArgumentError(f"{name} above 0, or None", repr(value), f"{name}=3.0")
+    return [repr(float(value))]
+
+
+def _corners(corners: str | Corners | None) -> list[str]:
+    if corners is None or isinstance(corners, str):
+        if corners not in (None, "auto"):
+            raise ArgumentError("four corners, or 'auto'", repr(corners), "corners='auto'")
+        return [corners] if corners else []
+    try:
+        places = np.asarray(corners, dtype=np.float64).reshape(4, 2)
+    except (TypeError, ValueError):
+        wanted = "four corners as (x, y) in px: top left, top right, bottom right, bottom left"
+        raise ArgumentError(wanted, repr(corners)[:80], "corners=[(83, 97), (457, 132), (466, 368), (89, 413)]") from None
+    return [",".join(repr(float(one)) for one in places.ravel())]
+
+
+def setup(
+    recording: Path,
+    out: Path,
+    *,
+    background: Path | None = None,
+    corners: str | Corners | None = None,
+    pitch_mm_per_px: float | None = None,
+    grid_pictures: Path | None = None,
+    grid_background: Path | None = None,
+    grid: tuple[int, int] | None = None,
+    pattern: str = "dots",
+    spacing_mm: float | None = None,
+    ball_radius_mm: float | None = None,
+    balls: Path | None = None,
+    ball_table: Path | None = None,
+    surface: str = "auto",
+    gauge: Path | None = None,
+    name: str = "",
+) -> Setup:
+    """The sensor file of a sensor of one's own, as ``palpate setup`` makes it.
+
+    Nothing but the recording has to be there; what is missing is said step by step.  The program does it in a
+    process of its own, which Ctrl-C ends.
+
+    Args:
+        recording: of touches: a video, a folder of images, a session, or ``"camera:/dev/video0"``.
+        out: the sensor file to write; it is begun anew.
+        background: picture of the pad at rest; else found in the recording.
+        corners: of the pad in the picture, four (x, y) in px: top left, top right, bottom right, bottom left;
+            ``"auto"``: those of the light; None: the whole picture.
+        pitch_mm_per_px: the scale, where it is known.
+        grid_pictures, grid_background, grid, pattern, spacing_mm: else pictures of a grid (its pad at rest, (columns,
+            rows), ``"dots"`` or ``"chessboard"``, mm from one point to the next).
+        ball_radius_mm: radius of a ball that is pressed, for depth; with ``balls``, the recording of its presses
+            where they are not in ``recording``, or ``ball_table``, their places by hand.
+        surface: ``"auto"``, ``"photometric"`` or ``"lookup"``.
+        gauge: a force gauge's table of the recording.
+        name: of the sensor; else the file's.
+    """
+    file = path_text(out, "out")
+    words = ["setup", path_text(recording, "recording"), "--out", file, "--surface", surface, "--pattern", pattern]
+
+    def add(option: str, given: list[str]) -> None:
+        for one in given:
+            words.extend((option, one))
+
+    files = {"background": background, "grid_pictures": grid_pictures, "grid_background": grid_background, "balls": balls, "ball_table": ball_table, "gauge": gauge}
+    for argument, path in files.items():
+        add("--" + argument.replace("_", "-"), [] if path is None else [path_text(path, argument)])
+    add("--corners", _corners(corners))
+    add("--pitch", _length(pitch_mm_per_px, "pitch_mm_per_px"))
+    add("--spacing-mm", _length(spacing_mm, "spacing_mm"))
+    add("--ball-mm", _length(ball_radius_mm, "ball_radius_mm"))
+    if grid is not None:
+        try:
+            columns, rows = (int(one) for one in grid)
+        except (TypeError, ValueError):
+            raise ArgumentError("grid as (columns, rows)", repr(grid)[:80], "grid=(9, 7)") from None
+        add("--grid", [f"{columns}x{rows}"])
+    if name:
+        add("--name", [name])
+    found = json.loads(run_program([*words, "--json", "--quiet"], f"a sensor file '{os.fspath(file)}'"))
+    columns_of_steps = ("step", "known", "what", "missing", "again")
+    steps = Table("Setup", columns_of_steps, [[step[one] for one in columns_of_steps] for step in found["steps"]])
+    return Setup(Sensor(file), file, steps)
