@@ -19,11 +19,11 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
                                              {2560u, 1440u, 2.0f},
                                              {3840u, 2160u, 2.5f}}) {
     for (const bool surface : {false, true}) {
-      for (const Panels& panels :
-           {Panels{true, true}, Panels{true, false}, Panels{false, true}, Panels{false, false},
-            Panels{true, true, 262}, Panels{false, false, 430}}) {
-        SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d", width, height, scale, surface,
-                          panels.charts, panels.profile));
+      for (const Panels& panels : {Panels{true, true}, Panels{true, false}, Panels{false, true},
+                                   Panels{false, false}, Panels{true, true, 262}, Panels{false, false, 430},
+                                   Panels{true, true, 262, true}, Panels{false, false, 0, true}}) {
+        SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d, player %d", width, height, scale,
+                          surface, panels.charts, panels.profile, panels.player));
         const Layout l = make_layout({width, height}, scale, {640, 480, 1, 8}, surface, panels);
         EXPECT_LE(right(l.surface), l.panel.x);
         EXPECT_TRUE(!l.has_dock || right(l.dock) <= l.surface.x);
@@ -32,6 +32,14 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
         EXPECT_LE(right(l.panel), width);
         EXPECT_LE(foot(l.panel), l.status.y);
         EXPECT_LE(foot(l.status), height);
+        EXPECT_EQ(l.has_player, panels.player);
+        if (l.has_player) {
+          EXPECT_GE(l.player.y, foot(l.surface)) << "nothing of the picture is below the bar";
+          EXPECT_GE(l.player.y, foot(l.dock));
+          EXPECT_LE(right(l.player), l.panel.x);
+          EXPECT_LE(foot(l.player), l.has_charts ? l.charts.y : l.status.y);
+          EXPECT_GE(l.player.height, 20u);
+        }
         if (l.has_charts) {
           EXPECT_LE(foot(l.surface), l.charts.y);
           EXPECT_LE(foot(l.charts), l.status.y);

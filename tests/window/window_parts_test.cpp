@@ -314,7 +314,7 @@ TEST(KeyHelp, EveryKeyIsThereOnce) {
   std::string all;
   for (const KeyHelp& line : key_help()) all += std::string(" ") + line.keys + " ";
   for (const char* key :
-       {" R,", "T ",  " D ", " O ", " A ", " E ", "L, G, Y", " X ", " P ", "[  ]", "K, J", "Space",
+       {" R,", "T ",  " D ", " O ", " A ", " E ", "L, G, Y", " X ", " P ", "[  ]", "K, J", "Space", " F ",
         " Z,", " W ", " S ", " M,", " N ", " I ", " V ",     "F11", " C ", " B ",  " H,",  "Esc"})
     EXPECT_NE(all.find(key), std::string::npos) << key;
 }

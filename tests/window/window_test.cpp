@@ -198,7 +198,7 @@ TEST_F(WindowTest, AVideoWithoutASensorIsPlayed) {
   ASSERT_TRUE(titled("palpate: "));
   desktop_->key("space");
   const fs::path place = home() / "palpate" / (folder_.filename().string() + "-press.avi");
-  const Layout layout = viz::make_layout({1280, 720}, 1, {160, 120, 3, 8}, false, {true, false, 262});
+  const Layout layout = viz::make_layout({1280, 720}, 1, {160, 120, 3, 8}, false, {true, false, 262, true});
   ASSERT_TRUE(layout.has_charts);
   // The axis of the charts holds the whole film: a click in its middle is frame 50, or next to it.
   const double left = layout.charts.x + 52, right = layout.charts.x + layout.charts.width - 10.0;
@@ -248,7 +248,7 @@ TEST_F(WindowTest, AReplayedFrameIsShownAsStored) {
   const cv::Mat picture = cv::imread(stem + ".png");
   ASSERT_FALSE(picture.empty());
   // The surface and the raw image; rates, latencies and the charts' past differ from run to run.
-  const Layout layout = viz::make_layout({1280, 720}, 1, {320, 240, 3, 8}, true, {true, true});
+  const Layout layout = viz::make_layout({1280, 720}, 1, {320, 240, 3, 8}, true, {true, true, 0, true});
   cv::Mat shown(picture.rows, picture.cols, picture.type(), cv::Scalar::all(0));
   for (const ViewRect& part : {layout.surface, layout.image}) {
     const cv::Rect rect(part.x, part.y, static_cast<int>(part.width), static_cast<int>(part.height));

@@ -171,6 +171,9 @@ bool handle_panel_key(int key, bool replay, ViewState& state) {
     case GLFW_KEY_C:
       state.controls = !state.controls;
       break;
+    case GLFW_KEY_F:
+      state.rates = !state.rates;
+      break;
     case GLFW_KEY_I:
       state.sensor_panel = !state.sensor_panel;
       break;

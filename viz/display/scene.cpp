@@ -63,8 +63,9 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   fit_text();
   const float scale = frame_->scale();
-  layout_ = make_layout(extent, scale, format, has_surface,
-                        {state_.charts, state_.section, dock_width(state_, frame_->has_window())});
+  layout_ = make_layout(
+      extent, scale, format, has_surface,
+      {state_.charts, state_.section, dock_width(state_, frame_->has_window()), live && live->player});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.traction) : loads_.update(shown.frame, background_, sensor_);

@@ -11,55 +11,71 @@
 #include "viz/render/format.h"
 
 namespace palpate::viz {
+namespace {
 
-void status_line(const Layout& layout, const HudContent& content, float scale) {
-  ImDrawList* list = ImGui::GetForegroundDrawList();
+std::string camera_text(const CaptureCounts& c) {
+  if (c.lost + c.damaged + c.gaps == 0) return {};
+  return text("camera: %llu lost, %llu damaged, %llu gaps", static_cast<unsigned long long>(c.lost),
+              static_cast<unsigned long long>(c.damaged), static_cast<unsigned long long>(c.gaps));
+}
+
+/// How the program runs.
+std::string rates_text(const HudContent& content) {
+  std::string line;
+  if (const LiveStats* live = content.live)
+    line = text(
+        "shown %.0f/s   measured %.0f/s   captured %.0f/s   not measured %llu, not shown %llu   "
+        "draw %.0f ms",
+        live->shown_per_s, live->processed_per_s, live->captured_per_s,
+        static_cast<unsigned long long>(live->dropped_before_engine),
+        static_cast<unsigned long long>(live->dropped_before_display), live->draw_ms);
+  if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
+  return line + "   " + content.device;
+}
+
+/// Frame and time, where no bar of a replay says them.
+std::string place_text(const HudContent& content) {
+  if (content.live && content.live->player) return "H: help";
+  const std::string place =
+      text("frame %llu   t = %.2f s", static_cast<unsigned long long>(content.touch.sequence),
+           1e-9 * static_cast<double>(content.touch.time_ns));
+  return content.live ? place + "   H: help" : place;
+}
+
+}  // namespace
+
+void status_line(const Layout& layout, const HudContent& content, bool rates, float scale) {
+  // Under all windows: the help covers it.
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
   const ImVec2 low{static_cast<float>(layout.status.x), static_cast<float>(layout.status.y)};
   const ImVec2 high{low.x + static_cast<float>(layout.status.width),
                     low.y + static_cast<float>(layout.status.height)};
   list->AddRectFilled(low, high, IM_COL32(15, 17, 20, 255));
-  std::string line;
-  const double time_s = 1e-9 * static_cast<double>(content.touch.time_ns);
-  if (const LiveStats* live = content.live) {
-    line = text("shown %.0f/s   measured %.0f/s   captured %.0f/s   not measured %llu, not shown %llu",
-                live->shown_per_s, live->processed_per_s, live->captured_per_s,
-                static_cast<unsigned long long>(live->dropped_before_engine),
-                static_cast<unsigned long long>(live->dropped_before_display));
-    if (const CaptureCounts& c = live->camera; c.lost + c.damaged + c.gaps > 0)
-      line += text("   camera: %llu lost, %llu damaged, %llu gaps", static_cast<unsigned long long>(c.lost),
-                   static_cast<unsigned long long>(c.damaged), static_cast<unsigned long long>(c.gaps));
-    if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
-    line += text("   draw %.0f ms", live->draw_ms);
-    if (!live->note.empty()) {
-      // The note may take what the rates leave, but at least half.
-      const float room = high.x - low.x - 24 * scale;
-      const float rates = ImGui::CalcTextSize(line.c_str()).x + ImGui::CalcTextSize("   |   ").x;
-      line = shortened(live->note, std::max(room - rates, room / 2)) + "   |   " + line;
-    }
-  } else {
-    line = text("frame %llu   t = %.3f s", static_cast<unsigned long long>(content.touch.sequence), time_s);
-    if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
-  }
-  const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2;
-  const float device_width = ImGui::CalcTextSize(content.device.c_str()).x;
-  const float line_width = ImGui::CalcTextSize(line.c_str()).x;
-  const float margin = 12 * scale;
+  const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2, margin = 12 * scale;
+  const float gap = ImGui::CalcTextSize("   |   ").x;
   list->PushClipRect(low, high);
-  list->AddText({low.x + margin, y}, IM_COL32(190, 197, 207, 255), line.c_str());
-  // The device's name only where it has room.
-  if (line_width + device_width + 4 * margin < high.x - low.x)
-    list->AddText({high.x - margin - device_width, y}, IM_COL32(130, 138, 150, 255), content.device.c_str());
+  // What happened stands first; the frame, or how the program runs, on the right.
+  std::string right = rates ? rates_text(content) : place_text(content);
+  std::string left = content.live ? content.live->note : "";
+  const std::string camera = content.live ? camera_text(content.live->camera) : "";
+  if (!camera.empty()) left = left.empty() ? camera : camera + "   |   " + left;
+  const float room = high.x - low.x - 2 * margin;
+  const float wanted = ImGui::CalcTextSize(right.c_str()).x;
+  // The words on the left may take what the figures leave, but at least half.
+  left = shortened(left, std::max(room - wanted - gap, room / 2));
+  const float taken = left.empty() ? 0 : ImGui::CalcTextSize(left.c_str()).x + gap;
+  right = shortened(right, room - taken);
+  list->AddText({low.x + margin, y}, IM_COL32(190, 197, 207, 255), left.c_str());
+  list->AddText({high.x - margin - ImGui::CalcTextSize(right.c_str()).x, y}, IM_COL32(150, 158, 170, 255),
+                right.c_str());
   list->PopClipRect();
 }
 
-/// Time, place and speed of a replay, along the foot of the surface.
 void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
                 ViewState& state) {
-  const float height = 34 * scale;
-  ImGui::SetNextWindowPos(
-      {static_cast<float>(layout.surface.x),
-       static_cast<float>(layout.surface.y) + static_cast<float>(layout.surface.height) - height});
-  ImGui::SetNextWindowSize({static_cast<float>(layout.surface.width), height});
+  ImGui::SetNextWindowPos({static_cast<float>(layout.player.x), static_cast<float>(layout.player.y)});
+  ImGui::SetNextWindowSize(
+      {static_cast<float>(layout.player.width), static_cast<float>(layout.player.height)});
   ImGui::Begin("player", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground);
@@ -80,7 +96,6 @@ void player_bar(const Layout& layout, float scale, const PlayerStats& player, in
   ImGui::End();
 }
 
-/// Urgent messages: that it records, that recording failed, that no frames come.
 void banner(const Layout& layout, const LiveStats& live, float scale) {
   std::vector<std::pair<std::string, ImU32>> lines;
   constexpr ImU32 kRed = IM_COL32(255, 96, 88, 255), kAmber = IM_COL32(255, 190, 70, 255);
@@ -93,7 +108,7 @@ void banner(const Layout& layout, const LiveStats& live, float scale) {
     lines.emplace_back(words, s.dropped > 0 ? kAmber : kRed);
   }
   if (!live.state.empty()) lines.emplace_back(live.state, kAmber);
-  ImDrawList* list = ImGui::GetForegroundDrawList();
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
   float y = static_cast<float>(layout.surface.y) + 12 * scale;
   const float left = static_cast<float>(layout.surface.x) + 12 * scale;
   const float right = static_cast<float>(layout.surface.x) + static_cast<float>(layout.surface.width) -

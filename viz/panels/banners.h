@@ -10,9 +10,10 @@
 
 namespace palpate::viz {
 
-/// One line at the foot: rates, drops, the last note; of a recording's picture its frame and time.
-void status_line(const Layout& layout, const HudContent& content, float scale);
-/// Time, place and speed of a replay, along the foot of the surface.
+/// One line at the foot: the last note, what a camera lost, frame and time; with `rates` how the program runs
+/// in place of the latter.
+void status_line(const Layout& layout, const HudContent& content, bool rates, float scale);
+/// Time, place and speed of a replay, in a strip of its own.
 void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
                 ViewState& state);
 /// Urgent messages: that it records, that recording failed, that no frames come.

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "viz/panels/measurement.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -26,44 +25,51 @@ void Chart::paper(double step) const {
   }
 }
 
-void Chart::title(const std::string& whole, ImU32 colour, float right) const {
-  const std::string words = shortened(whole, high_.x - low_.x - 10 * scale_);
-  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
-  if (right > 0 && low_.x + right + size.x > high_.x) return;  // the first words are the ones that matter
-  const ImVec2 place{low_.x + 5 * scale_ + right, low_.y + 1 * scale_};
-  list_->AddRectFilled({place.x - 2, place.y}, {place.x + size.x + 2, place.y + size.y},
-                       IM_COL32(26, 30, 36, 200));
-  list_->AddText(place, colour, words.c_str());
+void Chart::title(const std::string& whole, ImU32 colour) {
+  const float room = high_.x - low_.x - titled_;
+  if (titled_ > 0 && ImGui::CalcTextSize(whole.c_str()).x > room) return;  // the first words matter most
+  const std::string words = shortened(whole, room);
+  list_->AddText({low_.x + titled_, low_.y - ImGui::GetFontSize() - scale_}, colour, words.c_str());
+  titled_ += ImGui::CalcTextSize(words.c_str()).x + 10 * scale_;
 }
 
-void Chart::level(double value, ImU32 colour, const std::string& label) const {
+void Chart::note(const std::string& words, ImU32 colour) const {
+  const float width = ImGui::CalcTextSize(words.c_str()).x;
+  if (width > high_.x - low_.x - titled_) return;
+  list_->AddText({high_.x - width, low_.y - ImGui::GetFontSize() - scale_}, colour, words.c_str());
+}
+
+void Chart::level(double value, ImU32 colour) const {
   if (value < least_ || value > most_) return;
   const float y = at(end_s_, value).y;
   for (float x = low_.x; x < high_.x; x += 9 * scale_)
     list_->AddLine({x, y}, {std::min(x + 5 * scale_, high_.x), y}, colour);
-  const ImVec2 size = ImGui::CalcTextSize(label.c_str());
-  const float above = y - size.y - 1 < low_.y ? y + 1 : y - size.y - 1;
-  list_->AddText({high_.x - size.x - 4 * scale_, above}, colour, label.c_str());
 }
 
 void Chart::line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
                  ImU32 colour, LineStyle line_style) const {
   StyledLine drawn(list_, colour, line_style, scale_);
   ImVec2 last{};
-  bool joined = false;
+  bool joined = false, alone = false;
+  const auto end_piece = [&] {
+    if (alone) list_->AddCircleFilled(last, 1.5f * scale_, colour);
+    joined = alone = false;
+  };
   for (const Sample& s : samples) {
     double v = 0;
     if (!visible(s.time) || !value(s, v) || !std::isfinite(v)) {
-      joined = false;
+      end_piece();
       continue;
     }
     const ImVec2 p = at(s.time, v);
-    if (s.gap) joined = false;
+    if (s.gap) end_piece();
     if (joined && p.x - last.x < 1 && std::abs(p.y - last.y) < 1) continue;
     if (joined) drawn.piece(last, p);
+    alone = !joined;
     last = p;
     joined = true;
   }
+  end_piece();
 }
 
 void Chart::band(const std::deque<Sample>& samples,

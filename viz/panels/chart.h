@@ -19,7 +19,8 @@ inline constexpr ImU32 kFrameLine = IM_COL32(84, 92, 104, 255);
 inline constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
 inline constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
 
-/// One chart: a frame with a y axis, and the shared time axis.
+/// One chart: a frame with a y axis, the shared time axis, and a row of words above the frame, so that none
+/// lies over a curve.
 class Chart {
  public:
   Chart(ImDrawList* list, ImVec2 low, ImVec2 high, double end_s, double span_s, float scale)
@@ -40,13 +41,16 @@ class Chart {
   }
 
   void paper(double step) const;
-  /// The title, on what is drawn already.
-  void title(const std::string& whole, ImU32 colour = kText, float right = 0) const;
-  void level(double value, ImU32 colour, const std::string& label) const;
+  /// The next words of the row above, from its left end; shortened where there is no room for all.
+  void title(const std::string& whole, ImU32 colour = kText);
+  /// Words at the right end of that row; none where the titles leave no room.
+  void note(const std::string& words, ImU32 colour) const;
+  /// A dashed line across the chart.
+  void level(double value, ImU32 colour) const;
   void clip() const { list_->PushClipRect(low_, high_, true); }
   void unclip() const { list_->PopClipRect(); }
 
-  /// One line; `value` returns false where there is none.
+  /// One line; `value` returns false where there is none. A sample between two gaps is a dot.
   void line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
             ImU32 colour, LineStyle line_style) const;
   void band(const std::deque<Sample>& samples,
@@ -60,6 +64,7 @@ class Chart {
   ImVec2 low_, high_;
   double end_s_, span_s_;
   float scale_;
+  float titled_ = 0;  ///< px of the row above that have words
   double least_ = 0, most_ = 1;
 };
 

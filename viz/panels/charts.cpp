@@ -13,7 +13,6 @@
 #include "engine/measure/force.h"
 #include "viz/panels/chart.h"
 #include "viz/panels/line_style.h"
-#include "viz/panels/measurement.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
 
@@ -23,6 +22,7 @@ namespace {
 constexpr ImU32 kForce = IM_COL32(86, 180, 233, 255);
 constexpr ImU32 kBand = IM_COL32(86, 180, 233, 70);
 constexpr ImU32 kLimit = IM_COL32(240, 228, 66, 200);
+constexpr ImU32 kWithinLimit = IM_COL32(240, 228, 66, 34);
 constexpr ImU32 kShearX = IM_COL32(230, 159, 0, 255);
 constexpr ImU32 kShearY = IM_COL32(204, 121, 167, 255);
 constexpr ImU32 kDepth = IM_COL32(0, 190, 140, 255);
@@ -47,6 +47,13 @@ struct Ends {
     return step;
   }
 };
+
+constexpr double kLeastDepthAxis_mm = 0.05;  // as the colours of depth
+
+/// The least that the axis of force shows: at rest noise is no event.
+double least_force_axis_N(const ForceCalibration& force) {
+  return std::max(0.02, 0.05 * calibrated_range(force).most_N);
+}
 
 /// Stick, incipient slip and slip along the time axis: colour, hatching and letters.
 void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time,
@@ -139,16 +146,18 @@ class StripCharts {
     const float row = ImGui::GetFontSize();
     std::tie(left_, right_) = axis_ends(rect, scale_);
     axis_ = row + 5 * scale_;
-    band_ = has_shear_ ? row + 3 * scale_ : 0;
-    bottom_ = high_.y - axis_ - band_ - (has_shear_ ? 3 * scale_ : 0);
-    const float room = bottom_ - low_.y - 5 * scale_;
-    // Each chart needs room for its title and two numbers.
-    const int possible = std::max(1, static_cast<int>(room / (2.4f * row)));
+    band_ = has_shear_ ? row + 6 * scale_ : 0;
+    marks_ = history.events().empty() ? 0 : row + 4 * scale_;
+    bottom_ = high_.y - axis_ - band_ - marks_;
+    const float room = bottom_ - low_.y;
+    // Each chart needs room for the words above it and two numbers.
+    const int possible = std::max(1, static_cast<int>(room / (3.2f * row)));
     const int wanted = 1 + (has_shear_ ? 1 : 0) + (has_depth_ ? 1 : 0);
     count_ = std::min(possible, wanted);
-    gap_ = 5 * scale_;
-    height_ = (room - gap_ * static_cast<float>(count_ - 1)) / static_cast<float>(count_);
-    ticks_ = std::max(1, static_cast<int>(height_ / (1.7f * row)));
+    head_ = row + 3 * scale_;
+    each_ = room / static_cast<float>(count_);
+    const float height = each_ - head_ - 2 * scale_;
+    ticks_ = std::max(1, static_cast<int>(height / (1.7f * row)));
   }
 
   void draw() {
@@ -168,8 +177,17 @@ class StripCharts {
 
  private:
   Chart next() {
-    const float y = low_.y + 5 * scale_ + static_cast<float>(index_++) * (height_ + gap_);
-    return Chart(list_, {left_, y}, {right_, y + height_}, span_.end, span_.length, scale_);
+    const float y = low_.y + static_cast<float>(index_++) * each_;
+    return Chart(list_, {left_, y + head_}, {right_, y + each_ - 2 * scale_}, span_.end, span_.length,
+                 scale_);
+  }
+  /// A vertical line through all charts, between the words above them.
+  template <typename Line>
+  void across(Line line) const {
+    for (int i = 0; i < index_; ++i) {
+      const float y = low_.y + static_cast<float>(i) * each_;
+      line(y + head_, y + each_ - 2 * scale_);
+    }
   }
   const char* zeroed() const { return tare_.on ? ", tared" : ""; }
   Estimate force(const Sample& s) const { return tare_.on ? tared(s.force_N, tare_.force_N) : s.force_N; }
@@ -199,7 +217,7 @@ class StripCharts {
   Span span_;
   bool has_shear_;  // without a force there is no friction limit, and shear is not drawn
   bool has_depth_;
-  float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, bottom_ = 0, gap_ = 0, height_ = 0;  // px
+  float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, marks_ = 0, bottom_ = 0, head_ = 0, each_ = 0;  // px
   int count_ = 0, index_ = 0, ticks_ = 0;
 };
 
@@ -217,7 +235,7 @@ void StripCharts::draw_force() {
   const bool limits = std::none_of(samples_.begin(), samples_.end(),
                                    [&](const Sample& s) { return chart.visible(s.time) && s.several; });
   if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
-  const double step = ends.round(0.02, ticks_);
+  const double step = ends.round(least_force_axis_N(*sensor_.force), ticks_);
   chart.set_range(ends.least, ends.most);
   chart.paper(step);
   chart.clip();
@@ -237,14 +255,16 @@ void StripCharts::draw_force() {
         return s.force_N.validity != Validity::NotCalibrated;
       },
       kForce, LineStyle::Solid);
-  if (limits)
-    chart.level(range.most_N - zero_N, kLimit,
-                text("calibrated to %.3g N%s", range.most_N, tare_.on ? " untared" : ""));
-  if (limits && range.least_N - zero_N > 0.03 * ends.most)
-    chart.level(range.least_N - zero_N, kLimit,
-                text("from %.3g N%s", range.least_N, tare_.on ? " untared" : ""));
+  const bool lower = range.least_N - zero_N > 0.03 * ends.most;
+  if (limits) chart.level(range.most_N - zero_N, kLimit);
+  if (limits && lower) chart.level(range.least_N - zero_N, kLimit);
   chart.unclip();
   chart.title(text("force [N]%s, band: 95 %%", zeroed()), kForce);
+  const std::string from = lower ? text("from %.3g ", range.least_N) : "";
+  if (limits)
+    chart.note(
+        text("calibrated %sto %.3g N (dashed)%s", from.c_str(), range.most_N, tare_.on ? ", untared" : ""),
+        kLimit);
   chart.frame();
 }
 
@@ -253,7 +273,8 @@ void StripCharts::draw_gray_sum() {
   Ends ends;
   for (const Sample& s : samples_)
     if (chart.visible(s.time)) ends.take(1e-3 * s.gray_sum);
-  const double step = ends.round(0.01, ticks_);
+  // A hundred pixels at the threshold: below it lies what noise alone makes.
+  const double step = ends.round(std::max(0.01, 0.1 * sensor_.threshold_gray), ticks_);
   chart.set_range(ends.least, ends.most);
   chart.paper(step);
   chart.clip();
@@ -274,27 +295,29 @@ void StripCharts::draw_shear() {
   Ends ends;
   for (const Sample& s : samples_)
     if (chart.visible(s.time) && s.contact)
-      for (const bool x : {true, false}) ends.take(shear(s, x).value);
+      for (const bool x : {true, false})
+        if (has_value(shear(s, x))) ends.take(shear(s, x).value);
   double reach = std::max(-ends.least, ends.most);
   // The friction limit comes into sight when the shear comes near it.
   if (!tare_.on && !samples_.empty() && has_value(samples_.back().force_N))
     if (const double limit_N = sensor_.shear->friction * samples_.back().force_N.value; reach > 0.6 * limit_N)
       reach = std::max(reach, limit_N);
   ends = {0, reach};
-  const double step = ends.round(0.01, std::max(1, ticks_ / 2));
+  const double step = ends.round(least_shear_axis_N(sensor_, samples_), std::max(1, ticks_ / 2));
   chart.set_range(-ends.most, ends.most);
   chart.paper(step);
   chart.clip();
   const double friction = sensor_.shear->friction;
-  for (const double sign : {-1.0, 1.0})
-    if (!tare_.on)
-      chart.line(
-          samples_,
-          [&](const Sample& s, double& v) {
-            v = sign * friction * s.force_N.value;
-            return has_value(s.force_N);
-          },
-          kLimit, LineStyle::Dotted);
+  // An area, so that its edges are not taken for events, which are lines across all charts.
+  if (!tare_.on)
+    chart.band(
+        samples_,
+        [&](const Sample& s, double& a, double& b) {
+          b = friction * s.force_N.value;
+          a = -b;
+          return has_value(s.force_N);
+        },
+        kWithinLimit);
   for (const bool x : {true, false})
     chart.line(
         samples_,
@@ -305,12 +328,9 @@ void StripCharts::draw_shear() {
         },
         x ? kShearX : kShearY, x ? LineStyle::Solid : LineStyle::Dashed);
   chart.unclip();
-  const std::string first = text("shear [N]%s: x", zeroed());
-  chart.title(first, kShearX);
-  float along = ImGui::CalcTextSize(first.c_str()).x + 8 * scale_;
-  chart.title("y (dashed)", kShearY, along);
-  along += ImGui::CalcTextSize("y (dashed)").x + 8 * scale_;
-  if (!tare_.on) chart.title("friction limit (dotted)", kLimit, along);
+  chart.title(text("shear [N]%s: x", zeroed()), kShearX);
+  chart.title("y (dashed)", kShearY);
+  if (!tare_.on) chart.note("area: within the friction limit", kLimit);
   chart.frame();
 }
 
@@ -319,7 +339,7 @@ void StripCharts::draw_depth() {
   Ends ends;
   for (const Sample& s : samples_)
     if (chart.visible(s.time)) ends.take(s.depth_mm);
-  const double step = ends.round(0.02, ticks_);
+  const double step = ends.round(kLeastDepthAxis_mm, ticks_);
   chart.set_range(ends.least, ends.most);
   chart.paper(step);
   chart.clip();
@@ -338,8 +358,8 @@ void StripCharts::draw_depth() {
 void StripCharts::draw_time_axis() {
   const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
   if (has_shear_)
-    draw_slip_band(list_, {left_, bottom_ + 3 * scale_}, {right_, bottom_ + 3 * scale_ + band_}, time,
-                   samples_, scale_);
+    draw_slip_band(list_, {left_, bottom_ + marks_ + 2 * scale_},
+                   {right_, bottom_ + marks_ + band_ - 2 * scale_}, time, samples_, scale_);
   const double step = nice_ceiling(span_.length / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
   for (double t = std::ceil((span_.end - span_.length) / step) * step; t <= span_.end + 1e-9; t += step) {
     const float x = time.at(t, 0).x;
@@ -355,17 +375,22 @@ void StripCharts::draw_time_axis() {
 
 void StripCharts::draw_events() {
   const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
+  float free_from = left_;  // of the row of labels; in order of time, none over another
   for (const EventMark& e : history_.events()) {
     if (e.time > span_.end || !time.visible(e.time)) continue;
     const float x = time.at(e.time, 0).x;
     if (x < left_) continue;
-    for (float y = low_.y + 5 * scale_; y < high_.y - axis_; y += 6 * scale_)
-      list_->AddLine({x, y}, {x, y + 3 * scale_}, kEvent, 1.2f * scale_);
+    const auto dashes = [&](float from, float to) {
+      for (float y = from; y < to; y += 6 * scale_)
+        list_->AddLine({x, y}, {x, std::min(y + 3 * scale_, to)}, kEvent, 1.2f * scale_);
+    };
+    across(dashes);
     const ImVec2 size = ImGui::CalcTextSize(e.label.c_str());
-    const float at = std::min(x + 2 * scale_, right_ - size.x);
-    list_->AddRectFilled({at - 1, bottom_ - size.y - 1}, {at + size.x + 2, bottom_ - 1},
-                         IM_COL32(245, 245, 245, 225));
-    list_->AddText({at, bottom_ - size.y - 1}, IM_COL32(10, 12, 16, 255), e.label.c_str());
+    const float at = std::min(x, right_ - size.x - 3 * scale_), y = bottom_ + scale_;
+    if (at < free_from) continue;
+    free_from = at + size.x + 6 * scale_;
+    list_->AddRectFilled({at, y}, {at + size.x + 3 * scale_, y + size.y}, IM_COL32(245, 245, 245, 225));
+    list_->AddText({at + scale_, y}, IM_COL32(10, 12, 16, 255), e.label.c_str());
   }
 }
 
@@ -374,12 +399,23 @@ void StripCharts::draw_cursor() {
   if (!history_.timeline().whole()) return;
   const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
   const float x = std::clamp(time.at(history_.now(), 0).x, left_, right_);
-  list_->AddLine({x, low_.y + 2 * scale_}, {x, high_.y - axis_ + 3 * scale_}, kCursor, 1.6f * scale_);
-  list_->AddTriangleFilled({x - 5 * scale_, low_.y}, {x + 5 * scale_, low_.y}, {x, low_.y + 7 * scale_},
-                           kCursor);
+  across([&](float from, float to) { list_->AddLine({x, from}, {x, to}, kCursor, 1.6f * scale_); });
+  const float foot = high_.y - axis_;
+  list_->AddTriangleFilled({x - 5 * scale_, foot + 6 * scale_}, {x + 5 * scale_, foot + 6 * scale_},
+                           {x, foot - scale_}, kCursor);
 }
 
 }  // namespace
+
+double least_shear_axis_N(const Sensor& sensor, const std::deque<Sample>& samples) {
+  double noise_N = 0;
+  for (const Sample& s : samples)
+    if (s.contact)
+      for (const Estimate* e : {&s.shear_x_N, &s.shear_y_N})
+        if (has_value(*e) && std::isfinite(e->standard_error)) noise_N = std::max(noise_N, e->standard_error);
+  const double limit_N = sensor.shear->friction * calibrated_range(*sensor.force).most_N;
+  return std::max({0.01, 0.05 * limit_N, 4 * noise_N});
+}
 
 double tick_step(double least, double most, int ticks) {
   double step = nice_ceiling((most - least) / std::max(ticks, 1));

@@ -2,6 +2,7 @@
 // axis of time, and the events.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "palpate/sensor.h"
@@ -21,14 +22,19 @@ struct ChartStyle {
 };
 
 /// Draws into `rect`. Force: line, band of two standard errors, the calibrated range as dashed lines (without
-/// a calibration the gray sum). Shear: x solid, y dashed, the friction limit dotted. Depth where there is a
-/// surface. Where the rectangle is low the last charts are left out. `tare` moves force and shear.
+/// a calibration the gray sum). Shear: x solid, y dashed, what the friction limit leaves as an area. Depth
+/// where there is a surface. Where the rectangle is low the last charts are left out. `tare` moves force and
+/// shear. Words stand in rows of their own, none over a curve.
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
 
 /// The time on the axis under a place `x` (px) of the picture; none beside the charts.
 std::optional<double> time_under(float x, const ViewRect& rect, const History& history,
                                  const ChartStyle& style);
+
+/// The least that the axis of shear reaches, N: a twentieth of the largest friction limit, and four standard
+/// errors, so that it does not show the noise of a pad at rest. The sensor has force and shear.
+double least_shear_axis_N(const Sensor& sensor, const std::deque<Sample>& samples);
 
 /// Distance of the ticks of an axis from `least` (0 or below) to `most` (above it): room for `ticks` of them,
 /// but never so far apart that zero stands alone.

@@ -12,6 +12,35 @@ namespace {
 
 using Where = KeyHelp::Where;
 
+float button_width(const char* label) {
+  return ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
+}
+
+/// Buttons and boxes beside each other; what has no room begins the next row.
+class Rows {
+ public:
+  /// `other`: what the button says at another time; it is as wide as the wider of both, and none moves.
+  bool button(const char* label, const char* other = nullptr) {
+    const float width = std::max(button_width(label), other ? button_width(other) : 0);
+    place(width);
+    return ImGui::Button(label, {width, 0});
+  }
+  void box(const char* label, bool& value) {
+    place(ImGui::GetFrameHeight() + ImGui::GetStyle().ItemInnerSpacing.x +
+          ImGui::CalcTextSize(label, nullptr, true).x);
+    ImGui::Checkbox(label, &value);
+  }
+
+ private:
+  void place(float width) {
+    const float right = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+    if (begun_ && ImGui::GetItemRectMax().x + ImGui::GetStyle().ItemSpacing.x + width <= right)
+      ImGui::SameLine();
+    begun_ = true;
+  }
+  bool begun_ = false;
+};
+
 void range_setting(ViewState& state, float auto_column) {
   const auto slider = [&](const char* label, double& value, double unit, double least, double most,
                           const char* format) {
@@ -37,8 +66,8 @@ void range_setting(ViewState& state, float auto_column) {
 }
 
 void surface_settings(ViewState& state, float scale) {
-  const float auto_column = 232 * scale;
-  ImGui::PushItemWidth(120 * scale);
+  const float auto_column = 178 * scale;
+  ImGui::PushItemWidth(100 * scale);
   if (ImGui::BeginCombo("colours", to_string(state.quantity))) {
     for (int i = 0; i < kQuantities; ++i) {
       const auto q = static_cast<Quantity>(i);
@@ -64,13 +93,6 @@ void surface_settings(ViewState& state, float scale) {
   ImGui::SameLine(auto_column);
   ImGui::Checkbox("auto##exaggeration", &state.automatic_exaggeration);
   ImGui::PopItemWidth();
-  ImGui::Checkbox("light", &state.lit);
-  ImGui::SameLine();
-  ImGui::Checkbox("grid", &state.grid);
-  ImGui::SameLine();
-  ImGui::Checkbox("axes", &state.axes);
-  ImGui::SameLine();
-  ImGui::Checkbox("section", &state.section);
 }
 
 /// Settings of the block for estimates from presses, as far as the window offers them.
@@ -95,6 +117,38 @@ void block_settings(const BlockSetting& now, float scale, ViewState& state) {
   else
     state.block_draft.reset();
   ImGui::Separator();
+}
+
+void switches(bool has_surface, ViewState& state) {
+  Rows rows;
+  if (has_surface) {
+    rows.box("light", state.lit);
+    rows.box("grid", state.grid);
+    rows.box("axes", state.axes);
+    rows.box("section", state.section);
+  }
+  rows.box("charts", state.charts);
+  rows.box("contacts", state.contacts);
+  rows.box("skin", state.skin);
+  rows.box("places in px", state.pixels);
+  rows.box("rates", state.rates);
+}
+
+void action_buttons(bool has_surface, const LiveStats* live, ViewState& state) {
+  Rows rows;
+  if (rows.button(state.paused ? "Continue" : "Pause", "Continue")) state.paused = !state.paused;
+  if (live && !live->player &&
+      rows.button(live->recording ? "Stop##record" : "Record##record", "Record##record"))
+    state.recording_switched_requested = true;
+  if (rows.button("Snapshot")) state.snapshot_requested = true;
+  if (rows.button("Mark")) state.mark_requested = true;
+  if (rows.button("Text")) state.labelling = true;
+  if (rows.button(state.tare.on ? "End zero" : "Zero", "End zero"))
+    (state.tare.on ? state.zero_cleared_requested : state.zero_requested) = true;
+  if (rows.button("Sensor")) state.sensor_panel = !state.sensor_panel;
+  if (has_surface && rows.button("View")) state.camera = {};
+  if (live && live->from_list && rows.button("Sources")) state.sources_requested = true;
+  if (rows.button("Help")) state.help = !state.help;
 }
 
 }  // namespace
@@ -130,6 +184,7 @@ const std::vector<KeyHelp>& key_help() {
       {"S", "snapshot: picture, frame, numbers"},
       {"M, Shift + M", "mark an event, with a text"},
       {"I", "sensor and its calibrations"},
+      {"F", "rates, latency and mesh of the program"},
       {"V", "vsync: on, mailbox, off"},
       {"Ctrl + plus, minus", "larger, smaller text"},
       {"F11", "full screen"},
@@ -163,12 +218,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   ImGui::Begin("Settings", nullptr, flags);
   if (has_surface) surface_settings(state, scale);
   if (live && live->press) block_settings(live->press->block, scale, state);
-  ImGui::Checkbox("charts", &state.charts);
-  ImGui::SameLine();
-  ImGui::Checkbox("contacts", &state.contacts);
-  ImGui::SameLine();
-  ImGui::Checkbox("skin", &state.skin);
-  ImGui::Checkbox("places in px", &state.pixels);
+  switches(has_surface, state);
   ImGui::PushItemWidth(70 * scale);
   int strain = static_cast<int>(state.skin_strain);
   if (ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
@@ -187,32 +237,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   int vsync = static_cast<int>(state.vsync);
   if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
   ImGui::PopItemWidth();
-  if (ImGui::Button(state.paused ? "Continue" : "Pause")) state.paused = !state.paused;
-  ImGui::SameLine();
-  if (live && !live->player) {
-    if (ImGui::Button(live->recording ? "Stop##record" : "Record##record"))
-      state.recording_switched_requested = true;
-    ImGui::SameLine();
-  }
-  if (ImGui::Button("Snapshot")) state.snapshot_requested = true;
-  ImGui::SameLine();
-  if (ImGui::Button("Mark")) state.mark_requested = true;
-  if (ImGui::Button("Text")) state.labelling = true;
-  ImGui::SameLine();
-  if (ImGui::Button(state.tare.on ? "End zero" : "Zero"))
-    (state.tare.on ? state.zero_cleared_requested : state.zero_requested) = true;
-  ImGui::SameLine();
-  if (ImGui::Button("Sensor")) state.sensor_panel = !state.sensor_panel;
-  if (has_surface) {
-    ImGui::SameLine();
-    if (ImGui::Button("View")) state.camera = {};
-  }
-  if (live && live->from_list) {
-    ImGui::SameLine();
-    if (ImGui::Button("Sources")) state.sources_requested = true;
-  }
-  ImGui::SameLine();
-  if (ImGui::Button("Help")) state.help = !state.help;
+  action_buttons(has_surface, live, state);
   ImGui::Text("text");
   ImGui::SameLine();
   if (ImGui::SmallButton(" - ##text"))
@@ -233,21 +258,16 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   ImGui::End();
 }
 
-void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, ViewState& state) {
-  std::vector<const KeyHelp*> lines;
-  for (const KeyHelp& line : key_help()) {
-    const bool fits = line.where == Where::Always || (line.where == Where::InReplay && player) ||
-                      (line.where == Where::NotInReplay && !player) ||
-                      (line.where == Where::WithSurface && has_surface);
-    if (fits) lines.push_back(&line);
-  }
+void help_window(VkExtent2D extent, float scale, const std::vector<const KeyHelp*>& lines, bool& open) {
   const auto width = static_cast<float>(extent.width), height = static_cast<float>(extent.height);
   ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowSizeConstraints({0, 0}, {width - 8, height - 8});
-  ImGui::Begin("Keys and mouse", &state.help,
+  ImGui::SetNextWindowFocus();     // over all other panels
+  ImGui::SetNextWindowBgAlpha(1);  // and nothing of them shows through
+  ImGui::Begin("Keys and mouse", &open,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
-  const bool two = width > 700 * scale;
+  const bool two = width > 700 * scale && lines.size() > 12;
   const size_t rows = two ? (lines.size() + 1) / 2 : lines.size();
   if (ImGui::BeginTable("keys", two ? 4 : 2, ImGuiTableFlags_SizingFixedFit)) {
     for (size_t i = 0; i < rows; ++i) {
@@ -263,6 +283,17 @@ void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, 
   }
   ImGui::Dummy({1, 2 * scale});
   ImGui::End();
+}
+
+std::vector<const KeyHelp*> key_help(bool player, bool has_surface) {
+  std::vector<const KeyHelp*> lines;
+  for (const KeyHelp& line : key_help()) {
+    const bool fits = line.where == Where::Always || (line.where == Where::InReplay && player) ||
+                      (line.where == Where::NotInReplay && !player) ||
+                      (line.where == Where::WithSurface && has_surface);
+    if (fits) lines.push_back(&line);
+  }
+  return lines;
 }
 
 void end_labelling(ViewState& state, bool mark) {

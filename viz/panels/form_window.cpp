@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "engine/gpu/context.h"
-#include "viz/panels/measurement.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {

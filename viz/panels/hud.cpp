@@ -101,7 +101,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     draw_profile(under, layout.profile, *profile,
                  doubt(content.touch.surface.value_or(SurfaceSummary{}).validity), scale);
   measurement_panel(frame, layout, content, shown, state);
-  status_line(layout, content, scale);
+  status_line(layout, content, state.rates, scale);
   if (state.sensor_panel) sensor_panel(layout, scale, content.sensor, content.touch, state);
   if (!frame.has_window()) return;
   if (state.controls && !(state.sensor_panel && layout.has_dock))
@@ -111,11 +111,11 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
   if (state.labelling) label_window(layout.surface, scale, state);
   if (state.help) {
-    help_window(extent, scale, player, content.has_surface, state);
-  } else {
-    const float foot = static_cast<float>(layout.surface.height) - (player ? 52 : 20) * scale;
+    help_window(extent, scale, key_help(player, content.has_surface), state.help);
+  } else if (content.has_surface) {  // a large image has its states there
+    const float foot = static_cast<float>(layout.surface.height) - 20 * scale;
     under->AddText({static_cast<float>(layout.surface.x) + 14 * scale, foot}, IM_COL32(120, 128, 140, 255),
-                   content.has_surface ? "drag: orbit   wheel: zoom   H: help" : "H: help");
+                   "drag: orbit   wheel: zoom");
   }
   const bool at_charts = player && layout.has_charts && timeline_click(layout.charts, chart_style, state);
   state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,

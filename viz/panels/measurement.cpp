@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/files/measurements.h"
+#include "viz/panels/charts.h"
 #include "viz/panels/press.h"
 #include "viz/render/format.h"
 
@@ -24,13 +25,9 @@ void row(const char* label, const std::string& value, const ImVec4* tint = nullp
   ImGui::TableNextColumn();
   const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(value.c_str()).x;
   if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
-  if (tint) {
-    ImGui::PushStyleColor(ImGuiCol_Text, *tint);
-    ImGui::TextWrapped("%s", value.c_str());
-    ImGui::PopStyleColor();
-  } else {
-    ImGui::TextUnformatted(value.c_str());
-  }
+  if (tint) ImGui::PushStyleColor(ImGuiCol_Text, *tint);
+  ImGui::TextWrapped("%s", value.c_str());  // in a narrow panel nothing is cut off
+  if (tint) ImGui::PopStyleColor();
 }
 
 std::string percentiles_text(const Percentiles& p) {
@@ -65,13 +62,23 @@ Headline headline(const Touch& t, bool scaled) {
   return {text("%llu px", whole(t.area_px)), "of contact"};
 }
 
-/// What is known first, with its uncertainty and what it is worth.
-void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, bool scaled) {
-  const float scale = frame.scale();
+/// What the headline is worth. At rest, which the headline says: what a touch would be worth.
+std::pair<std::string, Verdict> state_of(const Touch& shown, const Sensor& sensor) {
   const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->force_z_N);
-  const Verdict verdict =
-      force_verdict(by_layer ? shown.traction->force_z_N.validity : shown.force_N.validity);
-  const Headline first = headline(shown, scaled);
+  Verdict verdict = force_verdict(by_layer ? shown.traction->force_z_N.validity : shown.force_N.validity);
+  if (shown.contact || !sensor.force) return {verdict.words, verdict};
+  if (!sensor.force->fit_for_use) verdict = force_verdict(Validity::Unfit);
+  if (!sensor.force->fit_for_use) return {verdict.words, verdict};
+  const ForceRange range = calibrated_range(*sensor.force);
+  return {text("force calibrated from %.2g to %.3g N", range.least_N, range.most_N),
+          force_verdict(Validity::NoContact)};
+}
+
+/// What is known first, with its uncertainty and what it is worth.
+void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, const Sensor& sensor) {
+  const float scale = frame.scale();
+  const auto [state, verdict] = state_of(shown, sensor);
+  const Headline first = headline(shown, has_scale(sensor));
   ImGui::PushFont(frame.large());
   first.known ? ImGui::TextUnformatted(first.value.c_str()) : ImGui::TextDisabled("%s", first.value.c_str());
   ImGui::PopFont();
@@ -84,7 +91,7 @@ void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, bool 
   beside(first.beside, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0);
   if (tare.on) beside("TARED (Shift+Z ends)", IM_COL32(240, 228, 66, 255), 1);
   ImGui::PushStyleColor(ImGuiCol_Text, colour(verdict));
-  ImGui::TextWrapped("%s", verdict.words);
+  ImGui::TextWrapped("%s", state.c_str());
   ImGui::PopStyleColor();
 }
 
@@ -212,8 +219,9 @@ void surface_rows(const Touch& t) {
   if (!t.surface) return row("deepest", "-");
   const SurfaceSummary& s = *t.surface;
   if (!t.contact) {
-    row("deepest", "no contact");
-    return row("residual of the gel", text("%.3f mm", s.depth_max_mm));
+    row("deepest", "-");
+    // Whatever the sensor: a gel that creeps back, or a pad's noise.
+    return row("surface at rest", text("uneven by %.3f mm", s.depth_max_mm));
   }
   const bool doubtful = s.validity != Validity::Valid && s.validity != Validity::NoContact &&
                         s.validity != Validity::NotCalibrated;
@@ -228,17 +236,6 @@ void surface_rows(const Touch& t) {
 }
 
 }  // namespace
-
-std::string shortened(const std::string& whole_text, float width) {
-  std::string result = whole_text;
-  for (size_t length = whole_text.size(); length > 0 && ImGui::CalcTextSize(result.c_str()).x > width;
-       --length) {
-    // Never within a character of several bytes.
-    while (length > 1 && (static_cast<unsigned char>(whole_text[length - 1]) & 0xC0) == 0x80) --length;
-    result = whole_text.substr(0, length - 1) + "...";
-  }
-  return result;
-}
 
 void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& t,
                        const ViewState& state) {
@@ -271,7 +268,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
                       ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav |
                           (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
   }
-  headline_lines(frame, t, tare, scaled);
+  headline_lines(frame, t, tare, content.sensor);
   if (content.live && content.live->press)
     press_lines(*content.live->press, 1e-9 * static_cast<double>(t.time_ns));
   if (t.regions && t.contacts.size() > 1) contact_table(t, tare, scaled);
@@ -285,7 +282,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     }
     if (content.sensor.shear || t.skin) {
       const ImVec4 slip_tint = colour(slip_verdict(t.slip));
-      row("stick or slip", slip_verdict(t.slip).words, &slip_tint);
+      row("stick or slip", t.slip == Slip::NoContact ? "-" : slip_verdict(t.slip).words, &slip_tint);
     }
     if (t.skin) skin_rows(*t.skin);
     if (content.has_surface) surface_rows(t);
@@ -306,7 +303,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
       if (islands > 1) unknown += text(", %u islands", islands);
       row("unknown", unknown, islands > 1 ? &tint_apart : nullptr);
     }
-    if (content.live && content.live->to_measured.count > 0) {
+    if (state.rates && content.live && content.live->to_measured.count > 0) {
       row("latency", "50 / 95 / 99 %");
       row("to measured", percentiles_text(content.live->to_measured));
       row("to shown", percentiles_text(content.live->to_shown));

@@ -34,7 +34,4 @@ struct HudContent {
 void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& shown,
                        const ViewState& state);
 
-/// As much of `whole` as fits into `width` px, with dots where something is missing.
-std::string shortened(const std::string& whole, float width);
-
 }  // namespace palpate::viz

@@ -90,6 +90,7 @@ std::string trouble_of(const Json& json, Settings& s) {
   r.flag("skin", s.skin);
   r.choice("skin_strain", s.skin_strain, kSkinStrains);
   r.flag("controls", s.controls);
+  r.flag("rates", s.rates);
   r.number("chart_span_s", s.chart_span_s, 1, 60);
   if (const Json* line = r.list("section_line")) {
     bool good = line->size() == 4;
@@ -224,6 +225,7 @@ void save_settings(const Settings& s, const fs::path& file) {
                      {"skin", s.skin},
                      {"skin_strain", to_string(s.skin_strain)},
                      {"controls", s.controls},
+                     {"rates", s.rates},
                      {"chart_span_s", s.chart_span_s},
                      {"section_line", Json::array({s.line.x0, s.line.y0, s.line.x1, s.line.y1})},
                      {"recent", recent},

@@ -27,7 +27,7 @@ struct Settings {
   ColourMap map = ColourMap::Viridis;
   Quantity quantity = Quantity::Depth;
   bool lit = true, grid = true, axes = true;
-  bool charts = true, section = false, contacts = true, skin = true, controls = true;
+  bool charts = true, section = false, contacts = true, skin = true, controls = true, rates = false;
   SkinStrain skin_strain = SkinStrain::Off;
   double chart_span_s = 10;
   SectionLine line;

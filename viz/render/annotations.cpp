@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/base/text.h"
 #include "viz/render/colour_map.h"
@@ -45,19 +47,36 @@ class Pen {
     ImVec2 from, to;
     if (at(a, from) && at(b, to)) list_->AddLine(from, to, kLine, width);
   }
-  // The label sits beyond `world`, on the side away from `inside`, by as many pixels whatever the zoom.
-  void label(const Vec3& world, const Vec3& inside, float away_px, const std::string& words) const {
+  // The label sits beyond `world`, on the side away from `inside`, by as many pixels whatever the zoom; false
+  // where another stands there.
+  bool label(const Vec3& world, const Vec3& inside, float away_px, const std::string& words) {
     ImVec2 p, q;
-    if (!at(world, p) || !at(inside, q)) return;
+    if (!at(world, p) || !at(inside, q)) return false;
     const float dx = p.x - q.x, dy = p.y - q.y;
     const float length = std::max(std::hypot(dx, dy), 1e-3f);
-    centred_text(list_, {p.x + dx / length * away_px, p.y + dy / length * away_px}, words);
+    return label({p.x + dx / length * away_px, p.y + dy / length * away_px}, words);
   }
+  // The same in the middle of a place on the screen.
+  bool label(ImVec2 middle, const std::string& words) {
+    constexpr float kApart_px = 3;
+    const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+    const PlacedText text{words, middle.x - size.x / 2, middle.y - size.y / 2, middle.x + size.x / 2,
+                          middle.y + size.y / 2};
+    for (const PlacedText& other : placed_)
+      if (text.left < other.right + kApart_px && other.left < text.right + kApart_px &&
+          text.top < other.bottom && other.top < text.bottom)
+        return false;
+    placed_.push_back(text);
+    centred_text(list_, middle, words);
+    return true;
+  }
+  std::vector<PlacedText> placed() { return std::move(placed_); }
 
  private:
   ImDrawList* list_;
   const Eye& eye_;
   const ViewRect& rect_;
+  std::vector<PlacedText> placed_;
 };
 
 }  // namespace
@@ -131,56 +150,92 @@ void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vi
   list->PopClipRect();
 }
 
-void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
-               const Vec3& half_mm, const SurfaceStyle& style, float scale) {
+namespace {
+
+// Depth hangs from the lower of the two outer corners: nothing hides it there.
+void draw_depth_axis(Pen& pen, const Eye& eye, const Vec3& corner, double tick, const SurfaceStyle& style,
+                     float scale) {
+  const double side = dot(corner, eye.right) < 0 ? -1 : 1;
+  const double step = nice_ceiling(style.range_mm / 4);
+  const auto below = [&](double depth_mm) { return corner + Vec3{0, 0, -depth_mm * style.exaggeration}; };
+  const Vec3 outward = eye.right * (side * tick);
+  pen.line(corner, below(style.range_mm), scale);
+  ImVec2 foot, head;
+  if (!pen.at(corner, head) || !pen.at(below(style.range_mm), foot)) return;
+  // Seen from above the axis is short: of close numbers every second, or third.
+  const double apart_px =
+      step / style.range_mm * std::hypot(double{foot.x} - double{head.x}, double{foot.y} - double{head.y});
+  const int stride = std::max(
+      1, static_cast<int>(std::ceil(1.05 * double{ImGui::GetFontSize()} / std::max(apart_px, 0.01))));
+  const int last = static_cast<int>(std::floor(style.range_mm / step + 1e-9));
+  // From the deepest, which has a number.
+  for (int i = last; i >= 0; --i) {
+    const double d = i * step;
+    pen.line(below(d), below(d) + outward, scale);
+    ImVec2 end;
+    if (i == 0 || (last - i) % stride != 0 || !pen.at(below(d) + outward, end)) continue;
+    // Clear of the tick however many figures it has.
+    const std::string words = tick_text(d, step);
+    const float half = ImGui::CalcTextSize(words.c_str()).x / 2;
+    pen.label({end.x + static_cast<float>(side) * (half + 5 * scale), end.y}, words);
+  }
+  const std::string title = text("depth [mm] x%.3g", style.exaggeration);
+  for (const float rows : {1.0f, 2.0f, 3.0f})
+    if (pen.label({foot.x, foot.y + rows * ImGui::GetFontSize()}, title)) break;
+}
+
+}  // namespace
+
+std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip,
+                                  const ViewRect& view, const Vec3& half_mm, const SurfaceStyle& style,
+                                  float scale) {
   const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
   list->PushClipRect({left, top},
                      {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
-  const Pen pen(list, eye, view);
+  Pen pen(list, eye, view);
   const double side_x = eye.backward.x >= 0 ? 1 : -1, side_y = eye.backward.y >= 0 ? 1 : -1;
   const double step = nice_ceiling(std::max(half_mm.x, half_mm.y) / 3.5);
   const double tick = 0.025 * std::max(half_mm.x, half_mm.y);
   const float near_px = 15 * scale, far_px = 34 * scale;
-
   const double y = side_y * half_mm.y, x = side_x * half_mm.x;
-  pen.line({-half_mm.x, y, 0}, {half_mm.x, y, 0}, scale);
-  for (double v = -std::floor(half_mm.x / step) * step; v <= half_mm.x + 1e-9; v += step) {
-    pen.line({v, y, 0}, {v, y + side_y * tick, 0}, scale);
-    pen.label({v, y + side_y * tick, 0}, {v, y - side_y * half_mm.y, 0}, near_px, tick_text(v, step));
-  }
-  const double between = 0.5 * step;  // titles stand between two numbers
-  pen.label({between, y + side_y * tick, 0}, {between, y - side_y * half_mm.y, 0}, far_px, "x [mm]");
-  pen.line({x, -half_mm.y, 0}, {x, half_mm.y, 0}, scale);
-  for (double v = -std::floor(half_mm.y / step) * step; v <= half_mm.y + 1e-9; v += step) {
-    pen.line({x, v, 0}, {x + side_x * tick, v, 0}, scale);
-    pen.label({x + side_x * tick, v, 0}, {x - side_x * half_mm.x, v, 0}, near_px, tick_text(-v, step));
-  }
-  pen.label({x + side_x * tick, between, 0}, {x - side_x * half_mm.x, between, 0}, far_px, "y [mm]");
 
-  // Depth hangs from the lower of the two outer corners: nothing hides it there, and no other label is below.
   if (std::abs(eye.backward.z) < 0.97) {
-    const Vec3 a{-side_x * half_mm.x, side_y * half_mm.y, 0}, b{side_x * half_mm.x, -side_y * half_mm.y, 0};
-    const bool first = eye.project(a).y > eye.project(b).y;
-    const Vec3 corner = first ? a : b;
-    const double side = dot(corner, eye.right) < 0 ? -1 : 1;
-    const double depth_step = nice_ceiling(style.range_mm / 4);
-    const auto below = [&](double depth_mm) { return corner + Vec3{0, 0, -depth_mm * style.exaggeration}; };
-    pen.line(corner, below(style.range_mm), scale);
-    const Vec3 outward = eye.right * (side * tick);
-    float last_y = -1e6f;
-    for (double d = 0; d <= style.range_mm * (1 + 1e-9); d += depth_step) {
-      pen.line(below(d), below(d) + outward, scale);
-      ImVec2 at;
-      // Seen from above the axis is short: no number over another.
-      if (d <= 0 || !pen.at(below(d), at) || std::abs(at.y - last_y) < 0.9f * ImGui::GetFontSize()) continue;
-      last_y = at.y;
-      pen.label(below(d) + outward, below(d), near_px, tick_text(d, depth_step));
-    }
-    const std::string title = text("depth [mm] x%.3g", style.exaggeration);
-    ImVec2 end;
-    if (pen.at(below(style.range_mm), end)) centred_text(list, {end.x, end.y + 14 * scale}, title);
+    const Vec3 a{-x, y, 0}, b{x, -y, 0};
+    draw_depth_axis(pen, eye, eye.project(a).y > eye.project(b).y ? a : b, tick, style, scale);
   }
+  const auto along_x = [&](double v, float away_px, const std::string& words) {
+    return pen.label({v, y + side_y * tick, 0}, {v, -y, 0}, away_px, words);
+  };
+  const auto along_y = [&](double v, float away_px, const std::string& words) {
+    return pen.label({x + side_x * tick, v, 0}, {-x, v, 0}, away_px, words);
+  };
+  // From the middle outwards: where the axes meet, the outer numbers give way.
+  const auto outwards = [step](double half, const auto& draw) {
+    for (int i = 0; i * step <= half * (1 + 1e-9); ++i) {
+      draw(i * step);
+      if (i > 0) draw(-i * step);
+    }
+  };
+  pen.line({-half_mm.x, y, 0}, {half_mm.x, y, 0}, scale);
+  outwards(half_mm.x, [&](double v) {
+    pen.line({v, y, 0}, {v, y + side_y * tick, 0}, scale);
+    along_x(v, near_px, tick_text(v, step));
+  });
+  pen.line({x, -half_mm.y, 0}, {x, half_mm.y, 0}, scale);
+  outwards(half_mm.y, [&](double v) {
+    pen.line({x, v, 0}, {x + side_x * tick, v, 0}, scale);
+    along_y(v, near_px, tick_text(-v, step));
+  });
+  // Titles stand between two numbers, or beyond them: the first place that is free.
+  const auto entitle = [&](const auto& along, const std::string& title) {
+    for (const float away_px : {far_px, 1.4f * far_px})
+      for (const double between : {0.5, -0.5, 1.5, -1.5})
+        if (along(between * step, away_px, title)) return;
+  };
+  entitle(along_x, "x [mm]");
+  entitle(along_y, "y [mm]");
   list->PopClipRect();
+  return pen.placed();
 }
 
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,

@@ -2,6 +2,9 @@
 // raw image.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "engine/palpation/press_monitor.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
@@ -15,10 +18,17 @@ struct ImDrawList;
 
 namespace palpate::viz {
 
-/// Axes along the pad's near edges and down its left corner, ticks in mm; x and y from the pad's centre, y
-/// down the image.
-void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
-               const Vec3& half_mm, const SurfaceStyle& style, float scale);
+/// A text and where it stands, px.
+struct PlacedText {
+  std::string words;
+  float left = 0, top = 0, right = 0, bottom = 0;
+};
+
+/// Axes along the pad's near edges and down one of its outer corners, ticks in mm; x and y from the pad's
+/// centre, y down the image. Returns its texts: none lies over another, and what has no room is left out.
+std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip,
+                                  const ViewRect& view, const Vec3& half_mm, const SurfaceStyle& style,
+                                  float scale);
 
 /// Shear on the pad as arrows over the surface, at its rest level, with an arrow of known length as the key;
 /// those at the limit of `friction` (0: not known) in another colour. Nothing where shear is not known.

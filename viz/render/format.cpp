@@ -1,5 +1,7 @@
 #include "viz/render/format.h"
 
+#include <imgui.h>
+
 #include <cmath>
 
 #include "engine/base/text.h"
@@ -97,6 +99,17 @@ std::string time_text(double time_s) {
   const int minutes = static_cast<int>(time_s / 60);
   if (minutes < 60) return text("%d:%04.1f min", minutes, time_s - 60.0 * minutes);
   return text("%d:%02d:%04.1f h", minutes / 60, minutes % 60, time_s - 60.0 * minutes);
+}
+
+std::string shortened(const std::string& whole_text, float width) {
+  std::string result = whole_text;
+  for (size_t length = whole_text.size(); length > 0 && ImGui::CalcTextSize(result.c_str()).x > width;
+       --length) {
+    // Never within a character of several bytes.
+    while (length > 1 && (static_cast<unsigned char>(whole_text[length - 1]) & 0xC0) == 0x80) --length;
+    result = whole_text.substr(0, length - 1) + "...";
+  }
+  return result;
 }
 
 }  // namespace palpate::viz

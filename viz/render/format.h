@@ -32,6 +32,8 @@ bool saturation_matters(const ContactTouch& contact, const Touch& touch);
 std::string newtons_text(const Estimate& estimate, int digits = 3);
 /// "0.42 ± 0.02 mm" and why it may be wrong.
 std::string depth_text(const SurfaceSummary& surface);
+/// As much of `whole` as fits into `width` px of the present font, with dots where something is missing.
+std::string shortened(const std::string& whole, float width);
 /// Seconds as 1:02:03.4 or 2:03.4 from a minute on, else "3.4 s".
 std::string time_text(double time_s);
 

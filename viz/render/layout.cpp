@@ -7,6 +7,7 @@ namespace palpate::viz {
 namespace {
 
 constexpr double kLeastSurface_px = 260;  // beside a dock, at scale 1
+constexpr double kPlayer_px = 34;
 
 }  // namespace
 
@@ -21,14 +22,18 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const double aspect = static_cast<double>(format.width) / format.height;
   Layout l;
   const bool foot_requested = panels.charts || (panels.profile && has_surface);
-  uint32_t foot = std::clamp(static_cast<uint32_t>(0.30 * above), px(130), px(230));
+  uint32_t foot = std::clamp(static_cast<uint32_t>(0.34 * above), px(130), px(260));
   if (!foot_requested || foot + px(140) > above) foot = 0;
   // The surface keeps a width that it can be seen in.
   const uint32_t dock =
       panels.dock > 0 && left >= px(panels.dock) + px(kLeastSurface_px) ? px(panels.dock) : 0;
   l.has_dock = dock > 0;
-  l.surface = {static_cast<int32_t>(dock), 0, left - dock, above - foot};
-  if (l.has_dock) l.dock = {0, 0, dock, above - foot};
+  l.has_player = panels.player;
+  const uint32_t player = panels.player ? std::min(px(kPlayer_px), (above - foot) / 2) : 0;
+  const uint32_t surface = above - foot - player;
+  l.surface = {static_cast<int32_t>(dock), 0, left - dock, surface};
+  if (l.has_dock) l.dock = {0, 0, dock, surface};
+  if (l.has_player) l.player = {0, static_cast<int32_t>(surface), left, player};
   if (foot > 0) {
     l.has_charts = panels.charts;
     l.has_profile = panels.profile && has_surface;

@@ -13,6 +13,7 @@ struct Panels {
   bool charts = true;
   bool profile = false;  ///< depth along the section line; where there is a surface
   double dock = 0;       ///< width of a column beside the surface for settings or calibrations, at scale 1
+  bool player = false;   ///< a bar between the surface and the charts
 };
 
 /// Places, px. An absent panel is 1 x 1 px large and not drawn.
@@ -20,12 +21,14 @@ struct Layout {
   ViewRect surface;  ///< of the 3D view, or of the large raw image when there is no surface
   ViewRect view;     ///< what the eye sees, around the room beside the colour bar; reaches out of `surface`
   ViewRect dock;     ///< settings or calibrations, left of the surface
+  ViewRect player;   ///< bar of a replay, below the surface
   ViewRect charts;   ///< strip charts, below the surface
   ViewRect profile;  ///< of the section line, beside them
   ViewRect panel;    ///< measurements
   ViewRect image;    ///< raw image; inside panel, or inside surface when there is no surface
   ViewRect status;   ///< one line at the foot
   bool has_dock = false;
+  bool has_player = false;
   bool has_charts = false;
   bool has_profile = false;
 };

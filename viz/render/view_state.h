@@ -61,6 +61,7 @@ struct ViewState {
   double skin_strain_range = 0.005;          ///< with the last colour; follows the touch
   bool pixels = false;  ///< places in px from the top left corner instead of mm from the middle
   bool controls = true;
+  bool rates = false;  ///< how the program runs: rates, drops, latency, mesh, device
   bool sensor_panel = false;
   bool help = false;
   bool paused = false;

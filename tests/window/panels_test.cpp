@@ -1,0 +1,276 @@
+// Panels as they are described to ImGui, without a window: words that have room, words that lie over nothing,
+// and what is said of a pad at rest.
+#include <gtest/gtest.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "capture/synthetic/synthetic.h"
+#include "tests/support/gpu_fixture.h"
+#include "viz/panels/chart.h"
+#include "viz/panels/charts.h"
+#include "viz/panels/controls.h"
+#include "viz/panels/measurement.h"
+#include "viz/render/annotations.h"
+#include "viz/render/format.h"
+#include "viz/render/hud_frame.h"
+
+namespace palpate::viz {
+namespace {
+
+class PanelTest : public GpuTest {
+ protected:
+  /// Describes pictures one after the other: a window has its size from the second on.
+  void describe(float scale, const std::function<void()>& content, VkExtent2D extent = {1280, 720}) {
+    if (!frame_ || frame_->scale() != scale) {
+      frame_.reset();
+      frame_ = std::make_unique<HudFrame>(context(), pass_, 1, nullptr, scale);
+    }
+    for (int i = 0; i < 3; ++i) {
+      frame_->begin(extent);
+      content();
+      frame_->abandon();
+    }
+  }
+  /// All words that ImGui writes while `content` is described, in their order.
+  std::string words_of(const std::function<void()>& content) {
+    static std::string copied;
+    copied.clear();
+    describe(1, [&] {
+      ImGui::GetIO().SetClipboardTextFn = [](void*, const char* text) { copied = text; };
+      ImGui::LogToClipboard();
+      content();
+    });
+    return copied;
+  }
+  static size_t count(const std::string& words, const std::string& what) {
+    size_t found = 0;
+    for (size_t at = words.find(what); at != std::string::npos; at = words.find(what, at + 1)) ++found;
+    return found;
+  }
+
+  RenderPass pass_{context(), OffscreenTarget::kFormat, VK_SAMPLE_COUNT_1_BIT,
+                   VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
+  std::unique_ptr<HudFrame> frame_;
+};
+
+TEST_F(PanelTest, EveryButtonHasRoomWhateverItSays) {
+  for (const float scale : {1.0f, 1.6f, 0.6f})
+    for (int variant = 0; variant < 32; ++variant) {
+      SCOPED_TRACE(text("variant %d at %g", variant, static_cast<double>(scale)));
+      ViewState state;
+      state.tare.on = variant & 1;
+      state.paused = variant & 2;
+      LiveStats live;
+      live.notes = "/a/folder";
+      live.recording = variant & 4;
+      live.from_list = variant & 8;
+      if (variant & 16) live.player = PlayerStats{};
+      const VkExtent2D extent{static_cast<uint32_t>(1280 * scale), static_cast<uint32_t>(720 * scale)};
+      const Layout layout =
+          make_layout(extent, scale, {320, 240, 1, 8}, true,
+                      {.charts = true, .profile = false, .dock = 262, .player = live.player.has_value()});
+      ASSERT_TRUE(layout.has_dock);
+      describe(
+          scale, [&] { control_window(layout, scale, true, &live, state); }, extent);
+      const ImGuiWindow* window = ImGui::FindWindowByName("Settings");
+      ASSERT_NE(window, nullptr);
+      EXPECT_EQ(window->ScrollMax.x, 0) << "pushed out at the right";
+      EXPECT_EQ(window->ScrollMax.y, 0) << "pushed out at the foot";
+    }
+}
+
+TEST_F(PanelTest, TheHelpLetsNothingShowThroughAndFitsTheWindow) {
+  bool open = true;
+  for (const VkExtent2D extent : {VkExtent2D{800, 600}, VkExtent2D{1280, 720}}) {
+    describe(
+        1, [&] { help_window(extent, 1, key_help(true, true), open); }, extent);
+    const ImGuiWindow* window = ImGui::FindWindowByName("Keys and mouse");
+    ASSERT_NE(window, nullptr);
+    EXPECT_LE(window->Size.x, static_cast<float>(extent.width));
+    EXPECT_LE(window->Size.y, static_cast<float>(extent.height));
+    // The first rectangle that is filled is the window's own.
+    ASSERT_FALSE(window->DrawList->VtxBuffer.empty());
+    EXPECT_EQ(window->DrawList->VtxBuffer[0].col >> IM_COL32_A_SHIFT, 255u);
+  }
+  EXPECT_TRUE(open);
+}
+
+/// Whether two of the texts lie over each other.
+testing::AssertionResult apart(const std::vector<PlacedText>& texts) {
+  for (size_t i = 0; i < texts.size(); ++i)
+    for (size_t j = 0; j < i; ++j) {
+      const PlacedText &a = texts[i], &b = texts[j];
+      if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+        return testing::AssertionFailure() << "'" << a.words << "' over '" << b.words << "'";
+    }
+  return testing::AssertionSuccess();
+}
+
+TEST_F(PanelTest, NoLabelOfTheAxesLiesOverAnother) {
+  const auto has = [](const std::vector<PlacedText>& texts, const std::string& words) {
+    return std::any_of(texts.begin(), texts.end(),
+                       [&](const PlacedText& t) { return t.words.rfind(words, 0) == 0; });
+  };
+  for (const auto& [width, height] : {std::pair{1280u, 720u}, {800u, 600u}, {1920u, 1080u}}) {
+    const Layout layout =
+        make_layout({width, height}, 1, {320, 240, 1, 8}, true, {.dock = width > 800 ? 262.0 : 0.0});
+    describe(1,
+             [&] {
+               for (const double range_mm : {0.05, 0.5, 1.0, 8.0})
+                 for (double elevation = -1.5; elevation < 1.56; elevation += 0.17)
+                   for (double azimuth = -3.1; azimuth < 3.2; azimuth += 0.23) {
+                     SurfaceStyle style;
+                     style.range_mm = range_mm;
+                     style.exaggeration = 4.2 / range_mm;
+                     Camera camera;
+                     const bool default_view = elevation < -1.4 && azimuth < -3;
+                     if (!default_view) camera.azimuth_rad = azimuth, camera.elevation_rad = elevation;
+                     const Vec3 half = surface_half_size_mm(320, 240, 0.08, style);
+                     const double aspect = layout.view.aspect();
+                     const Eye eye = place(camera, half, aspect, 1 - 288.0 / layout.view.width,
+                                           std::max(0.3, 1 - 104.0 / layout.view.height));
+                     const std::vector<PlacedText> texts = draw_axes(
+                         ImGui::GetBackgroundDrawList(), eye, layout.surface, layout.view, half, style, 1);
+                     ASSERT_TRUE(apart(texts)) << azimuth << " " << elevation << " " << range_mm;
+                     if (!default_view) continue;
+                     for (const char* words : {"x [mm]", "y [mm]", "depth [mm]", "-10", "0", "5"})
+                       EXPECT_TRUE(has(texts, words)) << words;
+                     EXPECT_GE(std::count_if(texts.begin(), texts.end(),
+                                             [&](const PlacedText& t) {
+                                               const double v = std::strtod(t.words.c_str(), nullptr);
+                                               return v > 0 && v <= range_mm &&
+                                                      t.words.find('x') == std::string::npos;
+                                             }),
+                               1)
+                         << "numbers of depth";
+                   }
+             },
+             {width, height});
+  }
+}
+
+/// From the smallest to the largest y of what was drawn since `from`.
+std::pair<float, float> rows_of(const ImDrawList& list, int from) {
+  float low = 1e9f, high = -1e9f;
+  for (int i = from; i < list.VtxBuffer.Size; ++i) {
+    low = std::min(low, list.VtxBuffer[i].pos.y);
+    high = std::max(high, list.VtxBuffer[i].pos.y);
+  }
+  return {low, high};
+}
+
+TEST_F(PanelTest, WordsOfAChartStandAboveIt) {
+  describe(1, [&] {
+    ImDrawList* list = ImGui::GetBackgroundDrawList();
+    Chart chart(list, {60, 100}, {500, 160}, 10, 10, 1);
+    chart.set_range(0, 1);
+    const int from = list->VtxBuffer.Size;
+    chart.title("force [N]");
+    chart.title("a second part");
+    chart.note("calibrated to 1.5 N", kText);
+    ASSERT_GT(list->VtxBuffer.Size, from);
+    EXPECT_LE(rows_of(*list, from).second, 100.5f);
+    float right = 0;
+    for (int i = from; i < list->VtxBuffer.Size; ++i) right = std::max(right, list->VtxBuffer[i].pos.x);
+    EXPECT_LE(right, 501);
+    // No room: the note gives way, the first words are shortened.
+    Chart narrow(list, {60, 100}, {130, 160}, 10, 10, 1);
+    narrow.title("gray sum G [1000 gray levels]");
+    const int behind = list->VtxBuffer.Size;
+    narrow.note("calibrated to 1.5 N", kText);
+    EXPECT_EQ(list->VtxBuffer.Size, behind);
+  });
+}
+
+TEST_F(PanelTest, NoLineCrossesAGapAndALoneSampleIsADot) {
+  describe(1, [&] {
+    ImDrawList* list = ImGui::GetBackgroundDrawList();
+    Chart chart(list, {0, 100}, {1000, 200}, 10, 10, 1);
+    chart.set_range(0, 1);
+    std::deque<Sample> samples;
+    for (const double time : {1.0, 1.5, 5.0, 8.0, 8.5}) {
+      Sample s;
+      s.time = time;
+      s.gap = time == 1.0 || time == 5.0 || time == 8.0;
+      samples.push_back(s);
+    }
+    const int from = list->VtxBuffer.Size;
+    chart.line(
+        samples, [](const Sample&, double& v) { return v = 0.5, true; }, kText, LineStyle::Solid);
+    int near_dot = 0;
+    for (int i = from; i < list->VtxBuffer.Size; ++i) {
+      const float x = list->VtxBuffer[i].pos.x;
+      near_dot += std::abs(x - 500) < 5;
+      EXPECT_TRUE(x < 155 || std::abs(x - 500) < 5 || x > 795) << x;
+    }
+    EXPECT_GT(near_dot, 0);
+  });
+}
+
+TEST_F(PanelTest, APadAtRestSaysSoOnce) {
+  const SyntheticOptions options = parse_synthetic("synthetic:slide?size=320x240");
+  const Sensor sensor = synthetic_sensor(options);
+  Frame image;
+  image.reshape({320, 240, 1, 8});
+  Touch touch;
+  touch.force_N.validity = touch.shear_x_N.validity = touch.shear_y_N.validity = Validity::NoContact;
+  touch.slip = Slip::NoContact;
+  touch.surface.emplace().depth_max_mm = 0.004;
+  touch.surface->validity = Validity::NoContact;
+  touch.regions.emplace();
+  const Layout layout = make_layout({1280, 720}, 1, image.format, true);
+  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
+  const std::string words =
+      words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
+  EXPECT_EQ(count(words, "no contact"), 1u) << words;
+  EXPECT_EQ(count(words, "nothing touches"), 0u) << words;
+  EXPECT_EQ(count(words, "gel"), 0u) << "a waveguide: " << words;
+  EXPECT_NE(words.find("uneven by 0.004 mm"), std::string::npos) << words;
+  EXPECT_NE(words.find("force calibrated from"), std::string::npos) << words;
+  // Nor does a calibration that is not fit for use look like one that is.
+  Sensor unfit = sensor;
+  unfit.force->fit_for_use = false;
+  const HudContent other{unfit, image, touch, true, nullptr, "device", {96, 72}};
+  const std::string warned = words_of([&] { measurement_panel(*frame_, layout, other, touch, ViewState{}); });
+  EXPECT_NE(warned.find("NOT FIT FOR USE"), std::string::npos) << warned;
+}
+
+TEST_F(PanelTest, RatesAndLatencyAreBehindAKey) {
+  const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
+  Frame image;
+  image.reshape({320, 240, 1, 8});
+  const Touch touch;
+  LiveStats live;
+  live.to_measured = live.to_shown = {1, 2, 3, 10};
+  const Layout layout = make_layout({1280, 720}, 1, image.format, true);
+  const HudContent content{sensor, image, touch, true, &live, "device", {96, 72}};
+  ViewState state;
+  const auto panel = [&] {
+    return words_of([&] { measurement_panel(*frame_, layout, content, touch, state); });
+  };
+  EXPECT_EQ(count(panel(), "latency"), 0u);
+  state.rates = true;
+  EXPECT_EQ(count(panel(), "latency"), 1u);
+}
+
+TEST(StripCharts, ShearDoesNotShowTheNoiseOfAPadAtRest) {
+  Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
+  const double largest_N = calibrated_range(*sensor.force).most_N;
+  std::deque<Sample> samples(1);
+  EXPECT_NEAR(least_shear_axis_N(sensor, samples), 0.05 * sensor.shear->friction * largest_N, 1e-12);
+  samples[0].contact = true;
+  samples[0].shear_x_N = {0.001, 0.2, Validity::Valid};
+  EXPECT_NEAR(least_shear_axis_N(sensor, samples), 0.8, 1e-12) << "four standard errors";
+  samples[0].shear_x_N.validity = Validity::NotCalibrated;
+  EXPECT_LT(least_shear_axis_N(sensor, samples), 0.1);
+}
+
+}  // namespace
+}  // namespace palpate::viz
