@@ -6,15 +6,17 @@
 layout(push_constant) uniform Push { SurfacePush push; };
 #include "shaders/view/surface_depth.glsl"
 
+TEXELS(2, float, mesh_places);  // of the columns, then of the rows, texels of the map
+
 layout(location = 0) out vec2 texel;     // place in the map, texels
 layout(location = 1) out vec3 world_mm;
 
 void main() {
-  const uint columns = push.mesh_size & 0xffffu, rows = push.mesh_size >> 16;
+  const uint columns = push.mesh_size & 0xffffu;
   const uint row = uint(gl_VertexIndex) / columns;
   const uint column = uint(gl_VertexIndex) - row * columns;
   const vec2 last = vec2(push.width - 1, push.height - 1);
-  texel = last * vec2(column, row) / vec2(max(columns, 2u) - 1, max(rows, 2u) - 1);
+  texel = vec2(texelFetch(mesh_places, int(column)).x, texelFetch(mesh_places, int(columns + row)).x);
 
   const ivec2 a = ivec2(texel);
   const ivec2 b = min(a + 1, ivec2(last));

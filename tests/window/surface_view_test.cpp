@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <limits>
+#include <optional>
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -13,6 +15,7 @@
 #include "viz/display/picture.h"
 #include "viz/panels/hud.h"
 #include "viz/render/desktop.h"
+#include "viz/render/mesh_places.h"
 #include "viz/render/view_state.h"
 #include "viz/render/window.h"
 
@@ -56,15 +59,15 @@ class SurfaceViewTest : public GpuTest {
     map_ = {&buffer_, width, height, pitch};
   }
 
-  RgbImage draw(const Camera& camera, const SurfaceStyle& style, uint32_t mesh_columns,
-                double offset_mm = 0) {
+  RgbImage draw(const Camera& camera, const SurfaceStyle& style, uint32_t mesh_columns, double offset_mm = 0,
+                const std::optional<PixelRect>& dense = std::nullopt) {
     const ViewRect rect{0, 0, target_.extent().width, target_.extent().height};
     eye_ = place(camera, surface_half_size_mm(map_.width, map_.height, kPitch_mm, style), rect.aspect(), 0.9,
                  0.9);
     target_.begin();
     map_to_picture_barrier(context(), target_.cmd());
     target_.begin_pass();
-    view_.draw(target_.cmd(), map_, offset_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns);
+    view_.draw(target_.cmd(), map_, offset_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns, {}, dense);
     return target_.finish();
   }
 
@@ -147,6 +150,81 @@ TEST_F(SurfaceViewTest, CoarseMeshKeepsTheColoursOfTheFullMap) {
   const RgbImage image = draw(from_top(), style, 16);
   EXPECT_LE(distance(at_world(image, {0.25, 0, 0}), map_rgb(0)), 3);
   EXPECT_LE(distance(at_world(image, {0.75, 0, 0}), map_rgb(1)), 3);
+}
+
+// The deep end of a dent, seen from the edge: where the mesh is densest it is that of the full map.
+TEST_F(SurfaceViewTest, ADentHasTheShapeThatWasMeasured) {
+  const auto ball = [](double x, double y) {
+    const double r2 = (x - 1) * (x - 1) + (y - 1.5) * (y - 1.5);
+    return std::max(0.0, std::sqrt(std::max(0.0, 1.5 * 1.5 - r2)) - 1.0);
+  };
+  fill(320, 240, ball);
+  Camera edge_on;
+  edge_on.elevation_rad = 0.15;
+  SurfaceStyle style = plain(8);
+  const auto differing = [](const RgbImage& a, const RgbImage& b) {
+    uint64_t count = 0;
+    for (uint32_t y = 0; y < a.height; ++y)
+      for (uint32_t x = 0; x < a.width; ++x) {
+        const uint8_t* other = b.at(x, y);
+        count += distance(a.at(x, y), {other[0], other[1], other[2]}) > 40;
+      }
+    return count;
+  };
+  const RgbImage full = draw(edge_on, style, 0);
+  const uint64_t even = differing(draw(edge_on, style, 48), full);
+  const uint64_t dense = differing(draw(edge_on, style, 48, 0, PixelRect{150, 120, 60, 60}), full);
+  EXPECT_GT(even, 40u);
+  EXPECT_LT(4 * dense, even) << dense << " of " << even << " px";
+}
+
+TEST(MeshPlaces, AreTexelsWhereTheyAreWanted) {
+  for (const uint32_t texels : {2u, 17u, 320u, 1392u})
+    for (const uint32_t count : {2u, 3u, 12u, 96u, 320u})
+      for (const auto& [from, to] : {std::pair{0.0, 0.0},
+                                     {0.0, 40.0},
+                                     {0.3 * texels, 0.5 * texels},
+                                     {texels - 10.0, texels + 5.0},
+                                     {0.0, 2.0 * texels},
+                                     {-5.0, -1.0}}) {
+        SCOPED_TRACE(text("%u texels, %u vertices, %g to %g", texels, count, from, to));
+        const std::vector<float> places = mesh_places(texels, count, from, to);
+        ASSERT_EQ(places.size(), count);
+        EXPECT_EQ(places.front(), 0);
+        EXPECT_NEAR(places.back(), texels - 1.0, 1e-3);
+        for (size_t i = 1; i < places.size(); ++i) EXPECT_GT(places[i], places[i - 1]) << i;
+      }
+  // A third of the side by 96 vertices: half as far apart there as in an even mesh.
+  const std::vector<float> places = mesh_places(320, 96, 100, 200);
+  double within = 0;
+  for (size_t i = 1; i < places.size(); ++i)
+    if (places[i - 1] >= 100 && places[i] <= 200)
+      within = std::max<double>(within, places[i] - places[i - 1]);
+  EXPECT_LT(within, 0.5 * 319 / 95);
+  // A small part by every texel.
+  const std::vector<float> small = mesh_places(320, 96, 150, 190);
+  for (size_t i = 1; i < small.size(); ++i) {
+    if (small[i - 1] >= 150 && small[i] <= 190) {
+      EXPECT_LE(small[i] - small[i - 1], 1.001);
+    }
+  }
+}
+
+TEST(MeshPlaces, TheDentedPartIsAroundAllContacts) {
+  Touch touch;
+  EXPECT_FALSE(dented_part(touch, 320, 240)) << "at rest";
+  touch.contact = true;
+  touch.centroid_x_px = 100;
+  touch.centroid_y_px = 80;
+  touch.ellipse.major_px = 40;
+  EXPECT_EQ(dented_part(touch, 320, 240), (PixelRect{70, 50, 60, 60})) << "by the ellipse";
+  touch.contacts.resize(2);
+  touch.contacts[0].box = {200, 100, 40, 40};
+  touch.contacts[1].box = {20, 200, 40, 40};
+  EXPECT_EQ(dented_part(touch, 320, 240), (PixelRect{10, 90, 240, 150})) << "within the frame";
+  touch.contacts.clear();
+  touch.centroid_x_px = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(dented_part(touch, 320, 240));
 }
 
 TEST_F(SurfaceViewTest, ExaggerationChangesTheSilhouette) {

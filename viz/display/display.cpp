@@ -44,6 +44,7 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
       columns_(MeasuredColumns::of(what.sensor, what.outputs)),
       scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
              window_.handle(), window_.scale()),
+      software_(context.is_software()),
       governor_(!context.is_software(), kDrawBudget_ms) {
   if (options.settings) options.settings->apply_to(scene_.state());
   scene_.state().vsync = window_.vsync();
@@ -58,10 +59,12 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
 }
 
 void Display::retire(const Finished& finished) {
-  draw_.add(finished.draw_ms);
-  governor_.record(finished.draw_ms);
   Drawing done = std::move(drawing_.front());
   drawing_.pop_front();
+  if (!done.still) {
+    draw_.add(finished.draw_ms);
+    governor_.record(finished.draw_ms);
+  }
   if (done.is_new) {
     done.times.shown_ns =
         std::chrono::duration_cast<std::chrono::nanoseconds>(finished.at.time_since_epoch()).count();
@@ -74,15 +77,25 @@ void Display::retire(const Finished& finished) {
   for (Measured& m : done.replaced) give_back(m);
 }
 
-bool Display::draw(bool is_new) {
+/// Whether the picture has stayed for a while, and can be drawn as fine as it was measured.
+bool Display::is_still() const {
+  constexpr milliseconds kPatience{300};
+  return software_ && !finest_ && current_ && current_->result.surface.buffer &&
+         Clock::now() - drawn_ > kPatience;
+}
+
+bool Display::draw(bool is_new, bool still) {
   if (!window_.begin_picture()) return false;
+  finest_ = still;
+  drawn_ = Clock::now();
   Drawing d;
   d.is_new = is_new;
+  d.still = still;
   d.times = current_->times;
   scene_.record(window_.cmd(), window_.extent(),
                 {current_->captured->frame, current_->result.touch, current_->result.surface,
-                 current_->result.traction},
-                governor_.columns(), &stats_, [&] {
+                 current_->result.traction, still},
+                still ? MeshGovernor::kFinest : governor_.columns(), &stats_, [&] {
                   handle_input();  // between ImGui's begin and end, while its input is fresh
                   window_.begin_pass();
                 });
@@ -253,17 +266,18 @@ void Display::show(LiveReport& report) {
       if (options_.close_at_end) break;
     }
     update_stats();
-    if (!current_ || (!is_new && restless_ == 0)) {
+    const bool still = !is_new && restless_ == 0 && is_still();
+    if (!current_ || (!is_new && restless_ == 0 && !still)) {
       if (at_end) glfwWaitEventsTimeout(0.05);  // a closed mailbox no longer waits for us
       continue;
     }
-    if (!is_new) --restless_;
+    if (!is_new && !still) --restless_;
 
     if (window_.minimised()) {
       glfwWaitEventsTimeout(0.05);
       continue;
     }
-    if (!draw(is_new)) continue;
+    if (!draw(is_new, still)) continue;
     fulfil_wishes();
     if (sources_requested_) break;
   }

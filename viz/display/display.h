@@ -56,12 +56,14 @@ class Display {
   struct Drawing {
     uint64_t picture = 0;
     bool is_new = false;  ///< first picture of its result
+    bool still = false;   ///< of a picture that stays, with a finer mesh
     FrameTimes times;
     std::vector<Measured> replaced;  ///< earlier result, in use until this picture's predecessor is finished
   };
 
   void show(LiveReport& report);
-  bool draw(bool is_new);
+  bool draw(bool is_new, bool still);
+  bool is_still() const;
   void retire(const Finished& finished);
   void handle_input();
   void handle_key(const KeyPress& press);
@@ -89,7 +91,10 @@ class Display {
   Window& window_;
   const MeasuredColumns columns_;
   Scene scene_;
+  const bool software_;  ///< the device draws on the processor
   MeshGovernor governor_;
+  bool finest_ = false;           ///< the picture that is shown has the finest mesh
+  Clock::time_point drawn_ = {};  ///< when its drawing began
   std::optional<Measured> current_;
   std::vector<Measured> replaced_;  ///< no longer current; perhaps still read by pictures in flight
   std::deque<Drawing> drawing_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/gpu/context.h"
+#include "viz/render/mesh_places.h"
 
 namespace palpate::viz {
 
@@ -47,10 +48,10 @@ void Scene::follow(const Touch& touch) {
 }
 
 /// Vertices across that show a pad so wide: a triangle of a few pixels is shaded many times over on a CPU.
-static uint32_t columns_seen(double width_px) {
-  constexpr double kCell_px = 4;
+static uint32_t columns_seen(double width_px, bool still) {
+  const double cell_px = still ? 1.5 : 4;
   constexpr uint32_t kStep = 16;  // so that few meshes are made while the camera moves
-  return kStep * std::max(3u, static_cast<uint32_t>(std::min(width_px / kCell_px, 4096.0)) / kStep);
+  return kStep * std::max(3u, static_cast<uint32_t>(std::min(width_px / cell_px, 4096.0)) / kStep);
 }
 
 void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
@@ -92,7 +93,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
       place(state_.camera, half_mm, view.aspect(), std::max(0.3, 1 - (labels_px + 2 * bar_px) / view.width),
             std::max(0.3, 1 - labels_px / view.height));
   if (mesh_columns > 0)
-    mesh_columns = std::min(mesh_columns, columns_seen(2 * half_mm.x / eye_.mm_per_px(view.height)));
+    mesh_columns =
+        std::min(mesh_columns, columns_seen(2 * half_mm.x / eye_.mm_per_px(view.height), shown.still));
   Profile profile;
   const bool section = has_surface && state_.section;
   if (section)
@@ -118,7 +120,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   begin_pass();
   if (has_surface) {
     surface_.draw(cmd, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_,
-                  style, layout_.view, layout_.surface, mesh_columns, load);
+                  style, layout_.view, layout_.surface, mesh_columns, load,
+                  dented_part(shown.touch, format.width, format.height));
   }
   image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent, strain);
   frame_->draw(cmd);

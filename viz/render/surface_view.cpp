@@ -12,11 +12,12 @@
 #include "shaders/shared/surface_view.h"
 #include "shaders/surface_frag.spv.h"
 #include "shaders/surface_vert.spv.h"
+#include "viz/render/mesh_places.h"
 
 namespace palpate::viz {
 namespace {
 
-constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, 512};
+constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, MeshGovernor::kFinest};
 constexpr size_t kFirstLevel = 2;
 // Of the map in one pixel: from here on the blend of four slopes shows nothing that five texels do not.
 constexpr double kSeveralTexels = 1.0;
@@ -224,7 +225,7 @@ const TexelPipeline& SurfaceView::pipeline(const SurfaceStyle& style, bool fine)
   if (!made)
     made = std::make_unique<TexelPipeline>(
         context_, pass_, TexelPipeline::Shaders{"surface view", k_surface_vert, k_surface_frag},
-        sizeof(SurfacePush), VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true, true, 2u,
+        sizeof(SurfacePush), VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true, true, 3u,
         std::vector<int32_t>{static_cast<int32_t>(style.map), static_cast<int32_t>(style.quantity),
                              fine ? 1 : 0});
   return *made;
@@ -278,18 +279,39 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
   return mesh;
 }
 
+/// What the next picture binds. The oldest picture's sets and places serve again; its view is of a buffer
+/// that may be gone.
+SurfaceView::Bound& SurfaceView::bind(const SurfaceMap& map) {
+  gpu::TexelView heights(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
+  if (bound_.size() > frames_in_flight_) {
+    Bound oldest = std::move(bound_.front());
+    bound_.pop_front();
+    oldest.sets.reset();
+    oldest.heights = std::move(heights);
+    bound_.push_back(std::move(oldest));
+    return bound_.back();
+  }
+  constexpr uint64_t kBytes = uint64_t{2} * kMaxMeshColumns * sizeof(float);
+  gpu::DeviceBuffer places(context_, "places of the mesh", kBytes, gpu::Memory::Upload);
+  gpu::TexelView place_texels(context_, places, VK_FORMAT_R32_SFLOAT);
+  bound_.push_back(
+      {std::move(heights), gpu::DescriptorSets(context_), std::move(places), std::move(place_texels)});
+  return bound_.back();
+}
+
 void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
                        const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-                       uint32_t mesh_columns, const LoadTexels& load) {
-  // The oldest picture's sets serve again; its view is of a buffer that may be gone.
-  gpu::DescriptorSets sets(context_);
-  if (bound_.size() > frames_in_flight_) {
-    sets = std::move(bound_.front().sets);
-    bound_.pop_front();
-    sets.reset();
-  }
-  bound_.push_back({{context_, *map.buffer, VK_FORMAT_R32_SFLOAT}, std::move(sets)});
+                       uint32_t mesh_columns, const LoadTexels& load, const std::optional<PixelRect>& dense) {
+  const Bound& bound = bind(map);
   const auto [columns, rows] = mesh_size(map, mesh_columns);
+  const PixelRect part = dense.value_or(PixelRect{});
+  const std::span<float> places = bound.places.as<float>();
+  const auto put = [&places](const std::vector<float>& side, size_t at) {
+    std::copy(side.begin(), side.end(), places.begin() + static_cast<ptrdiff_t>(at));
+  };
+  put(mesh_places(map.width, columns, part.x, static_cast<double>(part.x) + part.width), 0);
+  put(mesh_places(map.height, rows, part.y, static_cast<double>(part.y) + part.height), columns);
+  bound.places.flush();
 
   SurfacePush push{};
   push.clip_from_world = eye.clip_from_world;
@@ -325,8 +347,8 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const Mesh& grid = mesh(columns, rows);
   // Without loads the second buffer is not read, but must be one.
-  const gpu::TexelView* const heights = &bound_.back().heights;
-  const std::array texels{heights, load.texels ? load.texels : heights};
+  const gpu::TexelView* const heights = &bound.heights;
+  const std::array texels{heights, load.texels ? load.texels : heights, &bound.place_texels};
   assert(load.texels || (style.quantity != Quantity::Pressure && style.quantity != Quantity::Friction));
   pipeline(style, fine).bind(cmd, bound_.back().sets, texels, &push);
   vkCmdBindIndexBuffer(cmd, grid.indices.handle(), 0, VK_INDEX_TYPE_UINT32);

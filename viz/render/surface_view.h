@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -88,11 +89,13 @@ class SurfaceView {
   SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight);
 
   /// Draws the map as the eye sees it in `view`, within `clip`. `mesh_columns`: vertices across (rows follow
-  /// from the map's shape); 0: every texel, up to kMaxMeshColumns. The map must stay untouched until the
-  /// picture is finished, and so must `pressure`, which Quantity::Pressure needs.
+  /// from the map's shape); 0: every texel, up to kMaxMeshColumns. `dense`: the part of the map, texels, in
+  /// which they stand closest. The map must stay untouched until the picture is finished, and so must `load`,
+  /// which Quantity::Pressure and Quantity::Friction need.
   void draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
             const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-            uint32_t mesh_columns, const LoadTexels& load = {});
+            uint32_t mesh_columns, const LoadTexels& load = {},
+            const std::optional<PixelRect>& dense = std::nullopt);
 
   static constexpr uint32_t kMaxMeshColumns = 1536;
   /// Vertices across and down that `draw` uses for this map.
@@ -103,6 +106,13 @@ class SurfaceView {
     gpu::DeviceBuffer indices;
     uint32_t count = 0;
   };
+  struct Bound {
+    gpu::TexelView heights;
+    gpu::DescriptorSets sets;
+    gpu::DeviceBuffer places;  ///< of the mesh's columns, then of its rows, texels
+    gpu::TexelView place_texels;
+  };
+  Bound& bind(const SurfaceMap& map);
   const Mesh& mesh(uint32_t columns, uint32_t rows);
   const TexelPipeline& pipeline(const SurfaceStyle& style, bool fine);
 
@@ -112,10 +122,6 @@ class SurfaceView {
   std::map<std::tuple<ColourMap, Quantity, bool>, std::unique_ptr<TexelPipeline>>
       pipelines_;  // made when first shown
   std::map<std::pair<uint32_t, uint32_t>, Mesh> meshes_;
-  struct Bound {
-    gpu::TexelView heights;
-    gpu::DescriptorSets sets;
-  };
   std::deque<Bound> bound_;  // of the last pictures: the map's buffer may be another each time
 };
 
@@ -123,6 +129,7 @@ class SurfaceView {
 /// it is slow, finer only when it has been fast for a while.
 class MeshGovernor {
  public:
+  static constexpr uint32_t kFinest = 512;  ///< vertices across, where it chooses
   /// `fixed`: a device that draws in hardware shows every texel.
   MeshGovernor(bool fixed, double budget_ms);
   /// Vertices across for the next picture; 0: every texel.
