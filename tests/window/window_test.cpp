@@ -44,7 +44,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   Desktop::rest();
   EXPECT_TRUE(desktop_->tool("search --name '^palpate$'"));
   desktop_->click(1200, 500);
-  desktop_->key("Down Return Down Return");  // the other simulated touches, the first of them
+  desktop_->key("Down Return");  // the second simulated touch
   ASSERT_TRUE(titled("palpate: synthetic:press"));
   const fs::path place = home() / "palpate" / "synthetic-press";
   EXPECT_TRUE(drawn(place));

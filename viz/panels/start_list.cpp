@@ -14,7 +14,6 @@
 #include "capture/v4l2/device.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
-#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {
@@ -41,7 +40,7 @@ std::vector<SourceEntry> find_cameras() {
     found.push_back({Group::Cameras,
                      "",
                      "no camera found",
-                     trouble.empty() ? "plug one in, then press Refresh" : trouble,
+                     trouble.empty() ? "plug one in, then Search again" : trouble,
                      {}});
   return found;
 }
@@ -145,11 +144,6 @@ void StartList::refresh(const Settings& settings) {
     files_ = std::async(std::launch::async, [files = settings.sensors] { return find_sensors(files); });
 }
 
-void StartList::fold(const Settings& settings) {
-  folded_ = !folded_;
-  collect(settings);
-}
-
 void StartList::collect(const Settings& settings) {
   std::vector<SourceEntry> cameras;
   for (const SourceEntry& e : sources_)
@@ -171,39 +165,26 @@ void StartList::collect(const Settings& settings) {
                         {}});
   sources_.insert(sources_.end(), cameras.begin(), cameras.end());
   const std::vector<std::pair<std::string, std::string>> scenes = synthetic_scenes();
-  bool first = true;
   for (const SimulatedTouch& touch : kSimulatedTouches)
-    for (const auto& [scene, what] : scenes) {
-      if (scene != touch.scene || (folded_ && !first)) continue;
-      sources_.push_back({Group::Synthetic,
-                          "synthetic:" + scene + "?" + touch.options + "repeat=0",
-                          scene + ", " + touch.pad,
-                          what,
-                          {}});
-      if (!std::exchange(first, false)) continue;
-      SourceEntry fold{Group::Synthetic, "", folded_ ? "+ more" : "- fewer", "", {}};
-      if (folded_)
-        fold.detail =
-            text("%zu scenes of two kinds of pad: a waveguide glows with pressure, a gel shows depth",
-                 kSimulatedTouches.size() + 1);
-      fold.folds = true;
-      sources_.push_back(fold);
-    }
-  if (!folded_) {
-    sources_.push_back({Group::Synthetic,
-                        "synthetic:tissue?d=12&h=3&ratio=4&repeat=0",
-                        "tissue, a lump that is found",
-                        kTissueScene,
-                        {}});
-    sources_.push_back({Group::Synthetic,
-                        "synthetic:tissue?repeat=0",
-                        "tissue, a lump in doubt",
-                        "smaller and deeper: its stiffness cannot be determined",
-                        {}});
-  }
+    for (const auto& [scene, what] : scenes)
+      if (scene == touch.scene)
+        sources_.push_back({Group::Synthetic,
+                            "synthetic:" + scene + "?" + touch.options + "repeat=0",
+                            scene + ", " + touch.pad,
+                            what,
+                            {}});
+  sources_.push_back({Group::Synthetic,
+                      "synthetic:tissue?d=12&h=3&ratio=4&repeat=0",
+                      "tissue, a lump that is found",
+                      kTissueScene,
+                      {}});
+  sources_.push_back({Group::Synthetic,
+                      "synthetic:tissue?repeat=0",
+                      "tissue, a lump in doubt",
+                      "smaller and deeper: its stiffness cannot be determined",
+                      {}});
   if (sensors_.empty())
-    sensors_.push_back(
-        {"", "the source's own", "if it has none: uncalibrated, places in px, no depth, no force"});
+    sensors_.push_back({"", "the source's own", "without one: places in px, no depth, no force"});
 }
 
 bool StartList::update() {
@@ -262,7 +243,7 @@ size_t StartList::add_sensor(const fs::path& file) {
 
 std::string in_the_window(std::string message) {
   constexpr std::array<std::pair<const char*, const char*>, 4> kNames{{
-      {"which needs no --sensor", "with 'the source's own' chosen on the right"},
+      {"which needs no --sensor", "chosen as 'the source's own'"},
       {"another --out folder", "another folder for recordings"},
       {"--sensor FILE of", "on the right the sensor file of"},
       {"(--background)", "(\"background\" in the sensor file)"},

@@ -13,15 +13,14 @@ namespace palpate::viz {
 /// One line of the list.
 struct SourceEntry {
   enum class Group { Recent, Cameras, Synthetic } group = Group::Recent;
-  std::string input;     ///< as open_source takes it; empty: a remark that cannot be opened, or the fold
+  std::string input;     ///< as open_source takes it; empty: a remark that cannot be opened
   std::string name;      ///< what a person reads first
   std::string detail;    ///< and after it
   std::string sensor;    ///< sensor file that was used with it; empty: none
   bool missing = false;  ///< a recording that is no longer where it was
-  bool folds = false;    ///< shows and hides the simulated touches but the first
 
   /// Whether the arrows stop here.
-  bool can_be_chosen() const { return folds || !input.empty(); }
+  bool can_be_chosen() const { return !input.empty(); }
 };
 
 /// A sensor file that can be chosen.
@@ -41,8 +40,6 @@ class StartList {
 
   /// Looks again.
   void refresh(const Settings& settings);
-  /// Shows or hides the simulated touches but the first.
-  void fold(const Settings& settings);
   /// Takes over what the threads found meanwhile; true where something changed.
   bool update();
 
@@ -60,7 +57,6 @@ class StartList {
  private:
   void collect(const Settings& settings);
 
-  bool folded_ = true;
   std::vector<SourceEntry> sources_;
   std::vector<SensorEntry> sensors_;
   std::future<std::vector<SourceEntry>> cameras_;

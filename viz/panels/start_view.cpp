@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "viz/panels/measurement.h"
 #include "viz/panels/thumbnails.h"
 #include "viz/render/format.h"
 
@@ -36,6 +35,7 @@ struct LineLook {
   bool usable = true;
   float name_width = 100, height = 0;  ///< px; 0: of one row of text
   float indent = 0;                    ///< room in front of the name, px
+  bool tips = true;                    ///< what has no room is shown where the mouse is
 };
 
 /// One line of a list, its name in front and the rest faint, below the name in a high one; true where it was
@@ -65,7 +65,7 @@ bool list_line(const char* id, const std::string& name, const std::string& detai
   const std::string rest = shortened(detail, ImGui::GetContentRegionAvail().x);
   ImGui::TextDisabled("%s", rest.c_str());
   ImGui::SetCursorPosY(bottom);
-  if (pointed_at && (shown != name || rest != detail)) {  // what had no room
+  if (look.tips && pointed_at && (shown != name || rest != detail)) {  // what had no room
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(0.9f * ImGui::GetIO().DisplaySize.x);
     ImGui::Text("%s   %s", name.c_str(), detail.c_str());
@@ -185,6 +185,10 @@ void StartView::handle_keys() {
       case GLFW_KEY_F11:
         window_.switch_full_screen();
         break;
+      case GLFW_KEY_H:
+      case GLFW_KEY_F1:
+        help_ = !help_;
+        break;
       case GLFW_KEY_DELETE:
         if (source_ < list_.sources().size() &&
             list_.sources()[source_].group == SourceEntry::Group::Recent) {
@@ -193,6 +197,8 @@ void StartView::handle_keys() {
         }
         break;
       case GLFW_KEY_ESCAPE:
+        if (std::exchange(help_, false)) break;
+        [[fallthrough]];
       case GLFW_KEY_Q:
         glfwSetWindowShouldClose(window_.handle(), GLFW_TRUE);
         break;
@@ -202,12 +208,25 @@ void StartView::handle_keys() {
   }
 }
 
+const std::vector<KeyHelp>& start_key_help() {
+  static const std::vector<KeyHelp> lines{
+      {"click", "open a source, choose a sensor file"},
+      {"Up, Down, Page up, down", "move the selection"},
+      {"Enter", "open the selected source"},
+      {"Tab, Left, Right", "from the sources to the sensor files and back"},
+      {"drop a file", "open it; a sensor file is chosen"},
+      {"F5", "search again for cameras and sensor files"},
+      {"Del", "forget a recent source"},
+      {"Ctrl + plus, minus", "larger, smaller text"},
+      {"F11", "full screen"},
+      {"H, F1", "this help; a source that is open has its own"},
+      {"Esc, Q", "close what is open; quit"},
+  };
+  return lines;
+}
+
 void StartView::open_selected() {
   if (source_ >= list_.sources().size()) return;
-  if (list_.sources()[source_].folds) {
-    list_.fold(settings_);
-    return;
-  }
   if (list_.sources()[source_].input.empty()) return;
   const SourceEntry& source = list_.sources()[source_];
   const SensorEntry& sensor = list_.sensors()[std::min(sensor_, list_.sensors().size() - 1)];
@@ -253,14 +272,15 @@ void StartView::describe_sources(float scale) {
     for (source_ = 0; source_ + 1 < sources.size() && sources[source_].input.empty();) ++source_;
   const float name_width = std::min(0.45f * ImGui::GetContentRegionAvail().x, 260 * scale);
   for (size_t i = 0; i < sources.size(); ++i) {
-    const SourceEntry e = sources[i];  // a click may change the list
+    const SourceEntry& e = sources[i];
     if (i == 0 || sources[i - 1].group != e.group) {
       if (i > 0) ImGui::Dummy({1, 4 * scale});
       ImGui::TextColored(kChosen, "%s", title_of(e.group));
     }
     LineLook look{.selected = i == source_ && e.can_be_chosen() && !in_sensors_,
                   .usable = !e.input.empty() && !e.missing,
-                  .name_width = name_width};
+                  .name_width = name_width,
+                  .tips = !help_};
     const auto picture =
         e.group == SourceEntry::Group::Recent ? thumbnail_of_.find(e.input) : thumbnail_of_.end();
     const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -278,7 +298,6 @@ void StartView::describe_sources(float scale) {
     settled_ = true;
     in_sensors_ = false;
     open_selected();  // one click is enough
-    if (e.folds) return;
   }
 }
 
@@ -291,7 +310,8 @@ void StartView::describe_sensors(float scale) {
                   {.selected = i == sensor_ && in_sensors_,
                    .usable = sensors[i].usable,
                    .name_width = name_width,
-                   .indent = 22 * scale})) {
+                   .indent = 22 * scale,
+                   .tips = !help_})) {
       sensor_ = i;
       in_sensors_ = true;
     }
@@ -340,7 +360,7 @@ void StartView::describe() {
   ImGui::PopStyleColor();
   scroll_ = false;
 
-  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 290 * scale);
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 300 * scale);
   ImGui::InputTextWithHint(
       "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
       typed_.data(), typed_.size());
@@ -348,19 +368,21 @@ void StartView::describe() {
   ImGui::SameLine();
   if (ImGui::Button("Open")) open_text();
   ImGui::SameLine();
-  if (ImGui::Button("Refresh")) list_.refresh(settings_);
+  if (ImGui::Button("Search again")) list_.refresh(settings_);
   ImGui::SameLine();
   if (ImGui::Button("New sensor")) chosen_ = Choice{{}, {}, typed_.data(), true};
-  ImGui::TextDisabled(
-      "%s", shortened("Click, or arrows and Enter; Tab: sensor files; F5: refresh; Del: forget; Ctrl + "
-                      "plus, minus: text; Esc: quit",
-                      ImGui::GetContentRegionAvail().x)
-                .c_str());
+  ImGui::TextDisabled("%s", shortened("Click, or arrows and Enter; Tab: sensor files; H: all keys; Esc: quit",
+                                      ImGui::GetContentRegionAvail().x)
+                                .c_str());
   ImGui::TextDisabled("%s", shortened(folder_.empty() ? "recordings and snapshots: nowhere to write"
                                                       : "recordings and snapshots go to " + folder_,
                                       ImGui::GetContentRegionAvail().x)
                                 .c_str());
   ImGui::End();
+  if (!help_) return;
+  std::vector<const KeyHelp*> lines;
+  for (const KeyHelp& line : start_key_help()) lines.push_back(&line);
+  help_window({static_cast<uint32_t>(size.x), static_cast<uint32_t>(size.y)}, scale, lines, help_);
 }
 
 }  // namespace palpate::viz

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "viz/panels/controls.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/start_list.h"
@@ -27,6 +28,9 @@ struct StartTrouble {
   std::string message;  ///< one line; empty: nothing
   Choice choice;
 };
+
+/// All keys of the list, in the order of its help.
+const std::vector<KeyHelp>& start_key_help();
 
 /// Main thread. One at a time, and none while a Scene draws into the same window.
 class StartView {
@@ -68,6 +72,7 @@ class StartView {
   bool scroll_ = true;       ///< to the selection
   std::array<char, 512> typed_{};
   bool entered_ = false;  ///< Enter was pressed in that text
+  bool help_ = false;
   std::optional<Choice> chosen_;
 };
 
