@@ -35,7 +35,44 @@ cv::Rect crop_of(const Sensor& sensor, const cv::Mat& image, const std::string& 
   return {static_cast<int>(x), static_cast<int>(y), static_cast<int>(w), static_cast<int>(h)};
 }
 
+// Where a place of the image without distortion lies in the cropped image as the lens made it.
+cv::Point2d through_lens(const Sensor& sensor, double x, double y) {
+  if (!sensor.lens) return {x, y};
+  const Lens& l = *sensor.lens;
+  const auto [k1, k2, p1, p2, k3] = l.distortion;
+  const double u = (x - l.cx_px) / l.fx_px, v = (y - l.cy_px) / l.fy_px, r2 = u * u + v * v;
+  const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  return {l.cx_px + l.fx_px * (u * radial + 2 * p1 * u * v + p2 * (r2 + 2 * u * u)),
+          l.cy_px + l.fy_px * (v * radial + p1 * (r2 + 2 * v * v) + 2 * p2 * u * v)};
+}
+
+// From the rectified frame of a sensor with a quad to the image without distortion.
+cv::Matx33d back_from_quad(const Sensor& sensor) {
+  const int w = static_cast<int>(sensor.size_px[0]), h = static_cast<int>(sensor.size_px[1]);
+  const auto right = static_cast<float>(w - 1), bottom = static_cast<float>(h - 1);
+  std::array<cv::Point2f, 4> from, to = {{{0, 0}, {right, 0}, {right, bottom}, {0, bottom}}};
+  for (size_t i = 0; i < 4; ++i) {
+    const auto [x, y] = (*sensor.quad_px)[i];
+    from[i] = {static_cast<float>(x), static_cast<float>(y)};
+  }
+  // A side of one pixel has no direction of its own; half a pixel either way stands for it.
+  if (w == 1) to[1].x = to[2].x = 1;
+  if (h == 1) to[2].y = to[3].y = 1;
+  return cv::getPerspectiveTransform(to.data(), from.data());
+}
+
 }  // namespace
+
+std::array<double, 2> camera_place(const Sensor& sensor, double x_px, double y_px) {
+  if (sensor.quad_px) {
+    const cv::Vec3d p = back_from_quad(sensor) * cv::Vec3d(x_px, y_px, 1);
+    x_px = p[0] / p[2];
+    y_px = p[1] / p[2];
+  }
+  const cv::Point2d seen = through_lens(sensor, x_px, y_px);
+  const std::array<uint32_t, 4> crop = sensor.crop_px.value_or(std::array<uint32_t, 4>{});
+  return {seen.x + crop[0], seen.y + crop[1]};
+}
 
 struct Rectifier::Impl {
   Sensor sensor;
@@ -46,23 +83,12 @@ struct Rectifier::Impl {
   cv::Mat gray, warped;
   cv::Mat flat;  // 16 bits, of the rectified size; empty without a flat field
 
-  // Where a place of the image without distortion lies in the cropped image as the lens made it.
-  cv::Point2d through_lens(double x, double y) const {
-    if (!sensor.lens) return {x, y};
-    const Lens& l = *sensor.lens;
-    const auto [k1, k2, p1, p2, k3] = l.distortion;
-    const double u = (x - l.cx_px) / l.fx_px, v = (y - l.cy_px) / l.fy_px, r2 = u * u + v * v;
-    const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
-    return {l.cx_px + l.fx_px * (u * radial + 2 * p1 * u * v + p2 * (r2 + 2 * u * u)),
-            l.cy_px + l.fy_px * (v * radial + p1 * (r2 + 2 * v * v) + 2 * p2 * u * v)};
-  }
-
   // The lens alone: the rectified frame has the size of the cropped image.
   void make_lens_maps() {
     cv::Mat map(crop.height, crop.width, CV_32FC2);
     for (int y = 0; y < map.rows; ++y)
       for (int x = 0; x < map.cols; ++x) {
-        const cv::Point2d from = through_lens(x, y);
+        const cv::Point2d from = through_lens(sensor, x, y);
         map.at<cv::Vec2f>(y, x) = {static_cast<float>(from.x), static_cast<float>(from.y)};
       }
     cv::convertMaps(map, cv::noArray(), map_xy, map_fraction, CV_16SC2);
@@ -100,22 +126,15 @@ struct Rectifier::Impl {
 
   void make_maps(const std::string& where) {
     const int w = static_cast<int>(sensor.size_px[0]), h = static_cast<int>(sensor.size_px[1]);
-    const auto right = static_cast<float>(w - 1), bottom = static_cast<float>(h - 1);
-    std::array<cv::Point2f, 4> from, to = {{{0, 0}, {right, 0}, {right, bottom}, {0, bottom}}};
-    for (int i = 0; i < 4; ++i) {
-      const auto [x, y] = (*sensor.quad_px)[i];
-      const cv::Point2d seen = through_lens(x, y);
+    for (const auto& [x, y] : *sensor.quad_px) {
+      const cv::Point2d seen = through_lens(sensor, x, y);
       if (!(seen.x >= -1 && seen.y >= -1 && seen.x <= crop.width && seen.y <= crop.height))
         throw Error(Failure::Input, "images that hold the sensor's quad_px",
                     "corner " + std::to_string(x) + ", " + std::to_string(y) + " outside " + where +
                         " (cropped to " + size_text(crop.width, crop.height) + ")",
                     "the sensor file that belongs to this recording");
-      from[i] = {static_cast<float>(x), static_cast<float>(y)};
     }
-    // A side of one pixel has no direction of its own; half a pixel either way stands for it.
-    if (w == 1) to[1].x = to[2].x = 1;
-    if (h == 1) to[2].y = to[3].y = 1;
-    const cv::Matx33d back = cv::getPerspectiveTransform(to.data(), from.data());
+    const cv::Matx33d back = back_from_quad(sensor);
     cv::Mat map(h, w, CV_32FC2);
     for (int y = 0; y < h; ++y) {
       for (int x = 0; x < w; ++x) {
@@ -123,7 +142,7 @@ struct Rectifier::Impl {
         if (!(std::abs(p[2]) > 1e-12))
           throw Error(Failure::Sensor, "quad_px of four corners of a convex quadrangle",
                       "corners that fold over", "the order top left, top right, bottom right, bottom left");
-        const cv::Point2d seen = through_lens(p[0] / p[2], p[1] / p[2]);
+        const cv::Point2d seen = through_lens(sensor, p[0] / p[2], p[1] / p[2]);
         map.at<cv::Vec2f>(y, x) = {static_cast<float>(seen.x), static_cast<float>(seen.y)};
       }
     }

@@ -2,6 +2,7 @@
 // channels, bit depth, flat field.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -35,5 +36,9 @@ class Rectifier {
   std::unique_ptr<Impl> impl_;
   FrameFormat format_;
 };
+
+/// Where a place of the rectified frame lies in the camera's picture, px from the centre of its upper left
+/// pixel: through quad, lens and crop. For sensors that a Rectifier was built for.
+std::array<double, 2> camera_place(const Sensor& sensor, double x_px, double y_px);
 
 }  // namespace palpate

@@ -16,6 +16,7 @@ class SetupInWindow : public WindowTest {
     return {low_x + factor * x, low_y + factor * y};
   }
   static constexpr int kMake_x = 70, kButtons_y = 688;
+  static constexpr int kPropose_x = 1058, kPropose_y = 180;
 };
 
 TEST_F(SetupInWindow, CornersAreDraggedAndStepsDoneAgain) {
@@ -41,6 +42,27 @@ TEST_F(SetupInWindow, CornersAreDraggedAndStepsDoneAgain) {
   EXPECT_NEAR((*sensor.quad_px)[0][1], 24, 3);
   EXPECT_NEAR((*sensor.quad_px)[2][0], 309, 1e-6) << "as given";
   EXPECT_NEAR(sensor.pitch_mm_per_px, pitch, 1e-5);
+}
+
+// A sensor file lies next to its recording; corners that were not found are not cut to, and what is not known
+// is empty, not 0.
+TEST_F(SetupInWindow, WithoutAnythingFilledInTheFileIsByTheRecording) {
+  const fs::path rec = folder_ / "rec";
+  ASSERT_EQ(
+      run({"simulate", "press", "--mode", "gel", "--rate", "6", "--size", "320x240", "--out", rec}).exit_code,
+      0);
+  open({"setup", rec / "frames", "--window"});
+  ASSERT_TRUE(titled("palpate: a sensor of your own"));
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  desktop_->click(kPropose_x, kPropose_y);  // the light fills the picture
+  desktop_->click(kMake_x, kButtons_y);
+  const fs::path made = rec / "frames.json";
+  ASSERT_TRUE(wait_for([&] { return contains(slurp(made), "\"threshold_gray\""); }));
+  EXPECT_EQ(leave().exit_code, 0);
+  const Sensor sensor = load_sensor(made);
+  EXPECT_FALSE(sensor.quad_px);
+  EXPECT_FALSE(has_scale(sensor));
+  EXPECT_FALSE(fs::exists(home() / "palpate" / "frames.json"));
 }
 
 TEST_F(SetupInWindow, AFileThatIsThereIsNeverOverwritten) {

@@ -22,6 +22,8 @@
 #include "viz/panels/section.h"
 #include "viz/panels/sensor.h"
 #include "viz/panels/settings.h"
+#include "viz/panels/setup_view.h"
+#include "viz/panels/start_view.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/format.h"
 #include "viz/render/layout.h"
@@ -317,6 +319,15 @@ TEST(KeyHelp, EveryKeyIsThereOnce) {
        {" R,", "T ",  " D ", " O ", " A ", " E ", "L, G, Y", " X ", " P ", "[  ]", "K, J", "Space", " F ",
         " Z,", " W ", " S ", " M,", " N ", " I ", " V ",     "F11", " C ", " B ",  " H,",  "Esc"})
     EXPECT_NE(all.find(key), std::string::npos) << key;
+}
+
+TEST(KeyHelp, TheListAndTheFormHaveTheirOwn) {
+  for (const auto* lines : {&start_key_help(), &setup_key_help()}) {
+    std::string all;
+    for (const KeyHelp& line : *lines) all += std::string(" ") + line.keys + " ";
+    for (const char* key : {"drop a file", "F11", "H, F1", "Esc"})
+      EXPECT_NE(all.find(key), std::string::npos) << key;
+  }
 }
 
 TEST(SensorPanel, SaysWhatIsMissingAndWhatWouldDo) {

@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 #include <vector>
 
-#include "viz/panels/measurement.h"
 #include "viz/panels/thumbnails.h"
 #include "viz/render/format.h"
 
@@ -92,8 +92,36 @@ void SetupView::handle_keys() {
   const bool typing = ImGui::GetIO().WantTextInput;
   for (const KeyPress& press : window_.take_keys()) {
     if (press.key == GLFW_KEY_F11) window_.switch_full_screen();
-    if (press.key == GLFW_KEY_ESCAPE && !typing) wish(SetupWish::What::Leave);
+    if (press.key == GLFW_KEY_F1 || (press.key == GLFW_KEY_H && !typing)) help_ = !help_;
+    if (press.key != GLFW_KEY_ESCAPE || typing) continue;
+    if (!std::exchange(help_, false)) wish(SetupWish::What::Leave);
   }
+}
+
+const std::vector<KeyHelp>& setup_key_help() {
+  static const std::vector<KeyHelp> lines{
+      {"drop a file", "a recording; then .csv: gauge table, picture: pad at rest"},
+      {"drag a corner", "to that of the pad, where the pad is cut out"},
+      {"Enter in the first field", "open the recording"},
+      {"Again", "one step alone, with what is filled in now"},
+      {"F11", "full screen"},
+      {"H, F1", "this help"},
+      {"Esc", "close the help; back to the list of sources"},
+  };
+  return lines;
+}
+
+std::optional<double> typed_length(const std::string& text) {
+  std::string number = text;
+  std::replace(number.begin(), number.end(), ',', '.');
+  const size_t first = number.find_first_not_of(" \t");
+  if (first == std::string::npos) return 0.0;
+  char* end = nullptr;
+  const double value = std::strtod(number.c_str() + first, &end);
+  const bool whole =
+      number.find_first_not_of(" \t", static_cast<size_t>(end - number.c_str())) == std::string::npos;
+  if (end == number.c_str() + first || !whole || !std::isfinite(value) || value <= 0) return std::nullopt;
+  return value;
 }
 
 /// A table of forces, a picture of the pad at rest once a recording is open, or the recording.
@@ -121,10 +149,21 @@ bool SetupView::path(const char* label, const char* hint, SetupForm::Path& value
                                   ImGuiInputTextFlags_EnterReturnsTrue);
 }
 
-void SetupView::number(const char* label, double& value, const char* format) {
+void SetupView::number(const char* label, const char* hint, double& value) {
+  const auto [found, is_new] = typed_.try_emplace(label);
+  Typed& typed = found->second;
+  if (is_new || typed.value != value) {  // set by something else than these keys
+    typed.value = value;
+    typed.text = {};
+    if (value > 0) std::snprintf(typed.text.data(), typed.text.size(), "%.6g", value);
+  }
   ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
-  ImGui::InputDouble(label, &value, 0, 0, format);
-  value = std::isfinite(value) ? std::max(value, 0.0) : 0.0;
+  ImGui::InputTextWithHint(label, hint, typed.text.data(), typed.text.size());
+  const std::optional<double> length = typed_length(typed.text.data());
+  typed.value = value = length.value_or(0);
+  if (length) return;
+  ImGui::SameLine();
+  ImGui::TextColored(kRed, "no length");
 }
 
 /// Title of a step, what is known of it, what is missing.
@@ -165,15 +204,15 @@ void SetupView::describe_steps(float scale) {
   path("picture at rest", "found in the recording", form_.background);
   heading(2, scale);
   heading(3, scale);
-  number("mm per px", form_.pitch_mm_per_px, "%.5g");
+  number("mm per px", "not known", form_.pitch_mm_per_px);
   path("grid pictures", "instead: of a grid that is known", form_.grid_pictures);
   if (form_.grid_pictures[0] != '\0') {
     ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
     ImGui::InputTextWithHint("columns x rows", "9x7", form_.grid.data(), form_.grid.size());
-    number("mm between points", form_.spacing_mm, "%.4g");
+    number("mm between points", "not known", form_.spacing_mm);
   }
   heading(4, scale);
-  number("ball radius, mm", form_.ball_mm, "%.4g");
+  number("ball radius, mm", "no ball", form_.ball_mm);
   path("its presses", "those of the recording", form_.balls);
   heading(5, scale);
   path("gauge table", "CSV: frame or time_s, force_N", form_.gauge);
@@ -218,6 +257,18 @@ void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float s
   }
 }
 
+void SetupView::draw_balls(std::array<float, 2> low, double px_per_px, float scale) const {
+  constexpr ImU32 kBall = IM_COL32(92, 200, 255, 255), kShadow = IM_COL32(0, 0, 0, 170);
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  for (const SetupBall& ball : balls_) {
+    const ImVec2 at{low[0] + static_cast<float>(ball.x_px * px_per_px),
+                    low[1] + static_cast<float>(ball.y_px * px_per_px)};
+    const auto radius = static_cast<float>(ball.radius_px * px_per_px);
+    list->AddCircle(at, radius, kShadow, 0, 3 * scale);
+    list->AddCircle(at, radius, kBall, 0, 1.4f * scale);
+  }
+}
+
 void SetupView::describe_picture(float scale) {
   if (camera_px_[0] == 0) {
     ImGui::PushTextWrapPos(0);
@@ -234,9 +285,11 @@ void SetupView::describe_picture(float scale) {
   const ImVec2 size{factor * static_cast<float>(picture_px_[0]), factor * static_cast<float>(picture_px_[1])};
   const ImVec2 low = ImGui::GetCursorScreenPos();
   page_.frame().draw_picture(0, {low.x, low.y}, {low.x + size.x, low.y + size.y});
+  draw_balls({low.x, low.y}, static_cast<double>(size.x) / camera_px_[0], scale);
   ImGui::InvisibleButton("picture", size);
   if (form_.cut) drag_corners({low.x, low.y}, static_cast<double>(size.x) / camera_px_[0], scale);
   std::string words = text("%u x %u px", camera_px_[0], camera_px_[1]);
+  if (!balls_.empty()) words += text("; %zu presses of the ball, as found", balls_.size());
   if (form_.cut) {
     words += "; corners";
     for (const auto& corner : form_.corners) words += text("  %.0f, %.0f", corner[0], corner[1]);
@@ -285,7 +338,13 @@ void SetupView::describe() {
     ImGui::SameLine();
   }
   if (ImGui::Button("Back (Esc)")) wish(SetupWish::What::Leave);
+  ImGui::SameLine();
+  if (ImGui::Button("Help (F1)")) help_ = !help_;
   ImGui::End();
+  if (!help_) return;
+  std::vector<const KeyHelp*> lines;
+  for (const KeyHelp& line : setup_key_help()) lines.push_back(&line);
+  help_window({static_cast<uint32_t>(size.x), static_cast<uint32_t>(size.y)}, scale, lines, help_);
 }
 
 }  // namespace palpate::viz

@@ -3,10 +3,14 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "palpate/frame.h"
+#include "viz/panels/controls.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
 
@@ -21,6 +25,11 @@ struct SetupForm {
   bool cut = false;  ///< the pad is cut out by `corners`
   /// Px of the camera's picture: top left, top right, bottom right, bottom left.
   std::array<std::array<double, 2>, 4> corners{};
+};
+
+/// A press of a ball as the calibration found it: a circle in the camera's picture, px.
+struct SetupBall {
+  double x_px = 0, y_px = 0, radius_px = 0;
 };
 
 /// One step as the form shows it.
@@ -44,6 +53,13 @@ struct SetupWish {
   size_t step = 0;  ///< of Again
 };
 
+/// All keys of the form, in the order of its help.
+const std::vector<KeyHelp>& setup_key_help();
+
+/// A length as a person types it: above 0, with a decimal point or comma; 0 where the text is empty, and
+/// none where it is no such number.
+std::optional<double> typed_length(const std::string& text);
+
 /// Main thread. One at a time, and none while a Scene draws into the same window.
 class SetupView {
  public:
@@ -54,6 +70,8 @@ class SetupView {
   /// Frame in which the corners are dragged; they become those of its borders where they lie outside it.
   void show(const Frame& frame);
   void set_lines(const std::array<SetupLine, kSteps>& lines) { lines_ = lines; }
+  /// Drawn over the picture.
+  void set_balls(std::vector<SetupBall> balls) { balls_ = std::move(balls); }
   /// One line; `trouble`: about something that went wrong.
   void set_message(const std::string& message, bool trouble);
   /// Until the person asks for something; none where the window was closed or `interrupted` says so.
@@ -69,7 +87,8 @@ class SetupView {
   void handle_keys();
   void take_drops();
   bool path(const char* label, const char* hint, SetupForm::Path& value);
-  void number(const char* label, double& value, const char* format);
+  void number(const char* label, const char* hint, double& value);
+  void draw_balls(std::array<float, 2> low, double px_per_px, float scale) const;
   void heading(size_t step, float scale);
   void wish(SetupWish::What what, size_t step = 0) { wish_ = SetupWish{what, step}; }
 
@@ -79,6 +98,14 @@ class SetupView {
   std::array<SetupLine, kSteps> lines_;
   std::array<uint32_t, 2> camera_px_{};   ///< of the frame; 0: none is shown
   std::array<uint32_t, 2> picture_px_{};  ///< as it is stored for drawing
+  std::vector<SetupBall> balls_;
+  /// Numbers as they are typed, by their labels.
+  struct Typed {
+    std::array<char, 32> text{};
+    double value = 0;  ///< that the text says
+  };
+  std::map<std::string, Typed> typed_;
+  bool help_ = false;
   std::optional<size_t> dragged_;
   std::string message_;
   bool trouble_ = false;

@@ -69,6 +69,17 @@ void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source&
   }
 }
 
+/// The circles in a calibration's report.
+std::vector<FoundPress> presses_of(const json::Value& report) {
+  std::vector<FoundPress> presses;
+  const json::Value* listed = report.is_object() ? report.find("presses") : nullptr;
+  if (!listed || !listed->is_array()) return presses;
+  for (const json::Value& press : *listed)
+    presses.push_back({press.at("center_x_px").number(), press.at("center_y_px").number(),
+                       press.at("contact_radius_px").number()});
+  return presses;
+}
+
 }  // namespace
 
 SetupInputs::Quad parse_corners(const std::string& typed) {
@@ -249,6 +260,7 @@ SetupStep SensorSetup::surface(const SetupInputs& inputs) {
     else
       words.insert(words.end(), {"--balls", inputs.ball_table.string()});
     const json::Value found = calibrate(step, words).json;
+    step.presses = presses_of(found);
     if (step.done)
       step.known = text("%s, depth %.3f mm RMS on presses held out",
                         by_colour ? "slopes by colour" : "depth by brightness",

@@ -30,12 +30,18 @@ struct SetupInputs {
   std::string name;             ///< of the sensor; empty: the file's
 };
 
+/// A press of a ball as a calibration found it, px of the rectified frame.
+struct FoundPress {
+  double x_px = 0, y_px = 0, radius_px = 0;
+};
+
 struct SetupStep {
   std::string name;
   bool done = false;
-  std::string known;    ///< or what went wrong
-  std::string missing;  ///< what would make it known, in options of palpate setup
-  std::string command;  ///< that does it again, alone; may be empty
+  std::string known;                ///< or what went wrong
+  std::string missing;              ///< what would make it known, in options of palpate setup
+  std::string command;              ///< that does it again, alone; may be empty
+  std::vector<FoundPress> presses;  ///< of the step Surface
 };
 
 class SensorSetup {

@@ -1,16 +1,22 @@
 #include "viz/commands/support/setup_window.h"
 
+#include <unistd.h>
+
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <future>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "capture/calibrate/pad_corners.h"
 #include "capture/open_source.h"
+#include "capture/rectify.h"
 #include "capture/run/input.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
+#include "palpate/sensor.h"
 #include "viz/commands/support/progress.h"
 
 namespace palpate {
@@ -43,6 +49,30 @@ fs::path free_name(const fs::path& folder, const std::string& recording) {
   fs::path name = folder / (stem + ".json");
   for (int i = 2; fs::exists(name, code); ++i) name = folder / (stem + text("-%d.json", i));
   return name;
+}
+
+/// Where the sensor file of a recording is looked for: next to the recording where that can be written to.
+/// `other`: of cameras, and else; may be empty.
+fs::path folder_of(const std::string& recording, const fs::path& other) {
+  if (!is_recording(recording)) return other;
+  std::error_code code;
+  fs::path path = fs::absolute(recording, code).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  const fs::path folder = path.parent_path();
+  return !code && ::access(folder.c_str(), W_OK) == 0 ? folder : other;
+}
+
+/// From the rectified frame to the camera's picture.
+std::vector<viz::SetupBall> balls_of(const SetupStep& step, const fs::path& sensor_file) {
+  std::vector<viz::SetupBall> balls;
+  if (step.presses.empty()) return balls;
+  const Sensor sensor = load_sensor(sensor_file);
+  for (const FoundPress& press : step.presses) {
+    const auto [x, y] = camera_place(sensor, press.x_px, press.y_px);
+    const auto [side_x, side_y] = camera_place(sensor, press.x_px + press.radius_px, press.y_px);
+    balls.push_back({x, y, std::hypot(side_x - x, side_y - y)});
+  }
+  return balls;
 }
 
 }  // namespace
@@ -98,6 +128,9 @@ void SetupWindow::show_steps(SetupView& view) const {
       lines[i] = {step.name, step.done, step.known, step.missing};
     }
   view.set_lines(lines);
+  view.set_balls(made_
+                     ? balls_of(made_->steps()[static_cast<size_t>(SensorSetup::Part::Surface)], made_->out())
+                     : std::vector<viz::SetupBall>());
 }
 
 void SetupWindow::open(SetupView& view) {
@@ -114,8 +147,9 @@ void SetupWindow::open(SetupView& view) {
   view.show(*picture_);
   made_.reset();
   show_steps(view);
-  if (form_.sensor_file[0] == '\0' && !folder_.empty())
-    put(free_name(folder_, input).string(), form_.sensor_file);
+  const fs::path folder = folder_of(input, folder_);
+  if (form_.sensor_file[0] == '\0' && !folder.empty())
+    put(free_name(folder, input).string(), form_.sensor_file);
   view.set_message("fill in what is known, then 'Make the sensor file'", false);
 }
 
@@ -123,8 +157,10 @@ void SetupWindow::propose(SetupView& view) {
   if (!picture_) open(view);
   const std::optional<PadCorners> found = propose_corners(*picture_);
   if (!found) {
-    view.set_message("the light fills the whole picture, or nothing of it: drag the corners by hand", false);
-    form_.cut = true;
+    view.set_message(
+        "no corners found: the light fills the whole picture, or nothing of it; tick 'cut the pad out' to "
+        "drag them by hand",
+        false);
     return;
   }
   form_.cut = true;
