@@ -245,6 +245,41 @@ TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
   }
 }
 
+// What was chosen with one sensor comes back with those that have it, and with no other.
+TEST(WindowSettings, ColoursAreThoseThatTheSensorHas) {
+  const Sensor gel = synthetic_sensor(parse_synthetic("synthetic:drag?size=320x240&mode=gel&skin=texture"));
+  const Sensor waveguide = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
+  ASSERT_TRUE(gel.skin && !waveguide.skin);
+  Settings settings;
+  ViewState with_gel;
+  with_gel.fit_to(gel);
+  settings.apply_to(with_gel);
+  with_gel.quantity = Quantity::Strain;
+  with_gel.skin_strain = SkinStrain::Stretch;
+  settings.take_from(with_gel);
+  ViewState without;
+  without.fit_to(waveguide);
+  settings.apply_to(without);
+  EXPECT_EQ(without.quantity, Quantity::Depth);
+  EXPECT_EQ(without.skin_strain, SkinStrain::Off);
+  EXPECT_FALSE(without.can_show(Quantity::Strain));
+  settings.take_from(without);
+  ViewState again;
+  again.fit_to(gel);
+  settings.apply_to(again);
+  EXPECT_EQ(again.quantity, Quantity::Strain) << "the choice is kept for a sensor that has it";
+  EXPECT_EQ(again.skin_strain, SkinStrain::Stretch);
+}
+
+TEST(SetupForm, LengthsAreTypedOrNotKnown) {
+  EXPECT_EQ(typed_length(""), 0);
+  EXPECT_EQ(typed_length("  "), 0);
+  EXPECT_EQ(typed_length("2.92"), 2.92);
+  EXPECT_EQ(typed_length(" 0,0593 "), 0.0593) << "a decimal comma";
+  for (const char* none : {"0", "-1", "abc", "3 mm", "1.2.3", "nan", "inf"})
+    EXPECT_FALSE(typed_length(none)) << none;
+}
+
 TEST_F(WindowParts, SettingsHaveTheirPlaceByTheEnvironment) {
   const char* before = std::getenv("PALPATE_CONFIG");
   const std::string kept = before ? before : "";

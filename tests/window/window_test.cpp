@@ -101,7 +101,7 @@ TEST_F(WindowTest, ADeviceThatIsLostIsOpenedAnewBehindTheWindow) {
 TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
   ASSERT_TRUE(drawn(folder_ / "out"));
-  desktop_->key("d o x l g y p k j n bracketright");
+  desktop_->key("d o x l g y p k j n f bracketright");
   desktop_->key("ctrl+Right ctrl+Down");
   desktop_->key("h Escape i Escape");
   desktop_->key("c ctrl+plus");
@@ -113,7 +113,8 @@ TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   EXPECT_EQ(kept["section"], true);
   for (const char* off : {"light", "grid", "axes", "charts", "contacts", "skin", "controls"})
     EXPECT_EQ(kept[off], false) << off;
-  EXPECT_EQ(kept["skin_strain"], "stretch");
+  EXPECT_EQ(kept["rates"], true);
+  EXPECT_EQ(kept["skin_strain"], "off") << "this skin is not followed";
   EXPECT_EQ(kept["chart_span_s"], 30);
   EXPECT_NEAR(kept["section_line"][0], 0.09, 1e-9);
   EXPECT_NEAR(kept["section_line"][1], 0.51, 1e-9);

@@ -148,6 +148,7 @@ bool handle_layer_key(int key, ViewState& state) {
       state.skin = !state.skin;
       break;
     case GLFW_KEY_N:
+      if (!state.can_show_skin) break;  // Display says why
       state.skin_strain = static_cast<SkinStrain>((static_cast<int>(state.skin_strain) + 1) % kSkinStrains);
       break;
     default:
@@ -191,6 +192,8 @@ bool handle_panel_key(int key, bool replay, ViewState& state) {
 
 void Display::handle_view_key(const KeyPress& press) {
   ViewState& state = scene_.state();
+  if (press.key == GLFW_KEY_N && !state.can_show_skin)
+    stats_.note = "no strain of the skin: this sensor does not follow its skin";
   if (handle_look_key(press.key, state) || handle_layer_key(press.key, state) ||
       handle_panel_key(press.key, options_.replay, state) || press.key != GLFW_KEY_V)
     return;

@@ -221,7 +221,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   switches(has_surface, state);
   ImGui::PushItemWidth(70 * scale);
   int strain = static_cast<int>(state.skin_strain);
-  if (ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
+  if (state.can_show_skin && ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
     state.skin_strain = static_cast<SkinStrain>(strain);
   const bool player = live && live->player;
   const bool whole = player && state.whole_recording;

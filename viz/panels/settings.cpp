@@ -132,10 +132,12 @@ std::string trouble_of(const Json& json, Settings& s) {
 void Settings::take_from(const ViewState& v) {
   text_scale = v.text_scale;
   map = v.map;
-  quantity = v.quantity;
+  // What this sensor cannot show stays as it was chosen with one that can.
+  if (v.can_show(quantity)) quantity = v.quantity;
   lit = v.lit, grid = v.grid, axes = v.axes;
   charts = v.charts, section = v.section, contacts = v.contacts, skin = v.skin, controls = v.controls;
-  skin_strain = v.skin_strain;
+  rates = v.rates;
+  if (v.can_show_skin) skin_strain = v.skin_strain;
   chart_span_s = v.chart_span_s;
   line = v.line;
 }
@@ -146,7 +148,8 @@ void Settings::apply_to(ViewState& v) const {
   v.quantity = v.can_show(quantity) ? quantity : Quantity::Depth;
   v.lit = lit, v.grid = grid, v.axes = axes;
   v.charts = charts, v.section = section, v.contacts = contacts, v.skin = skin, v.controls = controls;
-  v.skin_strain = skin_strain;
+  v.rates = rates;
+  v.skin_strain = v.can_show_skin ? skin_strain : SkinStrain::Off;
   v.chart_span_s = chart_span_s;
   v.line = line;
 }

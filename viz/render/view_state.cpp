@@ -55,7 +55,16 @@ void ViewState::follow(const Touch& touch, double longest_side_mm) {
 }
 
 bool ViewState::can_show(Quantity shown) const {
-  return shown == Quantity::Pressure ? can_show_pressure : shown != Quantity::Friction || can_show_friction;
+  switch (shown) {
+    case Quantity::Pressure:
+      return can_show_pressure;
+    case Quantity::Strain:
+      return can_show_strain;
+    case Quantity::Friction:
+      return can_show_friction;
+    default:
+      return true;
+  }
 }
 
 void ViewState::next_quantity() {
@@ -103,8 +112,12 @@ void ViewState::change_chart_span(int steps, bool replay) {
 void ViewState::fit_to(const Sensor& sensor) {
   can_show_pressure = reads_pressure(sensor) || sensor.layer.has_value();
   can_show_friction = sensor.layer && sensor.skin;
+  can_show_skin = sensor.skin.has_value();
+  can_show_strain =
+      sensor.reconstruction != Reconstruction::None && sensor.reconstruction != Reconstruction::Elastic;
   if (sensor.shear && sensor.shear->friction > 0) friction_range = sensor.shear->friction;
   if (!can_show(quantity)) quantity = Quantity::Depth;
+  if (!can_show_skin) skin_strain = SkinStrain::Off;
 }
 
 void ViewState::follow_pressure(double largest_MPa) {

@@ -46,7 +46,9 @@ struct ViewState {
   Quantity quantity = Quantity::Depth;
   ColourMap map = ColourMap::Viridis;
   bool can_show_pressure = false;  ///< the sensor reads it
-  bool can_show_friction = false;  ///< its layer and its skin tell both
+  bool can_show_friction = false;  ///< its layer and its skin give both
+  bool can_show_strain = true;     ///< of the surface's area: its slopes are seen, not computed from pressure
+  bool can_show_skin = true;       ///< it follows its skin
   bool lit = true;
   bool grid = true;
   bool axes = true;
