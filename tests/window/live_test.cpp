@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "capture/synthetic/synthetic.h"
@@ -100,18 +101,36 @@ TEST_F(LiveTest, TheLastFrameIsNeverDropped) {
   EXPECT_EQ(last, 39u);
 }
 
+/// A recording of 20 frames.
+struct Short : Source {
+  FrameFormat format() const override { return inner.format(); }
+  double rate_Hz() const override { return 120; }
+  std::optional<uint64_t> frame_count() const override { return 20; }
+  bool next(Frame& frame) override { return ++count <= 20 && inner.next(frame); }
+  SyntheticSensor inner{gel()};
+  int count = 0;
+};
+
+// A replay's charts and bar are those of the recording, in every round.
+TEST_F(LiveTest, ALoopedReplayKeepsToTheRecordingsTimes) {
+  options_.max_frames = 60;
+  options_.close_at_end = options_.loop = options_.replay = true;
+  int64_t last_ns = 0;
+  uint64_t largest = 0;
+  options_.on_result = [&](const Touch& touch) {
+    last_ns = std::max(last_ns, touch.time_ns);
+    largest = std::max(largest, touch.sequence);
+  };
+  const LiveReport report = run([] { return std::make_unique<Short>(); });
+  EXPECT_EQ(report.captured, 60u);
+  EXPECT_LE(largest, 19u);
+  EXPECT_LE(last_ns, 160'000'000) << "19 frames of 1/120 s";
+}
+
 TEST_F(LiveTest, LoopedRecordingKeepsTimeAndNumbersGoingOn) {
   options_.max_frames = 60;
   options_.close_at_end = true;
   options_.loop = true;
-  struct Short : Source {
-    FrameFormat format() const override { return inner.format(); }
-    double rate_Hz() const override { return 120; }
-    std::optional<uint64_t> frame_count() const override { return 20; }
-    bool next(Frame& frame) override { return ++count <= 20 && inner.next(frame); }
-    SyntheticSensor inner{gel()};
-    int count = 0;
-  };
   int64_t last_ns = -1;
   bool ordered = true;
   uint64_t last = 0;

@@ -163,6 +163,44 @@ TEST(History, KeepsARecordingWholeWhateverOrderItsFramesCome) {
   EXPECT_DOUBLE_EQ(history.timeline().length(), 100);
 }
 
+// Frames that were left out are a gap, however short; a session's frames have numbers of their own, and a
+// film's times are as they are.
+TEST(History, FramesThatAreNotThereAreAGap) {
+  History history({true, 8, 20, 0});
+  const auto add = [&](uint64_t position, double time_s) {
+    Touch touch;
+    touch.sequence = 500 + 2 * position;
+    touch.time_ns = std::llround(1e9 * time_s);
+    history.add(touch, position);
+  };
+  add(0, 0);
+  add(1, 0.05);
+  add(3, 0.15);
+  add(4, 0.6);
+  add(6, 0.7);
+  std::vector<bool> gaps;
+  for (const Sample& s : history.samples()) gaps.push_back(s.gap);
+  EXPECT_EQ(gaps, (std::vector<bool>{true, false, true, false, true}));
+  add(2, 0.1);
+  add(5, 0.65);
+  for (const Sample& s : history.samples()) EXPECT_EQ(s.gap, s.position == 0) << s.position;
+  EXPECT_EQ(history.frame_at(0.6), 4u) << "by the times of the frames, not by the rate";
+  EXPECT_EQ(history.frame_at(0.5), 4u);
+  EXPECT_EQ(history.frame_at(0.3), 3u);
+  EXPECT_EQ(history.frame_at(-1), 0u);
+  EXPECT_EQ(history.frame_at(99), 7u);
+}
+
+TEST(History, ASlowRecordingIsNoSilence) {
+  History history({true, 4, 0.4, 0});
+  Touch touch;
+  for (touch.sequence = 0; touch.sequence < 4; ++touch.sequence) {
+    history.add(touch);
+    touch.time_ns += 2'500'000'000;
+  }
+  for (const Sample& s : history.samples()) EXPECT_EQ(s.gap, s.position == 0) << s.position;
+}
+
 TEST(History, PicturesWithoutTimesAreCounted) {
   History history({false, 20, 0, 0});
   Touch touch;

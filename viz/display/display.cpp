@@ -155,7 +155,7 @@ void Display::update_player() {
   PlayerStats now{.name = current_ ? source->frame_name(current_->result.touch.sequence) : "",
                   .timed = source->rate_Hz() > 0,
                   .frames = source->frame_count().value_or(0),
-                  .position = transport.position,
+                  .position = current_ ? current_->captured->position : transport.position.load(),
                   .speed = transport.speed,
                   .at_end = transport.at_end};
   if (stats_.player && now.at_end != stats_.player->at_end) {
@@ -254,7 +254,7 @@ void Display::show(LiveReport& report) {
     if (is_new) {
       if (current_) replaced_.push_back(std::move(*current_));
       current_ = std::move(newest);
-      scene_.follow(current_->result.touch);
+      scene_.follow(current_->result.touch, current_->captured->position);
       follow_thumbnail();
       if (!started_) start_ = Clock::now();
       started_ = true;

@@ -41,8 +41,8 @@ void Scene::fit_text() {
   frame_ = std::make_unique<HudFrame>(context_, pass_, frames_in_flight_, window_, wanted);
 }
 
-void Scene::follow(const Touch& touch) {
-  hud_.follow(touch);
+void Scene::follow(const Touch& touch, std::optional<uint64_t> position) {
+  hud_.follow(touch, position.value_or(touch.sequence));
   strain_due_ = true;
   state_.follow(touch, longest_side_mm_);
 }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -33,8 +34,9 @@ class Scene {
   Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, const Frame* background,
         uint32_t frames_in_flight, GLFWwindow* window, float scale);
 
-  /// A new result has come: scales and traces follow it.
-  void follow(const Touch& touch);
+  /// A new result has come: scales and traces follow it. `position`: of its frame in the recording, from 0;
+  /// none: the frame's own number.
+  void follow(const Touch& touch, std::optional<uint64_t> position = {});
   void mark(const Event& event) { hud_.mark(event); }
   void set_timeline(const Timeline& timeline) { hud_.set_timeline(timeline); }
   /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.

@@ -76,6 +76,8 @@ bool LiveCapture::at_end() {
     loop_offset_ns_ += last_time_ns_ + nanoseconds(period_).count();
     in_this_round_ = 0;
     paced_ = false;
+    // A player shows the frames by the recording's own numbers and times, which jump back, as by a key.
+    gap_pending_ = gap_pending_ || options_.replay;
     return true;
   }
   if (!options_.replay || options_.close_at_end) return false;
@@ -112,7 +114,7 @@ void LiveCapture::wait_until_due(const Frame& frame) {
 void LiveCapture::deliver(CapturedPtr item) {
   Frame& frame = item->frame;
   if (!session_.source()->live()) frame.delivered_ns = monotonic_ns();
-  if (options_.loop) {
+  if (options_.loop && !options_.replay) {
     frame.time_ns += loop_offset_ns_;
     frame.sequence = sequence_;
   }
@@ -150,7 +152,7 @@ void LiveCapture::run() {
       if (session_.stop || !at_end()) break;
       continue;
     }
-    ++in_this_round_;
+    item->position = in_this_round_++;
     wait_until_due(item->frame);
     deliver(std::move(item));
     if (session_.captured == options_.max_frames) break;

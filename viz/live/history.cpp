@@ -20,9 +20,22 @@ void History::mark(const Event& event) {
   events_.push_back({timeline_.timed ? event.time_s : static_cast<double>(event.frame), label_of(event)});
 }
 
-void History::add(const Touch& touch) {
-  const double longest_gap = timeline_.timed ? 1 : 10;  // no line across a longer silence, s or frames
+uint64_t History::frame_at(double time) const {
+  const auto after = std::lower_bound(samples_.begin(), samples_.end(), time,
+                                      [](const Sample& sample, double at) { return sample.time < at; });
+  if (after == samples_.begin() || after == samples_.end()) return timeline_.frame_at(time);
+  const Sample &a = *std::prev(after), &b = *after;
+  const double share = (time - a.time) / (b.time - a.time);
+  return a.position +
+         static_cast<uint64_t>(std::lround(share * static_cast<double>(b.position - a.position)));
+}
+
+void History::add(const Touch& touch, std::optional<uint64_t> position) {
+  // No line across a longer silence, s or frames; a slow recording is none.
+  const double longest_gap =
+      !timeline_.timed ? 10 : std::max(1.0, timeline_.rate_Hz > 0 ? 3 / timeline_.rate_Hz : 0);
   Sample s;
+  s.position = position.value_or(touch.sequence);
   s.time = timeline_.timed ? 1e-9 * static_cast<double>(touch.time_ns) : static_cast<double>(touch.sequence);
   now_ = s.time;
   s.contact = touch.contact;
@@ -42,7 +55,8 @@ void History::add(const Touch& touch) {
   else
     at = samples_.insert(at, s);
   const auto mend = [&](auto sample) {
-    sample->gap = sample == samples_.begin() || sample->time - std::prev(sample)->time > longest_gap;
+    sample->gap = sample == samples_.begin() || sample->time - std::prev(sample)->time > longest_gap ||
+                  (timeline_.whole() && sample->position != std::prev(sample)->position + 1);
   };
   mend(at);
   if (std::next(at) != samples_.end()) mend(std::next(at));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 
 #include "capture/files/event_log.h"
@@ -12,7 +13,8 @@ namespace palpate::viz {
 
 /// One frame's worth, as measured (no zero applied).
 struct Sample {
-  double time = 0;  ///< s, or the frame's number: see Timeline
+  double time = 0;        ///< s, or the frame's number: see Timeline
+  uint64_t position = 0;  ///< of the frame in its source
   bool contact = false;
   bool several = false;  ///< more than one contact: the force is the sum of theirs
   bool gap = false;      ///< does not continue the sample before
@@ -51,9 +53,10 @@ class History {
 
   explicit History(const Timeline& timeline = {}) : timeline_(timeline) {}
 
-  /// Once a result. A recording in which the person can jump is kept whole; else results come in order of
-  /// time, and what jumps back (a loop) starts anew.
-  void add(const Touch& touch);
+  /// Once a result. A recording in which the person can jump is kept whole, and a frame that is not there yet
+  /// is a gap; else results come in order of time, what jumps back (a loop) starts anew, and a longer silence
+  /// is a gap. `position`: of the frame in its source; without it the frame's number.
+  void add(const Touch& touch, std::optional<uint64_t> position = {});
   /// Events stay, whatever jumps; those out of sight are not drawn.
   void mark(const Event& event);
 
@@ -62,6 +65,8 @@ class History {
   const std::deque<EventMark>& events() const { return events_; }
   /// Of the last result, on the axis.
   double now() const { return now_; }
+  /// The frame nearest to a time on the axis: by the frames that were measured around it, else by the rate.
+  uint64_t frame_at(double time) const;
 
  private:
   Timeline timeline_;

@@ -22,6 +22,7 @@ namespace palpate::viz {
 struct Captured {
   Frame frame;
   uint64_t gaps = 0;  ///< interruptions of the stream up to here: dropped frames may have carried the mark
+  uint64_t position = 0;  ///< in its source, from 0; a session's frames have other numbers
 };
 using CapturedPtr = std::unique_ptr<Captured>;
 

@@ -17,7 +17,7 @@ struct PlayerStats {
   std::string name;       ///< file of the frame that is shown; empty where frames have none of their own
   bool timed = true;      ///< its frames have times
   uint64_t frames = 0;    ///< of the recording
-  uint64_t position = 0;  ///< frame that was read last, from 0
+  uint64_t position = 0;  ///< frame that is shown, from 0
   double speed = 1;
   bool at_end = false;
 };

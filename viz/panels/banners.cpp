@@ -87,10 +87,12 @@ void player_bar(const Layout& layout, float scale, const PlayerStats& player, in
   // As wide as its longest form, so that the bar does not dance.
   const float room = std::max(280 * scale, ImGui::CalcTextSize(words.c_str()).x + 12 * scale);
   ImGui::SetNextItemWidth(std::max(40 * scale, ImGui::GetContentRegionAvail().x - room));
-  auto position = static_cast<int>(player.position);
+  // While it is dragged it is where the hand is, whatever is shown yet.
+  auto position = static_cast<int>(state.bar_held.value_or(player.position));
   const int last = std::max(1, static_cast<int>(player.frames) - 1);
   if (ImGui::SliderInt("##position", &position, 0, last, "", ImGuiSliderFlags_AlwaysClamp))
-    state.seek_to = static_cast<uint64_t>(position);
+    state.seek_to = state.bar_held = static_cast<uint64_t>(position);
+  if (!ImGui::IsItemActive()) state.bar_held.reset();
   ImGui::SameLine();
   ImGui::TextUnformatted(words.c_str());
   ImGui::End();

@@ -36,8 +36,8 @@ std::string doubt(Validity depth) {
 
 }  // namespace
 
-void Hud::follow(const Touch& touch) {
-  history_.add(touch);
+void Hud::follow(const Touch& touch, uint64_t position) {
+  history_.add(touch, position);
   const auto reach = [this](const Estimate& x, const Estimate& y) {
     const double shear_N = std::hypot(x.value, y.value);
     if (x.validity != Validity::NotCalibrated && std::isfinite(shear_N))
@@ -59,7 +59,7 @@ bool Hud::timeline_click(const ViewRect& charts, const ChartStyle& style, ViewSt
   if (io.WantCaptureMouse || !io.MouseDown[ImGuiMouseButton_Left] || !inside(from)) return false;
   const bool moved = io.MouseDelta.x != 0 || ImGui::IsMouseClicked(ImGuiMouseButton_Left);
   if (const auto time = time_under(io.MousePos.x, charts, history_, style); time && moved)
-    state.seek_to = history_.timeline().frame_at(*time);
+    state.seek_to = history_.frame_at(*time);
   return true;
 }
 

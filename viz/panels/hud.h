@@ -17,8 +17,9 @@ namespace palpate::viz {
 
 class Hud {
  public:
-  /// Remembers this frame for the charts; once a result, however often it is drawn.
-  void follow(const Touch& touch);
+  /// Remembers this frame, number `position` of its source, for the charts; once a result, however often it
+  /// is drawn.
+  void follow(const Touch& touch, uint64_t position);
   void mark(const Event& event) { history_.mark(event); }
   /// The axis of the charts; what was remembered is forgotten.
   void set_timeline(const Timeline& timeline) { history_ = History(timeline); }

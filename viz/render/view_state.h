@@ -86,7 +86,8 @@ struct ViewState {
   bool full_screen_requested = false;
   std::optional<BlockSetting> block_draft;  ///< as typed, while it is
   std::optional<BlockSetting> block_requested;
-  std::optional<uint64_t> seek_to;  ///< frame of a replay
+  std::optional<uint64_t> seek_to;   ///< frame of a replay
+  std::optional<uint64_t> bar_held;  ///< frame at which its bar is held
 
   bool can_show(Quantity shown) const;
   /// To the next quantity that this sensor has.
