@@ -174,6 +174,8 @@ TEST_F(SurfaceViewTest, ADentHasTheShapeThatWasMeasured) {
   const RgbImage full = draw(edge_on, style, 0);
   const uint64_t even = differing(draw(edge_on, style, 48), full);
   const uint64_t dense = differing(draw(edge_on, style, 48, 0, PixelRect{150, 120, 60, 60}), full);
+  RecordProperty("even_px", std::to_string(even));
+  RecordProperty("dense_px", std::to_string(dense));
   EXPECT_GT(even, 40u);
   EXPECT_LT(4 * dense, even) << dense << " of " << even << " px";
 }
