@@ -17,9 +17,10 @@ namespace palpate {
 
 /// Faults of a camera's stream, counted since it was opened.
 struct CaptureCounts {
-  uint64_t lost = 0;     ///< frames that the camera took and nobody got: gaps in its sequence numbers
-  uint64_t damaged = 0;  ///< buffers that the driver marked as faulty, or that do not decode; not delivered
-  uint64_t gaps = 0;     ///< times that the camera was away (unplugged, stalled) and came back
+  uint64_t lost = 0;  ///< frames that the camera took and nobody got: gaps in its sequence numbers
+  uint64_t damaged =
+      0;              ///< frames that do not decode whole, or that the driver marked as faulty; not delivered
+  uint64_t gaps = 0;  ///< times that the camera was away (unplugged, stalled) and came back
 };
 
 class Source {
@@ -65,6 +66,13 @@ class Source {
   virtual bool seek(uint64_t /*index*/) { return false; }
   /// Truth of frame `sequence`; only synthetic sources have one. Safe to call from any thread.
   virtual std::optional<Truth> truth(uint64_t /*sequence*/) const { return std::nullopt; }
+  /// Times of all frames of a recording since its first, s, rising; empty where they come evenly at
+  /// `rate_Hz`, or are not known in advance.
+  virtual std::vector<double> uneven_times_s() const { return {}; }
 };
+
+/// Times since the first, s; empty where they do not rise, or are those of an even rate to a quarter of its
+/// period.
+std::vector<double> uneven_times(const std::vector<int64_t>& times_ns, double rate_Hz);
 
 }  // namespace palpate

@@ -62,6 +62,7 @@ struct Session::Impl {
   std::string rows;  ///< frames.csv
   std::string_view cell_names;
   std::map<uint64_t, std::string_view> cells;
+  std::vector<int64_t> times_ns;  ///< of all rows
 
   explicit Impl(const fs::path& path)
       : folder(path), video(SessionVideoReader::open(path / kSessionFrames)) {}
@@ -118,6 +119,10 @@ void Session::Impl::load_rows() {
   for (size_t at = head_end + 1, end = 0; (end = rows.find('\n', at)) != std::string::npos; at = end + 1) {
     const std::string_view line(rows.data() + at, end - at);
     if (commas(line) != columns) continue;
+    const size_t time_at = line.find(',') + 1;
+    int64_t time_ns = 0;
+    std::from_chars(line.data() + time_at, line.data() + line.size(), time_ns);
+    times_ns.push_back(time_ns);
     size_t mark = 0;
     for (auto i = before; i > 0; --i) mark = line.find(',', mark) + 1;
     if (line.substr(mark, 2) != "1,") continue;
@@ -229,6 +234,10 @@ FrameFormat Session::format() const {
 }
 double Session::rate_Hz() const {
   return impl_->text.info.rate_Hz;
+}
+std::vector<double> Session::uneven_times_s() const {
+  return impl_->times_ns.size() == impl_->frames ? uneven_times(impl_->times_ns, rate_Hz())
+                                                 : std::vector<double>{};
 }
 std::optional<uint64_t> Session::frame_count() const {
   return impl_->frames;

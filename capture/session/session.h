@@ -113,6 +113,7 @@ class Session : public Source {
 
   FrameFormat format() const override;
   double rate_Hz() const override;
+  std::vector<double> uneven_times_s() const override;
   std::optional<uint64_t> frame_count() const override;
   bool next(Frame& frame) override;
   /// Missing parts of a session that was cut short; also before `next` has returned false.

@@ -1,17 +1,21 @@
 // Decoding and conversion as OpenCV's FFmpeg back end has them, so that recordings keep their pixels.
 extern "C" {
 #include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
 #include <libavutil/display.h>
 #include <libswscale/swscale.h>
 }
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdarg>
+#include <deque>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "capture/video/film_input.h"
+#include "capture/video/frame_numbers.h"
 #include "capture/video/packet.h"
 #include "capture/video/parts.h"
 
@@ -20,54 +24,29 @@ namespace fs = std::filesystem;
 namespace palpate {
 namespace {
 
-constexpr double kLeastRate_Hz = 0.000025;
-constexpr int kMostFailures = 4096;  ///< packets in a row that give no frame
+constexpr int kMostFailures = 4096;        ///< of the decoder, once the file has ended
+constexpr double kMostReordered_s = 2;     ///< by how much a frame is shown after one that is coded later
+constexpr double kMostBelieved_Hz = 1000;  // of a stream without times
+constexpr double kLongPauses = 3;          // times the longest pause between frames
+constexpr double kSameRate = 0.02;         ///< relative difference of rates that a container rounds away
 
-struct CloseInput {
-  void operator()(AVFormatContext* input) const { avformat_close_input(&input); }
-};
 struct FreeScaler {
   void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
 };
 
-double ratio(AVRational r) {
-  return r.num == 0 || r.den == 0 ? 0 : static_cast<double>(r.num) / r.den;
+/// When a decoded frame is shown.
+int64_t tick_of(const AVFrame& frame) {
+  const int64_t tick = frame.pts != AV_NOPTS_VALUE ? frame.pts : frame.best_effort_timestamp;
+  return tick == AV_NOPTS_VALUE ? FrameNumbers::kNoTick : tick;
 }
 
-/// A file and its first stream of images.
-class Input {
- public:
-  /// False where there is none.
-  bool open(const fs::path& file) {
-    silence_libav();
-    AVFormatContext* opened = nullptr;
-    if (avformat_open_input(&opened, ("file:" + file.string()).c_str(), nullptr, nullptr) < 0) return false;
-    input_.reset(opened);
-    if (avformat_find_stream_info(opened, nullptr) < 0) return false;
-    for (unsigned i = 0; i < opened->nb_streams && !stream_; ++i)
-      if (opened->streams[i]->codecpar->codec_type == AVMEDIA_TYPE_VIDEO) stream_ = opened->streams[i];
-    return stream_ != nullptr && stream_->codecpar->width > 0 && stream_->codecpar->height > 0;
-  }
-  const AVStream& stream() const { return *stream_; }
-  /// To the key frame at or before `tick`, in the stream's time base.
-  bool seek(int64_t tick) {
-    return av_seek_frame(input_.get(), stream_->index, tick, AVSEEK_FLAG_BACKWARD) >= 0;
-  }
-  double duration_s() const {
-    const double whole = static_cast<double>(input_->duration) / AV_TIME_BASE;
-    return whole < kLeastRate_Hz ? static_cast<double>(stream_->duration) * ratio(stream_->time_base) : whole;
-  }
-  /// The next packet, of any stream; libav's error at the end.
-  int read(AVPacket& packet) {
-    int code = AVERROR(EAGAIN);
-    while (code == AVERROR(EAGAIN)) code = av_read_frame(input_.get(), &packet);
-    return code;
-  }
-
- private:
-  std::unique_ptr<AVFormatContext, CloseInput> input_;
-  const AVStream* stream_ = nullptr;
-};
+/// Counts what decoders complain of, in the counter that their context refers to: some say so only there
+/// (FFV1 at a wrong check sum).
+void count_complaint(void* of, int level, const char* /*format*/, va_list /*values*/) {
+  if (!of || level > AV_LOG_ERROR || *static_cast<const AVClass**>(of) != avcodec_get_class()) return;
+  if (void* counter = static_cast<AVCodecContext*>(of)->opaque)
+    ++*static_cast<std::atomic<uint64_t>*>(counter);
+}
 
 class Decoder final : public VideoDecoder {
  public:
@@ -78,7 +57,12 @@ class Decoder final : public VideoDecoder {
   double rate_Hz() const override;
   double frame_count() const override;
   bool frames_are_counted() const override { return input_.stream().nb_frames > 0; }
+  double missing_end_s() const override;
+  std::vector<int64_t> times_ns() const override;
   bool grab() override;
+  uint64_t index() const override { return index_; }
+  int64_t time_ns() const override { return time_ns_; }
+  FilmFaults faults() const override;
   bool seek(uint64_t index) override;
   std::optional<BgrView> picture() override;
 
@@ -86,12 +70,18 @@ class Decoder final : public VideoDecoder {
   uint32_t width_px() const { return static_cast<uint32_t>(codec_->width); }
   uint32_t height_px() const { return static_cast<uint32_t>(codec_->height); }
   bool on_its_side() const { return turn_deg_ % 180 != 0; }
-  bool read_ticks();
+  void start_numbers();
+  const Ticks& ticks() const;
+  bool feed();
+  bool send_next();
+  bool take_next(bool& doubtful);
+  bool seek_by_ticks(uint64_t index);
   bool restart();
   bool fit_scaler();
   BgrView upright(const BgrView& view);
 
-  Input input_;
+  std::atomic<uint64_t> complaints_ = 0;
+  FilmInput input_;
   CodecPtr codec_;
   PacketPtr packet_;
   FramePtr image_, bgr_;
@@ -99,20 +89,40 @@ class Decoder final : public VideoDecoder {
   int scaled_width_ = 0, scaled_height_ = 0;
   int turn_deg_ = 0;  ///< clockwise
   fs::path file_;
-  std::optional<std::vector<int64_t>> ticks_;  ///< of the frames, rising; empty: they have none
-  bool ahead_ = false;                         ///< `seek` has decoded the frame of the next `grab`
-  int64_t grabbed_ = 0;
+  mutable std::optional<Ticks> ticks_;
+  std::optional<FrameNumbers> numbers_;
+  std::optional<RisingTimes> times_;
+  std::deque<FramePtr> decoded_;  ///< as FrameNumbers counts them
+  std::vector<FramePtr> spare_;
+  bool draining_ = false, drained_ = false;
+  int failures_at_end_ = 0;
+  bool jumped_ = false;   ///< numbers follow from the frames' times
+  bool ahead_ = false;    ///< `seek` has decoded the frame of the next `grab`
+  bool started_ = false;  ///< some picture was taken
+  uint64_t index_ = 0;
+  int64_t time_ns_ = 0;
   std::vector<uint8_t> turned_;
 };
 
 bool Decoder::open(const fs::path& file) {
   file_ = file;
+  av_log_set_callback(count_complaint);
   if (!input_.open(file)) return false;
   const AVCodecParameters& parameters = *input_.stream().codecpar;
   const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
   codec_.reset(decoder ? avcodec_alloc_context3(decoder) : nullptr);
   if (!codec_ || avcodec_parameters_to_context(codec_.get(), &parameters) < 0) return false;
   codec_->thread_count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  // Motion JPEG of cameras is often a little wrong all through; who reads it looks at its packets.
+  if (parameters.codec_id != AV_CODEC_ID_MJPEG) {
+    codec_->err_recognition |= AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
+    // A thread for each frame would hand frames out before it is known what is wrong with them; H.264 forgets
+    // with any.
+    codec_->thread_type = FF_THREAD_SLICE;
+    if (parameters.codec_id == AV_CODEC_ID_H264) codec_->thread_count = 1;
+    if (is_intra_only(parameters.codec_id)) codec_->err_recognition |= AV_EF_EXPLODE;
+    if (!reorders(parameters.codec_id)) codec_->opaque = &complaints_;
+  }
   if (avcodec_open2(codec_.get(), decoder, nullptr) < 0) return false;
   packet_.reset(av_packet_alloc());
   image_.reset(av_frame_alloc());
@@ -122,93 +132,167 @@ bool Decoder::open(const fs::path& file) {
         static_cast<int>(std::lrint(av_display_rotation_get(reinterpret_cast<const int32_t*>(matrix))));
     if (turn_deg_ < 0) turn_deg_ += 360;
   }
+  start_numbers();
   return true;
 }
 
+void Decoder::start_numbers() {
+  const AVStream& stream = input_.stream();
+  const AVCodecID codec = stream.codecpar->codec_id;
+  const double tick_s = ratio(stream.time_base);
+  numbers_.emplace(is_intra_only(codec),
+                   reorders(codec) && tick_s > 0 ? static_cast<int64_t>(kMostReordered_s / tick_s) : 0);
+  const double rate = ratio(stream.avg_frame_rate);
+  times_.emplace(TickClock{tick_s, rate < kLeastRate_Hz ? 0 : 1 / rate});
+  for (FramePtr& frame : decoded_) spare_.push_back(std::move(frame));
+  decoded_.clear();
+  draining_ = drained_ = jumped_ = ahead_ = started_ = false;
+  failures_at_end_ = 0;
+}
+
 double Decoder::rate_Hz() const {
-  const double rate = ratio(input_.stream().avg_frame_rate);
-  return rate < kLeastRate_Hz ? 1 / ratio(codec_->time_base) : rate;
+  const double stated = ratio(input_.stream().avg_frame_rate);
+  const double rate = stated < kLeastRate_Hz ? 1 / ratio(codec_->time_base) : stated;
+  if (frames_are_counted()) return rate;
+  // Such containers state the rate of their first frames, or the finest that their clock could hold.
+  const double mean = ticks().rate_Hz;
+  if (mean <= 0 && rate > kMostBelieved_Hz) return 0;
+  return mean > 0 && !(std::abs(mean - rate) < kSameRate * rate) ? mean : rate;
 }
 
 double Decoder::frame_count() const {
-  const int64_t stated = input_.stream().nb_frames;
-  return stated != 0 ? static_cast<double>(stated) : std::floor(input_.duration_s() * rate_Hz() + 0.5);
+  if (frames_are_counted()) return static_cast<double>(input_.counted_frames());
+  if (const uint64_t frames = ticks().frames) return static_cast<double>(frames);
+  return std::floor(input_.duration_s() * rate_Hz() + 0.5);
+}
+
+double Decoder::missing_end_s() const {
+  const Ticks& all = ticks();
+  if (!input_.is_all() || all.rising.empty()) return 0;
+  // Some containers count from 0 on, where their first frame may be later.
+  const int64_t end = std::max(all.end, all.end - all.rising.front());
+  const double tick_s = ratio(input_.stream().time_base);
+  const double missing_s = input_.duration_s() - static_cast<double>(end) * tick_s;
+  // Few say how long the last frame is shown.
+  return missing_s > kLongPauses * static_cast<double>(all.longest) * tick_s ? missing_s : 0;
+}
+
+std::vector<int64_t> Decoder::times_ns() const {
+  std::vector<int64_t> times;
+  const double tick_ns = ratio(input_.stream().time_base) * 1e9;
+  for (const int64_t tick : ticks().rising)
+    times.push_back(std::llround(static_cast<double>(tick - ticks().rising.front()) * tick_ns));
+  return times;
+}
+
+FilmFaults Decoder::faults() const {
+  return {numbers_->left_out(), started_ ? index_ + 1 + numbers_->lost_at_end() : 0, times_->placed()};
 }
 
 bool Decoder::grab() {
   if (std::exchange(ahead_, false)) return true;
-  const AVStream& stream = input_.stream();
-  if (stream.nb_frames > 0 && grabbed_ > stream.nb_frames) return false;
-  int failures = 0;
-  bool valid = avcodec_receive_frame(codec_.get(), image_.get()) >= 0;
-  while (!valid) {
-    av_packet_unref(packet_.get());
-    const bool ended = input_.read(*packet_) < 0;
-    if (!ended && packet_->stream_index != stream.index) {
-      if (++failures > kMostFailures) return false;
-      continue;
-    }
-    // An empty packet asks for the frames that the decoder still holds.
-    if (avcodec_send_packet(codec_.get(), ended ? nullptr : packet_.get()) < 0) return false;
-    const int code = avcodec_receive_frame(codec_.get(), image_.get());
-    valid = code >= 0;
-    if (!valid && code != AVERROR(EAGAIN) && ++failures > kMostFailures) return false;
-  }
-  ++grabbed_;
+  bool doubtful = true;
+  while (doubtful)
+    if (!take_next(doubtful)) return false;
   return true;
 }
 
-/// Times of all frames, from the packets alone.
-bool Decoder::read_ticks() {
-  if (ticks_) return !ticks_->empty();
-  ticks_.emplace();
-  Input packets;
-  if (!packets.open(file_)) return false;
-  const PacketPtr packet(av_packet_alloc());
-  for (; packets.read(*packet) >= 0; av_packet_unref(packet.get())) {
-    if (packet->stream_index != packets.stream().index || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;
-    if (packet->pts == AV_NOPTS_VALUE) {
-      ticks_->clear();
-      return false;
-    }
-    ticks_->push_back(packet->pts);
+/// The next picture that is shown, doubtful or not; false at the end.
+bool Decoder::take_next(bool& doubtful) {
+  while (!numbers_->ready() && feed()) {
   }
-  std::sort(ticks_->begin(), ticks_->end());
-  if (std::adjacent_find(ticks_->begin(), ticks_->end()) != ticks_->end()) ticks_->clear();
-  return !ticks_->empty();
+  if (numbers_->waiting() == 0) return false;
+  spare_.push_back(std::exchange(image_, std::move(decoded_.front())));
+  decoded_.pop_front();
+  FrameNumbers::Numbered numbered = numbers_->take();
+  if (jumped_) {
+    const std::vector<int64_t>& rising = ticks().rising;
+    const int64_t tick = tick_of(*image_);
+    numbered.index = static_cast<uint64_t>(std::ranges::lower_bound(rising, tick) - rising.begin());
+    numbered.tick = tick - rising.front();
+  }
+  index_ = numbered.index;
+  started_ = true;
+  time_ns_ = times_->next_ns(numbered.tick, index_);
+  doubtful = numbered.doubtful;
+  return true;
+}
+
+/// One step of the decoder; false once nothing more comes out.
+bool Decoder::feed() {
+  if (drained_) return false;
+  FramePtr frame = spare_.empty() ? FramePtr(av_frame_alloc()) : std::move(spare_.back());
+  if (!spare_.empty()) spare_.pop_back();
+  const int code = avcodec_receive_frame(codec_.get(), frame.get());
+  if (code >= 0) {
+    const bool faulty = (frame->flags & AV_FRAME_FLAG_CORRUPT) || frame->decode_error_flags != 0 ||
+                        complaints_.exchange(0) > 0;
+    numbers_->shown(tick_of(*frame), frame->key_frame != 0, faulty);
+    decoded_.push_back(std::move(frame));
+    return true;
+  }
+  spare_.push_back(std::move(frame));
+  if (code == AVERROR(EAGAIN) && send_next()) return true;
+  if (code != AVERROR_EOF && code != AVERROR(EAGAIN)) {
+    numbers_->failed();
+    if (!draining_ || ++failures_at_end_ < kMostFailures) return true;
+  }
+  drained_ = true;
+  numbers_->ended();
+  return false;
+}
+
+/// False where the decoder takes nothing more.
+bool Decoder::send_next() {
+  if (draining_) return false;
+  if (!input_.read_images(*packet_)) {
+    // An empty packet asks for the frames that the decoder still holds.
+    draining_ = true;
+    return avcodec_send_packet(codec_.get(), nullptr) >= 0;
+  }
+  if (is_shown(*packet_, codec_->codec_id))
+    numbers_->sent({.tick = packet_->pts == AV_NOPTS_VALUE ? FrameNumbers::kNoTick : packet_->pts,
+                    .key = (packet_->flags & AV_PKT_FLAG_KEY) != 0,
+                    .disposable = (packet_->flags & AV_PKT_FLAG_DISPOSABLE) != 0,
+                    .faulty = (packet_->flags & AV_PKT_FLAG_CORRUPT) != 0});
+  if (avcodec_send_packet(codec_.get(), packet_.get()) < 0) numbers_->failed();
+  return true;
+}
+
+const Ticks& Decoder::ticks() const {
+  if (!ticks_) ticks_ = read_ticks(file_);
+  return *ticks_;
 }
 
 bool Decoder::restart() {
   input_ = {};
   scaler_.reset();  // its picture is made anew
-  if (!open(fs::path(file_))) return false;
-  grabbed_ = 0;
-  ahead_ = false;
+  return open(fs::path(file_));
+}
+
+/// By way of the key frame before it; false where the container's index leads elsewhere.
+bool Decoder::seek_by_ticks(uint64_t index) {
+  if (!input_.seek(ticks().rising[index])) return false;
+  avcodec_flush_buffers(codec_.get());
+  start_numbers();
+  jumped_ = true;
+  bool doubtful = true;
+  if (!take_next(doubtful) || index_ > index) return false;
+  while (doubtful || index_ < index)
+    if (!take_next(doubtful)) return false;
   return true;
 }
 
 bool Decoder::seek(uint64_t index) {
-  const bool timed = read_ticks();
-  if (timed && index >= ticks_->size()) return false;
-  if (timed && index > 0) {
-    const int64_t wanted = (*ticks_)[index];
-    if (input_.seek(wanted)) {
-      avcodec_flush_buffers(codec_.get());
-      ahead_ = false;
-      grabbed_ = 0;
-      while (grab())
-        if (const int64_t tick = image_->best_effort_timestamp; tick >= wanted) {
-          grabbed_ = static_cast<int64_t>(index) + 1;
-          ahead_ = tick == wanted;
-          break;
-        }
-      if (ahead_) return true;
-    }
-  }
+  const std::vector<int64_t>& rising = ticks().rising;
+  if (!rising.empty() && index >= rising.size()) return false;
+  ahead_ = !rising.empty() && index > 0 && seek_by_ticks(index);
+  if (ahead_) return true;
   // Without times, or where the container's index leads elsewhere: from the start.
   if (!restart()) return false;
-  for (uint64_t i = 0; i <= index; ++i)
+  do {
     if (!grab()) return false;
+  } while (index_ < index);
   ahead_ = true;
   return true;
 }
@@ -259,9 +343,8 @@ class Packets final : public VideoPackets {
 
   std::span<const uint8_t> next() override {
     do {
-      av_packet_unref(packet_.get());
-      if (input_.read(*packet_) < 0) return {};
-    } while (packet_->stream_index != input_.stream().index);
+      if (!input_.read_images(*packet_)) return {};
+    } while (packet_->flags & AV_PKT_FLAG_DISCARD);
     ++next_;
     return {packet_->data, static_cast<size_t>(packet_->size)};
   }
@@ -275,7 +358,7 @@ class Packets final : public VideoPackets {
   }
 
  private:
-  Input input_;
+  FilmInput input_;
   uint64_t next_ = 0;
   PacketPtr packet_{av_packet_alloc()};
 };

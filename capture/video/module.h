@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "capture/video/session_video.h"
 
@@ -20,7 +21,15 @@ struct BgrView {
   size_t row_bytes = 0;
 };
 
-/// Frames of a video file in order, turned upright where the file says how.
+/// What is wrong with a film, as far as it has been decoded; counts begin anew with a jump.
+struct FilmFaults {
+  uint64_t left_out = 0;  ///< frames that do not decode whole
+  uint64_t seen = 0;      ///< frames up to here, with those
+  uint64_t placed = 0;    ///< frames whose time stamps do not rise (RisingTimes)
+};
+
+/// Frames of a video file in order, turned upright where the file says how. Those that do not decode whole,
+/// and those that may refer to them, are left out.
 class VideoDecoder {
  public:
   virtual ~VideoDecoder() = default;
@@ -32,10 +41,20 @@ class VideoDecoder {
   virtual double frame_count() const = 0;
   /// Whether that is a count, not a duration times a rate.
   virtual bool frames_are_counted() const = 0;
-  /// Decodes the next frame; false at the end, and where damage ends it.
+  /// By how much more than by a long pause the container states a later end than its last frame's, s; 0: not
+  /// at all.
+  virtual double missing_end_s() const = 0;
+  /// Times of all frames as `time_ns`, from the packets alone; empty where they do not simply rise.
+  virtual std::vector<int64_t> times_ns() const = 0;
+  /// Decodes the next whole frame; false at the end.
   virtual bool grab() = 0;
-  /// The next `grab` gives frame `index` of those that the stream's times put in order, from 0; exact in
-  /// whole files. False where there is no such frame.
+  /// Number of the frame of the last `grab`, from 0; frames that are left out count.
+  virtual uint64_t index() const = 0;
+  /// Its time by the stream's own stamps, less the first frame's; without stamps by the rate, else 0.
+  virtual int64_t time_ns() const = 0;
+  virtual FilmFaults faults() const = 0;
+  /// The next `grab` gives frame `index`, or where that does not decode the next one after it. False where
+  /// there is none.
   virtual bool seek(uint64_t index) = 0;
   /// The frame of the last `grab`, valid until the next; empty where it cannot be converted.
   virtual std::optional<BgrView> picture() = 0;

@@ -24,6 +24,29 @@ void warn(j_common_ptr common, int level) {
   if (level < 0) fail(common);  // a warning is damaged data; the rest are traces
 }
 
+/// Reads the compressed data to its end, and makes an eighth of the picture's sides of it.
+bool read_through(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& row) {
+  d.jpeg.err = jpeg_std_error(&d.errors);
+  d.errors.error_exit = fail;
+  d.errors.emit_message = warn;
+  d.jpeg.client_data = &d;
+  if (setjmp(d.give_up) != 0) return false;
+  jpeg_create_decompress(&d.jpeg);
+  jpeg_mem_src(&d.jpeg, bytes.data(), bytes.size());
+  jpeg_read_header(&d.jpeg, TRUE);
+  d.jpeg.out_color_space = d.jpeg.jpeg_color_space;
+  d.jpeg.scale_num = 1;
+  d.jpeg.scale_denom = 8;
+  jpeg_start_decompress(&d.jpeg);
+  row.create(1, static_cast<int>(d.jpeg.output_width), CV_8UC(d.jpeg.output_components));
+  while (d.jpeg.output_scanline < d.jpeg.output_height) {
+    JSAMPROW to = row.ptr();
+    jpeg_read_scanlines(&d.jpeg, &to, 1);
+  }
+  jpeg_finish_decompress(&d.jpeg);
+  return true;
+}
+
 bool decode(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& image) {
   d.jpeg.err = jpeg_std_error(&d.errors);
   d.errors.error_exit = fail;
@@ -55,6 +78,14 @@ cv::Mat decode_jpeg(std::span<const uint8_t> bytes) {
   const bool whole = decode(d, bytes, image);
   jpeg_destroy_decompress(&d.jpeg);
   return whole ? image : cv::Mat();
+}
+
+bool jpeg_is_whole(std::span<const uint8_t> bytes) {
+  Decoder d{};
+  cv::Mat row;
+  const bool whole = read_through(d, bytes, row);
+  jpeg_destroy_decompress(&d.jpeg);
+  return whole;
 }
 
 }  // namespace palpate

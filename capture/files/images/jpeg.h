@@ -14,4 +14,7 @@ namespace palpate {
 /// the colours are neither gray nor YCbCr nor RGB.
 cv::Mat decode_jpeg(std::span<const uint8_t> bytes);
 
+/// Whether the decoder would have to guess nothing; much faster than decoding.
+bool jpeg_is_whole(std::span<const uint8_t> bytes);
+
 }  // namespace palpate
