@@ -1,6 +1,8 @@
 // palpate replay: a recording in the window of `live`, with the keys of a player.
+#include <algorithm>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "capture/open_source.h"
 #include "engine/base/json.h"
@@ -34,15 +36,27 @@ double shown_rate_Hz(const Source& source, const viz::LiveOptions& live) {
   return source.rate_Hz() > 0 ? source.rate_Hz() : viz::kFolderRate_Hz;
 }
 
+/// The first frame at `from_s` or later; none: the recording is shorter.
+std::optional<uint64_t> frame_from(const Source& source, double from_s, const viz::LiveOptions& live) {
+  const std::vector<double> times_s = live.rate_Hz > 0 ? std::vector<double>{} : source.uneven_times_s();
+  const double place = times_s.empty()
+                           ? from_s * shown_rate_Hz(source, live)
+                           : static_cast<double>(std::ranges::lower_bound(times_s, from_s) - times_s.begin());
+  if (place >= static_cast<double>(source.frame_count().value_or(0))) return std::nullopt;
+  return static_cast<uint64_t>(place);
+}
+
 void start_at(Source& source, double from_s, const viz::LiveOptions& live) {
-  const uint64_t frames = source.frame_count().value_or(0);
-  const double rate_Hz = shown_rate_Hz(source, live);
-  const auto index = static_cast<uint64_t>(from_s * rate_Hz);
-  if (index >= frames || !source.seek(index)) {
-    throw Error(Failure::Usage, "--from within the recording",
-                text("%g s of %llu frames, %.1f s", from_s, static_cast<unsigned long long>(frames),
-                     static_cast<double>(frames) / rate_Hz),
-                "an earlier time");
+  const std::optional<uint64_t> index = frame_from(source, from_s, live);
+  if (!index || !source.seek(*index)) {
+    const uint64_t frames = source.frame_count().value_or(0);
+    const std::vector<double> times_s = source.uneven_times_s();
+    throw Error(
+        Failure::Usage, "--from within the recording",
+        text("%g s of %llu frames, %.1f s", from_s, static_cast<unsigned long long>(frames),
+             times_s.empty() || live.rate_Hz > 0 ? static_cast<double>(frames) / shown_rate_Hz(source, live)
+                                                 : times_s.back()),
+        "an earlier time");
   }
 }
 

@@ -50,8 +50,11 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
   scene_.state().vsync = window_.vsync();
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
-  scene_.set_timeline({timed, options.replay ? source->frame_count().value_or(0) : 0, source->rate_Hz(),
-                       options.replay_start_s});
+  scene_.set_timeline({.timed = timed,
+                       .frames = options.replay ? source->frame_count().value_or(0) : 0,
+                       .rate_Hz = source->rate_Hz(),
+                       .start_s = options.replay_start_s,
+                       .uneven_s = options.replay ? source->uneven_times_s() : std::vector<double>{}});
   for (const Event& event : options.known_events) scene_.mark(event);
   if (!options.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + options.notes.string();
   if (session.device_losses > 0) stats_.note = "the device was lost and opened anew: the terminal says more";

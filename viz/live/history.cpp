@@ -5,13 +5,27 @@
 #include <iterator>
 
 namespace palpate::viz {
+namespace {
+
+/// Index of the value nearest to `wanted` in rising ones, of which there is one at least.
+uint64_t nearest_in(const std::vector<double>& rising, double wanted) {
+  const auto above = std::ranges::lower_bound(rising, wanted);
+  if (above == rising.begin()) return 0;
+  const auto index = static_cast<uint64_t>(above - rising.begin());
+  const bool below = above == rising.end() || wanted - *std::prev(above) <= *above - wanted;
+  return below ? index - 1 : index;
+}
+
+}  // namespace
 
 double Timeline::length() const {
   const double last = frames > 0 ? static_cast<double>(frames - 1) : 0;
+  if (timed && !uneven_s.empty()) return uneven_s.back();
   return timed && rate_Hz > 0 ? last / rate_Hz : last;
 }
 
 uint64_t Timeline::frame_at(double time) const {
+  if (timed && !uneven_s.empty()) return nearest_in(uneven_s, time - start_s);
   const double frame = std::round(timed && rate_Hz > 0 ? (time - start_s) * rate_Hz : time);
   return static_cast<uint64_t>(std::clamp(frame, 0.0, frames > 0 ? static_cast<double>(frames - 1) : 0.0));
 }

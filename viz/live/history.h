@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/files/event_log.h"
 #include "palpate/touch.h"
@@ -37,6 +38,8 @@ struct Timeline {
   uint64_t frames = 0;  ///< of a recording in which the person can jump; 0: none
   double rate_Hz = 0;   ///< of that recording
   double start_s = 0;   ///< time of its first frame, where timed
+  /// Of such a recording the times of all frames since the first, s, rising; empty: they come evenly.
+  std::vector<double> uneven_s = {};
 
   bool whole() const { return frames > 0; }
   /// Of the first frame, on the axis.

@@ -112,6 +112,8 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
   viz::LiveOptions& live = request.live;
   live.presses = opened.presses.get();
+  // What is slow to measure takes longer: only a camera's frames cannot wait.
+  live.measure_all = live.measure_all || is_recording(input.input);
   std::optional<Measurements> measurements;
   std::optional<ContactRows> contacts;
   std::optional<viz::Recording> recording;
