@@ -1,6 +1,7 @@
 #include "capture/calibrate/scale.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
@@ -8,6 +9,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -87,6 +89,84 @@ void refine_dots(const cv::Mat& image, bool dark, double spacing_px, std::vector
     }
 }
 
+/// Brightness less that around, over how much it varies there: light that falls off hides no square.
+cv::Mat evened(const cv::Mat& image) {
+  cv::Mat around, squares, spread;
+  const double reach_px = 0.05 * image.cols;
+  cv::GaussianBlur(image, around, {}, reach_px);
+  const cv::Mat apart = image - around;
+  cv::GaussianBlur(apart.mul(apart), squares, {}, reach_px);
+  cv::sqrt(squares, spread);
+  double most = 0;
+  cv::minMaxLoc(spread, nullptr, &most);
+  constexpr double kLeast = 0.15;  // of the largest: what varies less is no board but noise
+  cv::Mat out = apart / cv::max(spread, std::max(kLeast * most, 1e-3));
+  return cv::max(cv::min(out, 2.0), -2.0);
+}
+
+/// Whether the squares between the corners are dark and light by turns, as those of a board and of nothing
+/// else that the finder takes for one.
+bool alternates(const cv::Mat& image, cv::Size grid, const std::vector<cv::Point2f>& points) {
+  std::array<std::vector<double>, 2> sides;
+  for (int row = 0; row + 1 < grid.height; ++row)
+    for (int column = 0; column + 1 < grid.width; ++column) {
+      const auto corner = [&](int r, int c) { return points[static_cast<size_t>(r * grid.width + c)]; };
+      const cv::Point2f middle = 0.25f * (corner(row, column) + corner(row, column + 1) +
+                                          corner(row + 1, column) + corner(row + 1, column + 1));
+      cv::Mat one;
+      cv::getRectSubPix(image, {1, 1}, middle, one);
+      sides[static_cast<size_t>((row + column) % 2)].push_back(static_cast<double>(one.at<float>(0)));
+    }
+  if (sides[0].empty() || sides[1].empty()) return true;
+  size_t right = 0;
+  const double level = 0.5 * (median(sides[0]) + median(sides[1]));
+  const bool first_is_light = median(sides[0]) > level;
+  for (const size_t side : {size_t{0}, size_t{1}})
+    for (const double value : sides[side]) right += (value > level) == ((side == 0) == first_is_light);
+  constexpr double kMost = 0.9;  // glare may hide a square
+  return static_cast<double>(right) >= kMost * static_cast<double>(sides[0].size() + sides[1].size());
+}
+
+/// Inner corners of a chessboard of any size and turn. The finder fails on small boards where it evens the
+/// whole picture out, so that comes last; enlarged pictures show it small squares, those made smaller blurred
+/// ones.
+bool find_board(const cv::Mat& image, cv::Size grid, std::vector<cv::Point2f>& points) {
+  constexpr int kPlain = cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
+  constexpr double kSmall_px = 640, kLarge_px = 1280;
+  struct Try {
+    bool even;
+    double enlarged;
+    int flags;
+  };
+  const double width = image.cols;
+  std::vector<Try> tries;
+  if (width > kLarge_px)
+    for (const bool even : {false, true}) tries.push_back({even, kSmall_px / width, kPlain});
+  tries.push_back({false, 1, kPlain});
+  tries.push_back({true, 1, kPlain});
+  if (width <= kLarge_px)
+    for (const bool even : {false, true}) tries.push_back({even, 2, kPlain});
+  tries.push_back({false, 1, kPlain | cv::CALIB_CB_NORMALIZE_IMAGE});
+  const cv::Mat even = evened(image);
+  cv::Mat smooth;
+  cv::GaussianBlur(image, smooth, {}, 0.8);
+  for (const Try& t : tries) {
+    cv::Mat looked;
+    cv::resize(stretched(t.even ? even : image), looked, {}, t.enlarged, t.enlarged,
+               t.enlarged < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+    points.clear();
+    if (!cv::findChessboardCornersSB(looked, grid, points, t.flags)) continue;
+    const auto enlarged = static_cast<float>(t.enlarged);
+    for (cv::Point2f& p : points) p = (p + cv::Point2f(0.5f, 0.5f)) / enlarged - cv::Point2f(0.5f, 0.5f);
+    if (!alternates(smooth, grid, points)) continue;
+    if (t.enlarged < 1)
+      cv::cornerSubPix(smooth, points, {3, 3}, {-1, -1},
+                       {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 30, 0.01});
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::optional<GridView> find_grid(const Frame& picture, const Frame* rest, GridPattern pattern, int columns,
@@ -95,10 +175,7 @@ std::optional<GridView> find_grid(const Frame& picture, const Frame* rest, GridP
   cv::Mat image = picture_of(picture, rest);
   std::vector<cv::Point2f> points;
   if (pattern == GridPattern::Chessboard) {
-    if (!cv::findChessboardCornersSB(
-            stretched(image), grid, points,
-            cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
-      return std::nullopt;
+    if (!find_board(image, grid, points)) return std::nullopt;
   } else {
     // Light that falls off towards the border would hide dots there.
     cv::Mat smooth, around;

@@ -17,7 +17,8 @@ enum class GridPattern {
 };
 
 /// Points of a grid in one picture, row by row; nothing where not every point is found. With `rest` (the
-/// untouched image) the change from it is looked at: a board of pegs pressed into the pad.
+/// untouched image) the change from it is looked at: a board of pegs pressed into the pad. A chessboard may
+/// lie at any turn, from 15 % of the picture's width on.
 std::optional<GridView> find_grid(const Frame& picture, const Frame* rest, GridPattern pattern, int columns,
                                   int rows, double spacing_mm);
 

@@ -13,7 +13,9 @@ namespace palpate {
 namespace {
 
 constexpr size_t kLeastPoints = 12;
-constexpr double kWorthIt = 0.95;  // held-out error with a further term over without it
+constexpr double kWorthIt = 0.95;        // held-out error with a further term over without it
+constexpr double kLeastError_px = 0.05;  // of a point, whatever the residuals
+constexpr double kMostDrawnOut_px = 2;   // standard error of the distortion at the image's corners
 constexpr std::array<int, 4> kTerms = {0, 1, 2, 4};
 
 struct Camera {
@@ -99,7 +101,8 @@ double squared(const std::vector<Scaled>& views, const Model& model, Part part, 
   return sum;
 }
 
-Model fitted(const std::vector<Scaled>& views, int terms, Part part) {
+/// `information`: of the lens alone, where it is asked for: the homographies are free.
+Model fitted(const std::vector<Scaled>& views, int terms, Part part, Eigen::MatrixXd* information = nullptr) {
   Model model;
   for (const Scaled& view : views) model.views.push_back(first_homography(view));
   const auto unknowns = static_cast<Eigen::Index>(8 * views.size()) + terms;
@@ -136,6 +139,11 @@ Model fitted(const std::vector<Scaled>& views, int terms, Part part) {
         gradient.segment<8>(at) += jh.transpose() * error;
         gradient.segment(lens_at, terms) += jk.transpose() * error;
       }
+    if (information)
+      *information = normal.bottomRightCorner(terms, terms) -
+                     normal.bottomLeftCorner(terms, lens_at) *
+                         dense::Ldlt(Eigen::MatrixXd(normal.topLeftCorner(lens_at, lens_at)))
+                             .solve(Eigen::MatrixXd(normal.topRightCorner(lens_at, terms)));
     bool better = false, settled = false;
     for (int attempt = 0; attempt < 8 && !better; ++attempt, damping *= 6) {
       Eigen::MatrixXd damped = normal;
@@ -160,8 +168,43 @@ Model fitted(const std::vector<Scaled>& views, int terms, Part part) {
   return model;
 }
 
+/// Largest standard error of the distortion's shift at the image's corners, units of the focal length.
+double corner_sd(const std::vector<Scaled>& views, int terms, const Camera& camera, double point_sd) {
+  if (terms == 0) return 0;
+  Eigen::MatrixXd information;
+  fitted(views, terms, Part::All, &information);
+  const Eigen::MatrixXd covariance =
+      dense::Ldlt(information).solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(terms, terms))) * point_sd *
+      point_sd;
+  double most = 0;
+  for (const double across : {-1.0, 1.0})
+    for (const double down : {-1.0, 1.0}) {
+      const Eigen::Vector2d corner(across * camera.cx / camera.focal, down * camera.cy / camera.focal);
+      Eigen::MatrixXd shift(2, terms);
+      for (int t = 0; t < terms; ++t) {
+        Eigen::Vector4d one = Eigen::Vector4d::Zero();
+        one[t] = 1;
+        shift.col(t) = distorted(corner, one) - corner;
+      }
+      most = std::max(most, (shift * covariance * shift.transpose()).trace());
+    }
+  return std::isfinite(most) ? std::sqrt(most) : std::numeric_limits<double>::infinity();
+}
+
 Eigen::Matrix3d matrix(const std::array<double, 9>& h) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
+}
+
+/// The turn, mirrored where the matrix is, that is nearest to it.
+Eigen::Matrix2d nearest_turn(const Eigen::Matrix2d& m) {
+  const bool mirrored = m.determinant() < 0;
+  Eigen::Matrix2d a = m;
+  if (mirrored) a.row(1) *= -1;
+  const double angle = std::atan2(a(1, 0) - a(0, 1), a(0, 0) + a(1, 1));
+  Eigen::Matrix2d turn;
+  turn << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
+  if (mirrored) turn.row(1) *= -1;
+  return turn;
 }
 
 Eigen::Vector2d apply(const Eigen::Matrix3d& h, double x, double y) {
@@ -183,6 +226,10 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
   if (views.empty())
     throw Error(Failure::Input, "a picture of a grid", "none", "pictures in which every point is visible");
   GridFit fit;
+  for (const Scaled& view : scaled_views)
+    for (const Eigen::Vector2d& p : view.seen)
+      fit.reach = std::max(fit.reach, p.norm() * camera.focal / std::hypot(camera.cx, camera.cy));
+  fit.reach = std::min(fit.reach, 1.0);
   double best = std::numeric_limits<double>::infinity();
   for (const int terms : kTerms) {
     size_t count = 0;
@@ -191,6 +238,10 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
       sum += squared(scaled_views, fitted(scaled_views, terms, fit_on), judge_on, count);
     const double held_out = std::sqrt(sum / static_cast<double>(count)) * camera.focal;
     if (terms == 0) fit.plain_px = held_out;
+    // What the points do not reach would be drawn out from where they lie.
+    const double point_sd = std::max(held_out, kLeastError_px) / camera.focal;
+    if (terms > 0 && corner_sd(scaled_views, terms, camera, point_sd) * camera.focal > kMostDrawnOut_px)
+      continue;
     if (held_out < kWorthIt * best) {
       best = held_out;
       fit.terms = terms;
@@ -236,15 +287,12 @@ PadFrame pad_frame(const GridFit& fit, const GridView& first, uint32_t width, ui
     for (int i = 0; i < 50; ++i) p += seen - distorted(p, k);
     return apply(to_mm, camera.focal * p.x() + camera.cx, camera.focal * p.y() + camera.cy);
   };
-  // The grid may lie turned or mirrored: the rectified frame has the image's sides.
+  // The grid may lie at any turn, or be mirrored: the rectified frame has the image's sides.
   const Eigen::Vector2d middle = on_grid(camera.cx, camera.cy);
   Eigen::Matrix2d to_grid;
   to_grid.col(0) = on_grid(camera.cx + 0.5, camera.cy) - on_grid(camera.cx - 0.5, camera.cy);
   to_grid.col(1) = on_grid(camera.cx, camera.cy + 0.5) - on_grid(camera.cx, camera.cy - 0.5);
-  Eigen::Matrix2d turn = Eigen::Matrix2d::Zero();
-  const bool swapped = std::abs(to_grid(0, 0)) < std::abs(to_grid(1, 0));
-  turn(0, swapped ? 1 : 0) = to_grid(swapped ? 1 : 0, 0) > 0 ? 1 : -1;
-  turn(1, swapped ? 0 : 1) = to_grid(swapped ? 0 : 1, 1) > 0 ? 1 : -1;
+  const Eigen::Matrix2d turn = nearest_turn(to_grid).transpose();
   PadFrame pad;
   pad.pitch_mm_per_px = std::sqrt(std::abs(to_grid.determinant()));
   // The whole of each side of the image limits the rectangle.
@@ -261,9 +309,9 @@ PadFrame pad_frame(const GridFit& fit, const GridView& first, uint32_t width, ui
   const double across = std::floor((right - left) / pad.pitch_mm_per_px) + 1,
                down = std::floor((bottom - top) / pad.pitch_mm_per_px) + 1;
   if (!(across >= 16 && down >= 16 && across <= kMaxSide_px && down <= kMaxSide_px))
-    throw Error(Failure::Input, "a grid that is nearly upright in the image",
-                "a grid that is turned by about 45 deg or seen at an angle",
-                "aligning it with the image's sides");
+    throw Error(Failure::Input, "a grid whose plane the image shows whole",
+                "a grid that is seen at a steep angle, or points that are not those of the grid",
+                "looking at it from straight above, and --grid as printed");
   pad.size_px = {static_cast<uint32_t>(across), static_cast<uint32_t>(down)};
   right = left + (across - 1) * pad.pitch_mm_per_px;
   bottom = top + (down - 1) * pad.pitch_mm_per_px;

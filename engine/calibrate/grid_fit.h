@@ -18,6 +18,9 @@ struct GridView {
 struct GridFit {
   Lens lens;      ///< residual_px: RMS distance of the points from the model
   int terms = 0;  ///< of the distortion that held-out points asked for: 0, 1 (k1), 2 (k2), 4 (p1, p2)
+  /// How far the points reach towards the image's corners, 0 to 1. Distortion that they do not tell there, to
+  /// 2 px, is left out.
+  double reach = 0;
   double held_out_px = 0;                    ///< RMS distance of every other point when the rest make the fit
   double plain_px = 0;                       ///< the same without any distortion
   std::vector<std::array<double, 9>> to_px;  ///< each view: grid mm to px without distortion, rows of a
@@ -29,7 +32,8 @@ struct GridFit {
 /// Error(Failure::Input) with fewer than 12 points in a view, or where the fit does not settle.
 GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t height);
 
-/// The largest upright rectangle of the first view's grid plane that the image shows whole.
+/// The largest rectangle of the first view's grid plane, with sides along the image's, that the image shows
+/// whole. The grid may lie at any turn in it.
 struct PadFrame {
   double pitch_mm_per_px = 0;                      ///< that of the image's middle
   double pitch_sd_mm_per_px = 0;                   ///< from the points' residuals and the grid's own error
