@@ -90,8 +90,8 @@ uint32_t force_outputs(const MeasuredInput& input, std::optional<ForceSignal> si
   // A volume needs the surface; without it that work is saved.
   if (signal && signal != ForceSignal::Volume && signal != ForceSignal::Layer)
     outputs = static_cast<uint32_t>(Output::Force);
-  if (signal.value_or(ForceSignal::Gradient) == ForceSignal::Gradient &&
-      may_show_slopes(input.sensor, signal.has_value()))
+  // Whatever the force is read by, clocks are best compared by the sum of gradients, where there is one.
+  if (may_show_slopes(input.sensor, signal == ForceSignal::Gradient))
     outputs |= static_cast<uint32_t>(Output::Gradient);
   return outputs;
 }
@@ -177,6 +177,9 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
                              bool keep_border) {
   ForceOutcome o;
   o.recordings = std::move(recordings);
+  if (options.signal == ForceSignal::Layer)
+    for (GaugedRecording& r : o.recordings)
+      for (GaugedFrame& f : r.frames) f.touch.gradient_sum.reset();  // for the clocks; the layer knows shapes
   o.samples = force_samples(o.recordings, keep_border);
   o.choice = choose_force(o.samples, options);
   if (o.choice.stopped) return o;
@@ -294,6 +297,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
     if (r.alignment) {
       value["offset_sd_s"] = r.alignment->sd_s;
       value["correlation"] = r.alignment->correlation;
+      value["clock_signal"] = r.clock_signal;
     }
     value["notes"] = r.notes;
     recordings.push_back(value);

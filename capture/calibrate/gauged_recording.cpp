@@ -50,24 +50,61 @@ std::vector<double> light_of(const GaugedRecording& recording) {
   return light;
 }
 
-/// Signals of both sides for the comparison of clocks: the normal force or, without one, the shift of the
-/// contact.
-TimeAlignment align(const GaugedRecording& recording, const Gauge& gauge) {
-  std::vector<double> time_s, signal, force;
-  const bool normal = !gauge.force_N.empty();
-  for (const GaugedFrame& f : recording.frames) {
-    time_s.push_back(f.time_s);
-    const Touch& t = f.touch;
-    if (normal && t.gradient_sum)
-      signal.push_back(*t.gradient_sum);  // before what presses counts as contact
-    else
-      signal.push_back(!t.contact ? 0 : normal ? t.gray_sum : std::hypot(t.shift_x_mm, t.shift_y_mm));
+/// What of the frames may rise with the force.
+struct ClockSignal {
+  const char* name;
+  std::vector<double> values;
+};
+
+/// All that were measured: which goes best with a force depends on pad and object, not on what the force will
+/// be read by.
+std::vector<ClockSignal> clock_signals(const GaugedRecording& recording, bool normal) {
+  std::vector<ClockSignal> signals;
+  const auto add = [&](const char* name, const auto& value) {
+    ClockSignal signal{name, {}};
+    for (const GaugedFrame& f : recording.frames) signal.values.push_back(value(f.touch));
+    signals.push_back(std::move(signal));
+  };
+  if (!normal) {
+    add("shift of the contact",
+        [](const Touch& t) { return t.contact ? std::hypot(t.shift_x_mm, t.shift_y_mm) : 0; });
+    return signals;
   }
+  const Touch& first = recording.frames.front().touch;
+  if (first.gradient_sum)  // before what presses counts as contact
+    add("sum of gradients", [](const Touch& t) { return t.gradient_sum.value_or(0); });
+  add("gray sum", [](const Touch& t) { return t.contact ? t.gray_sum : 0; });
+  if (first.traction)
+    add("layer's force", [](const Touch& t) {
+      const double force_N = t.contact && t.traction ? t.traction->force_z_N.value : 0;
+      return std::isfinite(force_N) ? force_N : 0;
+    });
+  return signals;
+}
+
+/// The clocks by the signal that goes best with the gauge. Throws where none does, with the recording's name.
+TimeAlignment align(GaugedRecording& recording, const Gauge& gauge) {
+  const bool normal = !gauge.force_N.empty();
+  std::vector<double> time_s, force;
+  for (const GaugedFrame& f : recording.frames) time_s.push_back(f.time_s);
   for (size_t i = 0; i < gauge.size(); ++i)
     force.push_back(normal ? gauge.force_N[i] : std::hypot(gauge.fx_N[i], gauge.fy_N[i]));
   std::vector<std::pair<double, double>> breaks;
   for (const GaugeGap& gap : gauge.gaps) breaks.emplace_back(gap.from_s, gap.to_s);
-  return align_in_time(time_s, signal, gauge.time_s, force, breaks);
+  const std::string name = "'" + recording.input + "'";
+  std::optional<TimeAlignment> best;
+  std::optional<Error> refusal;
+  for (const ClockSignal& signal : clock_signals(recording, normal)) try {
+      const TimeAlignment found = find_in_time(time_s, signal.values, gauge.time_s, force, breaks, name);
+      if (best && !(found.correlation > best->correlation)) continue;
+      best = found;
+      recording.clock_signal = signal.name;
+    } catch (const Error& error) {
+      if (!refusal) refusal = error;
+    }
+  if (!best) throw Error(*refusal);
+  check_alignment(*best, name + ", by its " + recording.clock_signal);
+  return *best;
 }
 
 /// Of recording and gauge, which reads `late` frames late; NaN where either does not vary.
@@ -327,7 +364,7 @@ std::string describe(const GaugedRecording& recording) {
       recording.input + " beside " + recording.gauge + ": " + counted(recording.frames.size(), "frame");
   if (const std::optional<TimeAlignment>& a = recording.alignment)
     text += ", gauge's clock " + number(a->offset_s, "%+.4f") + " s +- " + number(a->sd_s, "%.2g") +
-            " s (correlation " + number(a->correlation, "%.4f") + ")";
+            " s (correlation " + number(a->correlation, "%.4f") + " with the " + recording.clock_signal + ")";
   else if (recording.offset_s != 0)
     text += ", gauge's clock " + number(recording.offset_s, "%+.4f") + " s as given";
   text += "\n";

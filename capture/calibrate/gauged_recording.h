@@ -34,6 +34,7 @@ struct GaugedRecording {
   std::string gauge;  ///< its file, or "truth"
   std::vector<GaugedFrame> frames;
   std::optional<TimeAlignment> alignment;  ///< where the clocks were compared
+  std::string clock_signal;                ///< by what of the frames: "sum of gradients", "gray sum", ...
   double offset_s = 0;                     ///< that was added to the gauge's times
   std::vector<std::string> notes;          ///< what to know of it, one line each
 };

@@ -139,6 +139,10 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
     if (std::abs(s->offset_N) > kOffset * largest_force(o))
       o.recordings.front().notes.push_back(palpate::text(
           "the gauge's f%c reads %.3g N where nothing is shifted: was it tared?", axis, s->offset_N));
+  if (const size_t departs = count(o, Phase::Departs); 2 * departs > o.samples.size())
+    o.recordings.front().notes.push_back(
+        palpate::text("%zu of %zu touched frames were left out, after a slip: K rests on the lesser part",
+                      departs, o.samples.size()));
   c.origin =
       origin_of(o.recordings, palpate::text("signal %s, %zu frames that stick, %zu that slip, friction %s",
                                             to_string(o.signal), o.fit.x.readings, o.fit.slip_readings,
@@ -180,6 +184,7 @@ std::string to_json(const ShearOutcome& o, const std::string& sensor_file) {
     if (r.alignment) {
       value["offset_sd_s"] = r.alignment->sd_s;
       value["correlation"] = r.alignment->correlation;
+      value["clock_signal"] = r.clock_signal;
     }
     value["notes"] = r.notes;
     recordings.push_back(value);

@@ -131,17 +131,20 @@ Series thinned(std::span<const double> time_s, std::span<const double> value) {
   return series;
 }
 
-constexpr const char* kWanted = "a recording and a gauge that saw the same presses";
+std::string wanted(const std::string& recording) {
+  return "a gauge that saw the same presses as " + recording;
+}
 
-void check(std::span<const double> first, std::span<const double> second) {
+void check(std::span<const double> first, std::span<const double> second, const std::string& recording) {
   if (first.size() < 10 || second.size() < 10)
-    throw Error(Failure::Input, kWanted,
+    throw Error(Failure::Input, wanted(recording),
                 std::to_string(first.size()) + " frames and " + std::to_string(second.size()) + " readings",
                 "longer ones, or --align none where the clocks agree");
   if (!varies(first))
-    throw Error(Failure::Input, kWanted, "a recording in which nothing is pressed", "another recording");
+    throw Error(Failure::Input, wanted(recording), "a recording in which nothing is pressed",
+                "another recording");
   if (!varies(second))
-    throw Error(Failure::Input, kWanted, "a gauge that reads the same all the time",
+    throw Error(Failure::Input, wanted(recording), "a gauge that reads the same all the time",
                 "its recording of these presses");
 }
 
@@ -229,35 +232,35 @@ double refine_offset(const Matcher& matcher, const Series& all, double at, doubl
   return at;
 }
 
-/// Throws where the offset is none to rely on.
-void check(const TimeAlignment& found) {
+}  // namespace
+
+void check_alignment(const TimeAlignment& found, const std::string& recording) {
   if (!(found.correlation >= kLeastCorrelation))
     throw Error(
         Failure::Input,
-        "a gauge that goes with the signal (correlation " + number(kLeastCorrelation) + " or more)",
+        "a gauge that goes with " + recording + " (correlation " + number(kLeastCorrelation) + " or more)",
         number(found.correlation, "%.3f") + " at best, at an offset of " + number(found.offset_s) + " s",
         "the gauge's table of this recording, or --align SECONDS where the offset is known");
   const auto unexplained = [](double r) { return 1 - std::max(r, 0.0) * std::max(r, 0.0); };
   if (found.rival > 0 && unexplained(found.rival) < kRivalExplains * unexplained(found.correlation))
-    throw Error(Failure::Input, "one offset between the clocks",
+    throw Error(Failure::Input, "one offset between the clocks of " + recording + " and its gauge",
                 "two that fit alike: " + number(found.offset_s) + " s (correlation " +
                     number(found.correlation, "%.4f") + ") and " + number(found.rival_s) + " s (" +
                     number(found.rival, "%.4f") + ")",
                 "presses of different lengths and forces, or --align SECONDS where the offset is known");
 }
 
-}  // namespace
-
-TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<const double> first,
-                            std::span<const double> second_time_s, std::span<const double> second,
-                            std::span<const std::pair<double, double>> breaks) {
+TimeAlignment find_in_time(std::span<const double> first_time_s, std::span<const double> first,
+                           std::span<const double> second_time_s, std::span<const double> second,
+                           std::span<const std::pair<double, double>> breaks, const std::string& recording) {
   assert(first_time_s.size() == first.size() && second_time_s.size() == second.size());
-  check(first, second);
+  check(first, second, recording);
   const Matcher matcher(second_time_s, second, breaks);
   const double frame_s = usual_step(first_time_s);
   const Scan scan = scan_offsets(matcher, first_time_s, first, second_time_s, frame_s);
   if (scan.score[scan.best] < -1)
-    throw Error(Failure::Input, kWanted, "too little time in common", "the gauge's table of this recording");
+    throw Error(Failure::Input, wanted(recording), "too little time in common",
+                "the gauge's table of this recording");
   TimeAlignment found;
   find_rival(scan, found);
   const Series all = centred(first_time_s, first);
@@ -266,7 +269,14 @@ TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<cons
   found.offset_s = at;
   found.correlation = fit.correlation;
   found.sd_s = matcher.offset_sd(all, at, 0.5 * frame_s, fit);
-  check(found);
+  return found;
+}
+
+TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<const double> first,
+                            std::span<const double> second_time_s, std::span<const double> second,
+                            std::span<const std::pair<double, double>> breaks) {
+  const TimeAlignment found = find_in_time(first_time_s, first, second_time_s, second, breaks);
+  check_alignment(found);
   return found;
 }
 

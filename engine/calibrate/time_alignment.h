@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <utility>
 
 namespace palpate {
@@ -17,8 +18,18 @@ struct TimeAlignment {
 /// The offset at which `second` (values at rising times on its own clock, straight between) goes best with
 /// `first`, both of the same sign: the largest correlation among all offsets that leave 60 % of the shorter
 /// record in common, refined below a sample by a parabola. `breaks`: pairs of times of the second clock
-/// between which nothing is known. Throws Error(Failure::Input) where either does not vary, where the best
-/// correlation is below 0.8, and where another offset explains nearly as much.
+/// between which nothing is known. `recording` names the first in errors. Throws Error(Failure::Input) where
+/// either does not vary; how good the offset is does not matter.
+TimeAlignment find_in_time(std::span<const double> first_time_s, std::span<const double> first,
+                           std::span<const double> second_time_s, std::span<const double> second,
+                           std::span<const std::pair<double, double>> breaks = {},
+                           const std::string& recording = "the recording");
+
+/// Throws Error(Failure::Input) where the correlation is below 0.8, and where another offset explains nearly
+/// as much.
+void check_alignment(const TimeAlignment& found, const std::string& recording = "the recording");
+
+/// Both.
 TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<const double> first,
                             std::span<const double> second_time_s, std::span<const double> second,
                             std::span<const std::pair<double, double>> breaks = {});

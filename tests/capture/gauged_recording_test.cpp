@@ -7,9 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "capture/calibrate/force.h"
 #include "capture/open_source.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
@@ -118,6 +120,51 @@ TEST_F(GaugedRecordingTest, AForceOfAnotherTimeIsRefused) {
   write_table(kPress, 240, 200);  // 40 frames late
   const std::string said = refusal(input_);
   EXPECT_NE(said.find("frames late"), std::string::npos) << said;
+}
+
+/// Clocks are compared by what goes best with the force, whatever the force will be read by.
+TEST_F(GaugedRecordingTest, ClocksAreComparedByTheBestSignal) {
+  const std::string gel = "synthetic:palpation?size=96x72&mode=gel&rate=30";
+  const std::unique_ptr<Source> source = open_source(gel, find_input(1, gel, {}).sensor);
+  std::ofstream table(gauge());
+  table << "time_s,force_N\n";
+  for (uint64_t i = 0; i < source->frame_count().value_or(0); ++i)
+    table << static_cast<double>(i) / 30 - 0.2 << ',' << source->truth(i)->force_N << '\n';
+  table.close();
+  MeasuredInput input = find_input(1, gel, {});
+  for (const auto signal : {ForceSignal::Layer, ForceSignal::GraySum, ForceSignal::Area})
+    EXPECT_TRUE(force_outputs(input, signal) & static_cast<uint32_t>(Output::Gradient));
+  const MeasuredInput waveguide = find_input(1, "synthetic:press?size=96x72", {});
+  EXPECT_FALSE(force_outputs(waveguide, ForceSignal::Layer) & static_cast<uint32_t>(Output::Gradient));
+  input.outputs = force_outputs(input, ForceSignal::Layer);
+  const GaugedRecording own = measured(input);
+  ASSERT_TRUE(own.alignment);
+  EXPECT_NEAR(own.alignment->offset_s, 0.2, 0.02);
+  std::vector<double> time_s, gray, gradient, layer, gauge_s, force_N;
+  for (const GaugedFrame& f : own.frames) {
+    time_s.push_back(f.time_s);
+    gray.push_back(f.touch.contact ? f.touch.gray_sum : 0);
+    gradient.push_back(f.touch.gradient_sum.value_or(0));
+    layer.push_back(f.touch.contact && f.touch.traction ? f.touch.traction->force_z_N.value : 0);
+    gauge_s.push_back(f.time_s - 0.2);
+    force_N.push_back(source->truth(f.touch.sequence)->force_N);
+  }
+  const auto by = [&](const std::vector<double>& signal) {
+    return find_in_time(time_s, signal, gauge_s, force_N).correlation;
+  };
+  const std::map<double, std::string> signals = {
+      {by(gray), "gray sum"}, {by(gradient), "sum of gradients"}, {by(layer), "layer's force"}};
+  EXPECT_EQ(own.clock_signal, signals.rbegin()->second);
+  EXPECT_NEAR(own.alignment->correlation, signals.rbegin()->first, 0.01);
+  EXPECT_NE(describe(own).find("with the " + own.clock_signal), std::string::npos) << describe(own);
+
+  // A refusal names the recording.
+  std::ofstream other(gauge());
+  other << "time_s,force_N\n";
+  for (int i = 0; i < 600; ++i) other << 0.02 * i << ',' << (i * 7919) % 101 << '\n';
+  other.close();
+  const std::string said = refusal(input);
+  EXPECT_NE(said.find("goes with '" + own.input + "'"), std::string::npos) << said;
 }
 
 TEST_F(GaugedRecordingTest, ARecordingThatBeginsTouchedIsRefused) {

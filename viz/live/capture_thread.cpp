@@ -114,10 +114,7 @@ void LiveCapture::wait_until_due(const Frame& frame) {
 void LiveCapture::deliver(CapturedPtr item) {
   Frame& frame = item->frame;
   if (!session_.source()->live()) frame.delivered_ns = monotonic_ns();
-  // A player's charts show the recording's own times, round after round.
-  if (options_.loop && options_.replay) {
-    frame.after_gap = frame.after_gap || (loop_offset_ns_ > 0 && in_this_round_ == 1);
-  } else if (options_.loop) {
+  if (options_.loop && !options_.replay) {
     frame.time_ns += loop_offset_ns_;
     frame.sequence = sequence_;
   }
