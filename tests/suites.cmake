@@ -18,7 +18,7 @@ foreach(suite IN LISTS suites)
   string(REGEX REPLACE "\\.$" "" suite "${suite}")
   string(REPLACE "/" "-" file "${suite}")
   string(APPEND written "add_test([=[${suite}]=] [=[${PROGRAM}]=] [=[--gtest_filter=${suite}.*]=] [=[--gtest_output=xml:${RESULTS}/${LABEL}-${file}.xml]=])\n"
-    "set_tests_properties([=[${suite}]=] PROPERTIES LABELS ${LABEL} TIMEOUT 900 ENVIRONMENT PALPATE_CONFIG=none")
+    "set_tests_properties([=[${suite}]=] PROPERTIES LABELS ${LABEL} TIMEOUT 3600 ENVIRONMENT PALPATE_CONFIG=none")
   if(suite IN_LIST serial)
     string(APPEND written " RUN_SERIAL ON")
   endif()

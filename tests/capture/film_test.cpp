@@ -73,7 +73,7 @@ TEST_F(FilmTest, HoldsEveryPictureInBothContainers) {
 /// What Chromium shows of a page, as HTML; empty where there is no Chromium.
 std::string shown_by_chromium(const fs::path& page, const fs::path& profile) {
   const std::string command =
-      "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir='" +
+      "timeout 600 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir='" +
       profile.string() + "' --dump-dom 'file://" + page.string() + "' 2>/dev/null";
   FILE* pipe = popen(command.c_str(), "r");
   if (!pipe) return {};

@@ -5,7 +5,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <sstream>
-#include <thread>
 
 #include "capture/files/measurements.h"
 #include "capture/open_source.h"
@@ -202,14 +201,14 @@ TEST_F(SessionTest, DropsAreCountedExactlyAndTheRestIsWhole) {
   Stamped frames({400, 300, 1, 8});
   SessionWriter writer(folder_ / "s", plain_info(frames.frame.format), {.queue_bytes = 1});  // two frames
   std::vector<uint64_t> taken;
-  constexpr uint64_t kFrames = 300;
-  for (uint64_t n = 0; n < kFrames; ++n)
+  uint64_t offered = 0;
+  for (uint64_t n = 0; n < 300 || (taken.size() == n && n < 100'000); ++n, ++offered)
     if (writer.record(frames.at(n))) taken.push_back(n);
   const SessionStatus status = writer.close();
   EXPECT_EQ(status.error, "");
   EXPECT_GT(status.dropped, 0u);
   EXPECT_EQ(status.recorded, taken.size());
-  EXPECT_EQ(status.recorded + status.dropped, kFrames);
+  EXPECT_EQ(status.recorded + status.dropped, offered);
   EXPECT_EQ(status.written, status.recorded);
   EXPECT_EQ(read_numbers(folder_ / "s", frames.frame), taken);
   EXPECT_NE(slurp(folder_ / "s" / kSessionJson).find("\"dropped\": " + std::to_string(status.dropped)),
@@ -230,45 +229,43 @@ TEST_F(SessionTest, NoDropWaitsAndLosesNothing) {
 }
 
 TEST_F(SessionTest, AWaitingRecordGivesUpWhenCancelled) {
-  Stamped frames({1600, 1200, 1, 16});  // 100 ms each to encode
+  Stamped frames({1600, 1200, 1, 16});
   SessionWriter writer(folder_ / "s", plain_info(frames.frame.format), {.queue_bytes = 1, .no_drop = true});
   writer.watch([] { return true; });
   uint64_t taken = 0;
-  for (uint64_t n = 0; n < 8; ++n) taken += writer.record(frames.at(n)) ? 1 : 0;
+  while (writer.record(frames.at(taken))) ASSERT_LT(++taken, 1000u) << "no record waited";
   const SessionStatus status = writer.close();
-  EXPECT_LT(taken, 8u);
+  EXPECT_GE(taken, 2u);
   EXPECT_EQ(status.recorded, taken);
-  EXPECT_EQ(status.dropped, 8 - taken);
+  EXPECT_EQ(status.dropped, 1u);
 }
 
 TEST_F(SessionTest, AQueueOfManyFramesTakesABurst) {
   Stamped frames({400, 300, 1, 8});
   SessionWriter writer(folder_ / "s", plain_info(frames.frame.format), {.most_behind_s = 1e9});
-  uint64_t largest = 0;
-  for (uint64_t n = 0; n < 200; ++n) {
-    ASSERT_TRUE(writer.record(frames.at(n)));
-    largest = std::max(largest, writer.status().queue_bytes);
+  uint64_t taken = 0;
+  while (writer.status().queue_bytes <= 10u * frames.frame.format.frame_bytes()) {
+    ASSERT_TRUE(writer.record(frames.at(taken)));
+    ASSERT_LT(++taken, 10'000u) << "no frame waited for the encoder";
   }
-  EXPECT_GT(largest, 10u * frames.frame.format.frame_bytes());
-  EXPECT_EQ(writer.close().written, 200u);
+  EXPECT_EQ(writer.close().written, taken);
   EXPECT_EQ(writer.status().queue_bytes, 0u);
 }
 
+// However much memory is left: a frame that would wait longer than it may is dropped.
 TEST_F(SessionTest, NoFrameWaitsLongerThanItMay) {
-  Stamped frames({640, 480, 1, 16});  // 20 ms each to encode
-  SessionWriter writer(folder_ / "s", plain_info(frames.frame.format), {.queue_bytes = size_t{1} << 32});
-  uint64_t taken = 0;
-  double longest_s = 0;
-  for (uint64_t n = 0; n < 600; ++n) {
-    taken += writer.record(frames.at(n)) ? 1 : 0;
-    longest_s = std::max(longest_s, writer.status().behind_s);
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  Stamped frames({640, 480, 1, 16});
+  SessionWriter writer(folder_ / "s", plain_info(frames.frame.format),
+                       {.queue_bytes = size_t{1} << 32, .most_behind_s = 0});
+  uint64_t taken = 0, offered = 0;
+  for (; offered - taken < 20 && offered < 100'000; ++offered) {
+    taken += writer.record(frames.at(offered)) ? 1 : 0;
+    EXPECT_LE(writer.status().queued, 2u);
   }
   const SessionStatus status = writer.close();
   EXPECT_EQ(status.recorded, taken);
-  EXPECT_EQ(status.recorded + status.dropped, 600u);
-  EXPECT_GT(status.dropped, 10u);
-  EXPECT_LT(longest_s, 2.0);  // 0.5 s and what a busy machine adds; without a bound 10 s
+  EXPECT_EQ(status.dropped, 20u);
+  EXPECT_EQ(status.recorded + status.dropped, offered);
   EXPECT_EQ(status.behind_s, 0);
 }
 

@@ -2,18 +2,17 @@
 // images by OpenCV, meshes and TIFF tags by the small readers here.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <sstream>
-#include <thread>
 
 #include "capture/files/npy.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -352,9 +351,7 @@ TEST_F(Export, InterruptKeepsWhatWasWritten) {
   const fs::path out = folder_ / "out";
   const pid_t child = start({"export", "synthetic:palpation?mode=gel&repeat=0&size=160x120", "--out", out,
                              "--csv", "--tiff", "--json"});
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (!fs::exists(out / "depth" / "000003.tif") && std::chrono::steady_clock::now() < deadline)
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  ASSERT_TRUE(eventually([&] { return fs::exists(out / "depth" / "000003.tif"); }));
   ASSERT_EQ(kill(child, SIGINT), 0);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130) << ended.err;

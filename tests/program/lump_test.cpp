@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "engine/lump/dataset/file.h"
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -82,15 +83,16 @@ TEST_F(LumpCommand, ThreadsAndProcessesMakeTheSameFile) {
 }
 
 TEST_F(LumpCommand, GoesOnAfterKills) {
-  ASSERT_EQ(run(small("whole.h5", 40)).exit_code, 0);
+  ASSERT_EQ(run(small("whole.h5", 100)).exit_code, 0);
   int killed = 0;
   size_t before = 0;
   for (int i = 0; i < 3; ++i) {
-    const pid_t child = start(small("set.h5", 40, {"--threads", "2"}));
-    for (int wait = 0; wait < 5000 && bytes_of("set.h5.part") < before + 3000; ++wait) {
-      if (waitpid(child, nullptr, WNOHANG) == child) break;
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+    const pid_t child = start(small("set.h5", 100, {"--threads", "2"}));
+    bool over = false;
+    EXPECT_TRUE(eventually([&] {
+      over = waitpid(child, nullptr, WNOHANG) == child;
+      return over || bytes_of("set.h5.part") >= before + 3000;
+    }));
     kill(child, SIGKILL);
     killed += finish(child).exit_code == 1000 + SIGKILL;
     EXPECT_GE(bytes_of("set.h5.part"), before);
@@ -100,9 +102,9 @@ TEST_F(LumpCommand, GoesOnAfterKills) {
   const Json half = parse_json(run({"lump", "info", at("set.h5"), "--json"}).out);
   EXPECT_FALSE(half["complete"]);
   EXPECT_GT(half["done"], 0);
-  const Json rest = parse_json(run(small("set.h5", 40, {"--json"})).out);
+  const Json rest = parse_json(run(small("set.h5", 100, {"--json"})).out);
   EXPECT_TRUE(rest["complete"]);
-  EXPECT_EQ(rest["done_now"], 40 - half["done"].get<int>());
+  EXPECT_EQ(rest["done_now"], 100 - half["done"].get<int>());
   EXPECT_TRUE(slurp(at("set.h5")) == slurp(at("whole.h5")));
   EXPECT_FALSE(fs::exists(at("set.h5.part")));
 }
@@ -112,8 +114,7 @@ TEST_F(LumpCommand, ProcessesGoOnAfterAKillOfOne) {
   ASSERT_EQ(run(small("whole.h5", 200)).exit_code, 0);
   int code = 0;
   std::thread all([&] { code = together(3, small("set.h5", 200)); });
-  for (int wait = 0; wait < 5000 && bytes_of("set.h5.part") < 3000; ++wait)
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_TRUE(eventually([&] { return bytes_of("set.h5.part") >= 3000; }));
   const std::vector<pid_t> pressing = processes_of(at("set.h5"));
   if (!pressing.empty()) kill(pressing.back(), SIGKILL);
   all.join();
@@ -125,8 +126,7 @@ TEST_F(LumpCommand, ProcessesGoOnAfterAKillOfOne) {
 
 TEST_F(LumpCommand, CtrlCSaysHowToGoOn) {
   const pid_t child = start(small("set.h5", 4000));
-  for (int wait = 0; wait < 5000 && bytes_of("set.h5.part") < 3000; ++wait)
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_TRUE(eventually([&] { return bytes_of("set.h5.part") >= 3000; }));
   kill(child, SIGINT);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130);

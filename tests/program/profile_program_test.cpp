@@ -10,6 +10,7 @@
 #include "perf/profile/profile.h"
 #include "perf/profile/report/files.h"
 #include "tests/program/made_up_profile.h"
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -127,7 +128,7 @@ TEST_F(ProfileProgram, CtrlCKeepsWhatIsFinished) {
   const fs::path out = folder_ / "out";
   const pid_t child =
       start({"profile", "--out", out, "--budget", "600", "--sizes", "64x48,640x480", "--quiet"});
-  for (int i = 0; i < 600 && !fs::exists(out / "profile.json"); ++i) usleep(100000);
+  ASSERT_TRUE(eventually([&] { return fs::exists(out / "profile.json"); }));
   kill(child, SIGINT);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130) << ended.err;

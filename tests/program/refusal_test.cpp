@@ -1,12 +1,11 @@
 // Errors of the program and the files it leaves: one line, a documented exit code, whole files.
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
-#include <chrono>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <thread>
 
 #include "capture/files/npy.h"
 #include "engine/base/text.h"
@@ -259,14 +258,11 @@ TEST_F(Program, InterruptKeepsWhatWasWritten) {
   const fs::path out = folder_ / "out";
   const pid_t child = start({"process", "synthetic:palpation", "--out", out, "--outputs", "force", "--json"});
   const fs::path file = out / "measurements.csv";
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   const auto rows_so_far = [&] {
     const std::string text = slurp(file);
     return std::count(text.begin(), text.end(), '\n');
   };
-  while (rows_so_far() < 4 && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
+  ASSERT_TRUE(eventually([&] { return rows_so_far() >= 4; }));
   ASSERT_EQ(kill(child, SIGINT), 0);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130) << ended.err;

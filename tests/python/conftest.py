@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-WATCHDOG_S = 120
+WATCHDOG_S = 900  # against tests that hang: no machine is that slow
 SMALL = "size=160x120&rate=20"
 
 
@@ -25,7 +25,7 @@ def small():
     return "synthetic:press?" + SMALL
 
 
-def run_python(code, timeout_s=60, **options):
+def run_python(code, timeout_s=600, **options):
     """Python in a process of its own, warnings on: its completed process."""
     return subprocess.run(
         [sys.executable, "-X", "dev", "-c", code], capture_output=True, text=True, timeout=timeout_s, **options

@@ -47,7 +47,7 @@ def test_every_name_is_there():
 
 def stubs(module, *options):
     done = subprocess.run(
-        [sys.executable, "-m", *module, *options], cwd=PACKAGE.parent, capture_output=True, text=True, timeout=100
+        [sys.executable, "-m", *module, *options], cwd=PACKAGE.parent, capture_output=True, text=True, timeout=800
     )
     assert done.returncode == 0, done.stdout + done.stderr
 

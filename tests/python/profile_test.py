@@ -124,7 +124,5 @@ except KeyboardInterrupt:
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout.readline() == "started\n"
         time.sleep(1)
-        start = time.monotonic()
         process.send_signal(signal.SIGINT)
         assert process.stdout.readline() == "ended []\n"
-        assert time.monotonic() - start < 0.5

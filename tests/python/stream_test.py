@@ -133,17 +133,17 @@ def test_deep_images_are_of_16_bits():
 
 
 def test_the_newest_frame_wins():
-    with pp.open("synthetic:press?size=64x48&rate=200") as stream:
+    with pp.open("synthetic:press?size=64x48&rate=200&repeat=0") as stream:
         assert stream.drops
         seen = []
         for t in stream:
             seen.append(t.sequence)
-            time.sleep(0.05)
-            if t.time_s > 1:
+            if len(seen) == 6:
                 break
+            while stream.dropped < 10 * len(seen):  # what comes while this one is in hand
+                time.sleep(0.005)
     assert seen == sorted(set(seen))
-    assert len(seen) < 30
-    assert stream.dropped > 50
+    assert seen[-1] >= 50
 
 
 def test_the_last_frame_is_not_lost(frames):
@@ -192,14 +192,12 @@ def test_a_stream_is_one_iterator(small):
         next(stream)
 
 
-def test_closing_from_another_thread_ends_the_wait():
-    stream = pp.open("synthetic:press?size=64x48&rate=0.2")
+def test_closing_from_another_thread_ends_the_wait(frames):
+    stream = pp.open(frames, rate_Hz=1e-4)  # hours from frame to frame
     next(stream)
     threading.Timer(0.1, stream.close).start()
-    start_s = time.monotonic()
     with pytest.raises(pp.ExpiredError):
         next(stream)
-    assert time.monotonic() - start_s < 1
 
 
 def test_sensor_files_go_in_and_out(tmp_path, small):

@@ -2,7 +2,8 @@
 // and what is created and not destroyed is counted. One instance and one device use it at a time. Controlled
 // by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when the first instance
 // is made) or, in the same process, by arm(). With PALPATE_FAIL_HANG the device is not lost, but never
-// finishes what it is given from then on.
+// finishes what it is given from then on: waiting for that times out at once, and waiting for what it was
+// given before takes as long as the machine needs, so that no test depends on a clock.
 #include "tests/support/failing_layer.h"
 
 #include <vulkan/vk_layer.h>
@@ -13,6 +14,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -21,12 +24,13 @@
 namespace {
 
 std::mutex state_mutex;
-std::string fail_call;  // empty: any
-uint64_t fail_at = 0;   // counts from 1; 0: never
-bool fail_lost = true;  // calls that can find the device lost do; false: they run out of memory
-uint64_t calls = 0;     // that matched since armed
-bool lost = false;      // a lost device stays lost; another one is not
-bool hangs = false;     // instead of being lost
+std::string fail_call;    // empty: any
+uint64_t fail_at = 0;     // counts from 1; 0: never
+bool fail_lost = true;    // calls that can find the device lost do; false: they run out of memory
+uint64_t calls = 0;       // that matched since armed
+bool lost = false;        // a lost device stays lost; another one is not
+bool hangs = false;       // instead of being lost
+std::set<VkFence> never;  // fences of work that a hanging device does not do
 std::string failed_call;
 int64_t live = 0;  // objects created minus destroyed
 
@@ -57,9 +61,28 @@ VkResult verdict(const char* name, Kind kind) {
 }
 
 /// A device that hangs takes work and does not do it.
-bool swallows(std::string_view call) {
+std::optional<VkResult> instead_of(VkQueue, uint32_t, const VkSubmitInfo2*, VkFence& fence) {
   const std::lock_guard lock(state_mutex);
-  return lost && hangs && call == "vkQueueSubmit2";
+  if (!(lost && hangs)) return std::nullopt;
+  never.insert(fence);
+  return VK_SUCCESS;
+}
+
+/// The time of a device that may hang does not run while it works, and is over when it hangs.
+std::optional<VkResult> instead_of(VkDevice, uint32_t count, const VkFence* fences, VkBool32,
+                                   uint64_t& limit_ns) {
+  const std::lock_guard lock(state_mutex);
+  if (!hangs) return std::nullopt;
+  if (std::any_of(fences, fences + count, [](VkFence fence) { return never.contains(fence); }))
+    return VK_TIMEOUT;
+  limit_ns = UINT64_MAX;
+  return std::nullopt;
+}
+
+/// Every other call is made.
+template <typename... Arguments>
+std::optional<VkResult> instead_of(Arguments&&...) {
+  return std::nullopt;
 }
 
 void count(int64_t change) {
@@ -87,7 +110,7 @@ struct Fallible<name, kind, VkResult(VKAPI_PTR*)(Arguments...)> {
       if (kind == Kind::Queue) next_wait_idle(the_device);
       return instead;
     }
-    if (swallows(name.text)) return VK_SUCCESS;
+    if (const std::optional<VkResult> hung = instead_of(arguments...)) return *hung;
     const VkResult result = next(arguments...);
     if (kind == Kind::Make && result == VK_SUCCESS) count(+1);
     return result;
@@ -203,6 +226,7 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const Vk
   {
     const std::lock_guard lock(state_mutex);
     lost = false;
+    never.clear();
   }
   const auto find = [&](const char* name) { return next_device_proc(*device, name); };
   next_destroy_device = reinterpret_cast<PFN_vkDestroyDevice>(find("vkDestroyDevice"));

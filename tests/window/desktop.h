@@ -5,14 +5,18 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <optional>
 #include <thread>
 
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -26,7 +30,11 @@ class Desktop {
     for (int attempt = 0; attempt < 5 && name_.empty(); ++attempt)
       start(width, height, 100 + (getpid() + 131 * attempt) % 900);
   }
-  ~Desktop() { stop(); }
+  ~Desktop() {
+    stop();
+    std::error_code ignored;
+    fs::remove_all(files_, ignored);
+  }
   Desktop(const Desktop&) = delete;
   Desktop& operator=(const Desktop&) = delete;
 
@@ -60,8 +68,27 @@ class Desktop {
     rest();
   }
   static void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(250)); }
+  /// The brightest of red, green and blue at a place of the screen, 0 to 255; -1 before there is a screen.
+  int brightness(double x, double y) const {
+    // A screen dump of X (XWD): 25 numbers, big endian, then colours of 12 bytes, then rows of 4 bytes a
+    // pixel.
+    std::ifstream in(screen_file(), std::ios::binary);
+    std::array<uint8_t, 100> head{};
+    if (!in.read(reinterpret_cast<char*>(head.data()), head.size())) return -1;
+    const auto number = [&](size_t i) {
+      return uint32_t{head[4 * i]} << 24 | uint32_t{head[4 * i + 1]} << 16 | uint32_t{head[4 * i + 2]} << 8 |
+             head[4 * i + 3];
+    };
+    constexpr size_t kHeader_bytes = 0, kRow_bytes = 12, kColours = 19;
+    in.seekg(number(kHeader_bytes) + 12 * number(kColours) + std::lround(y) * number(kRow_bytes) +
+             4 * std::lround(x));
+    std::array<uint8_t, 4> pixel{};
+    if (!in.read(reinterpret_cast<char*>(pixel.data()), pixel.size())) return -1;
+    return std::max({pixel[0], pixel[1], pixel[2]});
+  }
 
  private:
+  std::string screen_file() const { return files_ + "/Xvfb_screen0"; }
   void start(uint32_t width, uint32_t height, int number) {
     int ends[2];
     if (pipe(ends) != 0) return;
@@ -71,8 +98,8 @@ class Desktop {
     if (server_ == 0) {
       close(ends[0]);
       dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
-      execlp("Xvfb", "Xvfb", name.c_str(), "-displayfd", ready.c_str(), "-noreset", "-screen", "0",
-             screen.c_str(),
+      execlp("Xvfb", "Xvfb", name.c_str(), "-displayfd", ready.c_str(), "-noreset", "-fbdir", files_.c_str(),
+             "-screen", "0", screen.c_str(),
              nullptr);  // without a reset: it is deaf for a moment after its last client left
       _exit(127);
     }
@@ -84,10 +111,7 @@ class Desktop {
       break;
     }
     close(ends[0]);
-    for (int i = 0; i < 20 && !name_.empty(); ++i) {
-      if (tool("getdisplaygeometry")) return;
-      rest();
-    }
+    if (!name_.empty() && eventually([&] { return tool("getdisplaygeometry"); })) return;
     stop();
   }
   void stop() {
@@ -100,6 +124,7 @@ class Desktop {
   }
 
   std::string name_;
+  std::string files_ = test_folder("desktop");  ///< where the server keeps its screen
   pid_t server_ = -1;
 };
 
@@ -133,12 +158,7 @@ class WindowTest : public Program {
     child_ = start(arguments, {.environment = also});
   }
   static bool wait_for(const std::function<bool()>& what) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);
-    while (std::chrono::steady_clock::now() < end) {
-      if (what()) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    return false;
+    return eventually(what, std::chrono::milliseconds(100));
   }
   bool titled(const std::string& pattern) const {
     return wait_for([&] { return desktop_->tool("search --name '" + pattern + "'"); });

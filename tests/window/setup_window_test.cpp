@@ -15,6 +15,13 @@ class SetupInWindow : public WindowTest {
     const double low_x = 24, low_y = 74, factor = 2.273;
     return {low_x + factor * x, low_y + factor * y};
   }
+  /// The recording's picture is there, and with it what can be dragged.
+  bool picture_shown() const {
+    return wait_for([&] {
+      const auto [x, y] = on_screen(160, 120);
+      return desktop_->brightness(x, y) > 60;
+    });
+  }
   static constexpr int kMake_x = 70, kButtons_y = 688;
   static constexpr int kPropose_x = 1058, kPropose_y = 180;
 };
@@ -28,7 +35,7 @@ TEST_F(SetupInWindow, CornersAreDraggedAndStepsDoneAgain) {
   open({"setup", rec / "frames", "--window", "--corners", "10,10,309,10,309,229,10,229", "--pitch",
         std::to_string(pitch), "--ball-mm", "8", "--out", out});
   ASSERT_TRUE(titled("palpate: a sensor of your own"));
-  std::this_thread::sleep_for(std::chrono::seconds(2));
+  ASSERT_TRUE(picture_shown());
   const auto [from_x, from_y] = on_screen(10, 10);
   const auto [to_x, to_y] = on_screen(30, 24);
   desktop_->drag(from_x, from_y, to_x, to_y);
@@ -67,13 +74,14 @@ TEST_F(SetupInWindow, WithoutAnythingFilledInTheFileIsByTheRecording) {
 
 TEST_F(SetupInWindow, AFileThatIsThereIsNeverOverwritten) {
   const fs::path rec = folder_ / "rec", out = folder_ / "own.json";
-  ASSERT_EQ(run({"simulate", "press", "--rate", "6", "--size", "160x120", "--out", rec}).exit_code, 0);
+  ASSERT_EQ(
+      run({"simulate", "press", "--mode", "gel", "--rate", "6", "--size", "160x120", "--out", rec}).exit_code,
+      0);
   spill(out, "mine");
   open({"setup", rec / "frames", "--window", "--out", out});
   ASSERT_TRUE(titled("palpate: a sensor of your own"));
-  std::this_thread::sleep_for(std::chrono::seconds(1));
+  ASSERT_TRUE(picture_shown());
   desktop_->click(kMake_x, kButtons_y);
-  std::this_thread::sleep_for(std::chrono::seconds(2));
   EXPECT_EQ(leave().exit_code, 0);
   EXPECT_EQ(slurp(out), "mine");
 }

@@ -6,15 +6,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <set>
-#include <thread>
 
 #include "capture/run/shipped_sensors.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
+#include "tests/support/eventually.h"
 #include "viz/panels/thumbnails.h"
 
 namespace palpate::viz {
@@ -50,10 +49,10 @@ TEST(StartList, OffersEverySceneAndOpensEachEntry) {
 TEST(StartList, OffersTheSensorsThatComeWithTheProgram) {
   const Settings settings;
   StartList list{settings};
-  for (int i = 0; i < 200 && list.looking(); ++i) {
+  ASSERT_TRUE(eventually([&] {
     list.update();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
+    return !list.looking();
+  }));
   ASSERT_FALSE(shipped_sensors().empty());
   for (const fs::path& file : shipped_sensors())
     EXPECT_TRUE(std::any_of(list.sensors().begin(), list.sensors().end(), [&](const SensorEntry& e) {

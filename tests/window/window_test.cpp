@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "engine/base/text.h"
 #include "tests/window/desktop.h"
 #include "viz/render/layout.h"
 
@@ -49,8 +50,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   const fs::path place = home() / "palpate" / "synthetic-press";
   EXPECT_TRUE(drawn(place));
   desktop_->key("m");
-  EXPECT_TRUE(exists(place / "events.csv"));
-  EXPECT_TRUE(contains(slurp(place / "events.csv"), ",mark,1"));
+  EXPECT_TRUE(wait_for([&] { return contains(slurp(place / "events.csv"), ",mark,1"); }));
   const cv::Mat picture = cv::imread(place / "palpate-0001.png");
   EXPECT_EQ(picture.cols, 1280);
   EXPECT_EQ(picture.rows, 720);
@@ -89,10 +89,14 @@ TEST_F(WindowTest, ADeviceThatIsLostIsOpenedAnewBehindTheWindow) {
   Desktop::rest();
   desktop_->key("Return");  // the first simulated touch
   ASSERT_TRUE(drawn(home() / "palpate" / "synthetic-palpation"));
-  std::this_thread::sleep_for(std::chrono::seconds(3));
-  EXPECT_TRUE(desktop_->tool("search --name 'palpate: synthetic'")) << "the source is still shown";
+  ASSERT_TRUE(wait_for([&] { return contains(slurp(folder_ / "stderr"), "opened anew"); }));
+  EXPECT_TRUE(titled("palpate: synthetic")) << "the source is still shown";
+  const auto snapshots = [&] {
+    return std::distance(fs::directory_iterator(home() / "palpate" / "synthetic-palpation"), {});
+  };
+  const auto before = snapshots();
   desktop_->key("s");
-  EXPECT_TRUE(exists(home() / "palpate" / "synthetic-palpation" / "palpate-0002.csv"));
+  EXPECT_TRUE(wait_for([&] { return snapshots() > before; }));
   const Ended done = quit();
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_TRUE(contains(done.err, "opened anew, the run goes on")) << done.err;
@@ -157,7 +161,10 @@ TEST_F(WindowTest, ZeroMarkAndRecordAreWrittenWhereTheyBelong) {
       if (entry.path().filename().string().rfind("session-", 0) == 0) session = entry.path();
     return !session.empty();
   }));
-  std::this_thread::sleep_for(std::chrono::seconds(1));
+  ASSERT_TRUE(wait_for([&] {  // two frames at least
+    const std::string rows = slurp(session / "frames.csv");
+    return std::count(rows.begin(), rows.end(), '\n') > 2;
+  }));
   const auto logged = [&](const std::string& event) {
     return wait_for([&] { return contains(slurp(session / "events.csv"), event); });
   };
@@ -195,7 +202,7 @@ TEST_F(WindowTest, AVideoWithoutASensorIsPlayed) {
       out.write(picture);
     }
   }
-  open({"replay", film, "--speed", "4"});
+  open({"replay", film, "--speed", "0.02"});  // it does not end before it is held
   ASSERT_TRUE(titled("palpate: "));
   desktop_->key("space");
   const fs::path place = home() / "palpate" / (folder_.filename().string() + "-press.avi");
@@ -215,13 +222,21 @@ TEST_F(WindowTest, AVideoWithoutASensorIsPlayed) {
     return std::stoi(Table(rows).at(static_cast<size_t>(marks) - 1, "frame"));
   };
   ASSERT_TRUE(drawn(place));
+  // The frame is there when it has been sought and measured: marks until then.
+  const auto comes_to = [&](int least, int most) {
+    int at = mark();
+    for (int i = 0; i < 100 && (at < least || at > most); ++i) at = mark();
+    EXPECT_GE(at, least);
+    EXPECT_LE(at, most);
+    return at;
+  };
   desktop_->click(static_cast<int>((left + right) / 2), layout.charts.y + 20);
-  const int middle = mark();
-  EXPECT_NEAR(middle, 50, 1);
+  const int middle = comes_to(49, 51);
   desktop_->key("comma comma");
-  EXPECT_EQ(mark(), middle - 2);
+  comes_to(middle - 2, middle - 2);
+  EXPECT_EQ(mark(), middle - 2) << "it stays";
   desktop_->key("Home");
-  EXPECT_EQ(mark(), 0);
+  comes_to(0, 0);
   const Ended done = quit();
   EXPECT_EQ(done.exit_code, 0) << done.err;
 }
@@ -236,11 +251,11 @@ TEST_F(WindowTest, AReplayedFrameIsShownAsStored) {
   ASSERT_TRUE(titled("palpate: "));
   // On a slow machine keys wait for the first pictures: until a snapshot shows the last frame, at rest.
   std::string stem, frame;
-  for (int attempt = 1; attempt <= 8 && (frame != "79" || attempt <= 2); ++attempt) {
+  for (int attempt = 1; attempt <= 99 && (frame != "79" || attempt <= 2); ++attempt) {
     desktop_->key("End");
     std::this_thread::sleep_for(std::chrono::seconds(1));
     desktop_->key("s");
-    stem = (folder_ / "out" / ("palpate-000" + std::to_string(attempt))).string();
+    stem = (folder_ / "out" / text("palpate-%04d", attempt)).string();
     ASSERT_TRUE(exists(stem + ".csv"));
     frame = Table(slurp(stem + ".csv")).at(0, "frame");
   }
