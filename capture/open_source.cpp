@@ -136,6 +136,10 @@ Frame load_background(const std::string& input, const Sensor& sensor, Source& so
   return background;
 }
 
+bool separate_presses(const Source& source, bool one_sequence, double rate_Hz) {
+  return !one_sequence && source.pictures() && rate_Hz <= 0;
+}
+
 BackgroundOrigin background_origin(const Sensor& sensor, const Source& source) {
   if (sensor.background.kind == BackgroundKind::None) return BackgroundOrigin::None;
   if (!sensor.background.image.empty()) return BackgroundOrigin::File;

@@ -21,6 +21,11 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
 /// camera cannot be, and gives its own next frames. Black where the sensor has none.
 Frame load_background(const std::string& input, const Sensor& sensor, Source& source);
 
+/// Whether the frames of `source` are separate presses: pictures without a rate (a folder of images, one
+/// image), unless the caller says that they are `one_sequence` in their order, or at which rate they were
+/// taken (`rate_Hz` above 0).
+bool separate_presses(const Source& source, bool one_sequence, double rate_Hz = 0);
+
 /// Where load_background() takes the untouched image from.
 enum class BackgroundOrigin {
   None,         ///< nothing is subtracted

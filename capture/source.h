@@ -34,6 +34,8 @@ class Source {
   virtual FrameFormat format() const = 0;
   /// Nominal rate; 0 where a source has none (a folder of images).
   virtual double rate_Hz() const = 0;
+  /// Whether frames are pictures that need not follow each other: without a rate, and not live.
+  virtual bool pictures() const { return !live() && rate_Hz() <= 0; }
   /// Number of frames, where known in advance.
   virtual std::optional<uint64_t> frame_count() const = 0;
   /// Fills `frame` (reusing its memory) and returns true, or returns false after the last frame.

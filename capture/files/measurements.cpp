@@ -44,10 +44,10 @@ constexpr Column kMeasured[] = {{"contact", Group::Touching},
                                 {"shear_y_N", Group::Shear},
                                 {"shear_y_sd_N", Group::Shear},
                                 {"shear_state", Group::Shear},
-                                {"shift_x_mm", Group::Millimetres},
-                                {"shift_x_px", Group::Pixels},
-                                {"shift_y_mm", Group::Millimetres},
-                                {"shift_y_px", Group::Pixels},
+                                {"shift_x_mm", Group::ShiftMillimetres},
+                                {"shift_x_px", Group::ShiftPixels},
+                                {"shift_y_mm", Group::ShiftMillimetres},
+                                {"shift_y_px", Group::ShiftPixels},
                                 {"slip", Group::Slipping},
                                 {"depth_max_mm", Group::Depth},
                                 {"depth_sd_mm", Group::DepthError},
@@ -62,6 +62,7 @@ constexpr Column kMeasured[] = {{"contact", Group::Touching},
                                 {"clipped_px", Group::Depth},
                                 {"contacts", Group::Contacts},
                                 {"volume_mm3", Group::Depth},
+                                {"dented_mm2", Group::Dented},
                                 {"skin_points", Group::Skin},
                                 {"skin_lost", Group::Skin},
                                 {"skin_shift_x_mm", Group::Skin},
@@ -264,6 +265,7 @@ void add_measured(Row& row, const Touch& touch, bool touching) {
   row.whole_if(touch.surface.has_value(), surface.clipped_px);
   row.whole_if(counted(touch), touch.contacts.size());
   row.number_if(touch.surface.has_value(), surface.volume_mm3, kLengthPlaces);
+  row.number_if(surface.dented_mm2.has_value(), surface.dented_mm2.value_or(0), kLengthPlaces);
   add_skin(row, touch);
   row.number_if(touch.gradient_sum.has_value(), touch.gradient_sum.value_or(0), kSumPlaces);
   row.text(touch.light ? to_string(touch.light->state) : "");
@@ -333,20 +335,22 @@ bool has_value(const Estimate& estimate) {
   return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
 }
 
-MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs) {
+MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs, bool separate) {
   MeasuredColumns columns{Frame | Time};
   const auto add = [&columns](bool there, uint32_t groups) { columns.groups |= there ? groups : 0; };
   const bool touching = wants(outputs, Output::Force), surface = wants(outputs, Output::Surface);
-  const bool skin = follows_skin(sensor, wants(outputs, Output::Skin), touching);
+  const bool skin = !separate && follows_skin(sensor, wants(outputs, Output::Skin), touching);
   const bool confidence =
       wants(outputs, Output::Confidence) || (surface && (sensor.pad || sensor.shadow_gray));
   const bool gradient = sensor.force && sensor.force->signal == ForceSignal::Gradient;
   add(touching, Touching);
   add(touching, has_scale(sensor) ? Millimetres : Pixels);
   add(touching && sensor.force, Force);
-  add(touching && sensor.shear, Shear);
-  add(touching && (sensor.shear || skin), Slipping);
+  add(touching && !separate, has_scale(sensor) ? ShiftMillimetres : ShiftPixels);
+  add(touching && !separate && sensor.shear, Shear);
+  add(touching && !separate && (sensor.shear || skin), Slipping);
   add(surface, Depth);
+  add(surface && wants(outputs, Output::Contacts) && has_gel_contacts(sensor), Dented);
   add(surface && (sensor.reconstruction == Reconstruction::Elastic || sensor.lookup.depth_sd_mm > 0),
       DepthError);
   add(confidence, Confidence);
@@ -354,7 +358,7 @@ MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs) {
   add(wants(outputs, Output::Contacts), Contacts);
   add(skin, Skin);
   add(wants(outputs, Output::Gradient) || (touching && gradient), Gradient);
-  add(has_gel_contacts(sensor), Light);
+  add(follows_light(sensor), Light);
   add(wants(outputs, Output::Traction), Traction);
   return columns;
 }

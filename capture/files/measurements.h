@@ -35,15 +35,19 @@ struct MeasuredColumns {
     Gradient = 1 << 15,
     Light = 1 << 16,
     Traction = 1 << 17,
-    Truth = 1 << 18,
+    ShiftMillimetres = 1 << 18,  ///< since a contact's onset: not of separate pictures
+    ShiftPixels = 1 << 19,       ///< the same, where no scale is known
+    Dented = 1 << 20,
+    Truth = 1 << 21,
   };
   /// All that a sensor with a scale could fill, without truth and source.
-  static constexpr uint32_t kAll = (Truth - 1) & ~uint32_t{Source} & ~uint32_t{Pixels};
+  static constexpr uint32_t kAll =
+      (Truth - 1) & ~uint32_t{Source} & ~uint32_t{Pixels} & ~uint32_t{ShiftPixels};
 
   uint32_t groups = kAll;
 
-  /// `outputs`: as in PipelineOptions. Time is there, Source and Truth are not.
-  static MeasuredColumns of(const Sensor& sensor, uint32_t outputs);
+  /// `outputs` and `separate`: as in PipelineOptions. Time is there, Source and Truth are not.
+  static MeasuredColumns of(const Sensor& sensor, uint32_t outputs, bool separate = false);
   MeasuredColumns with(Group group, bool there) const {
     return {there ? groups | group : groups & ~uint32_t{group}};
   }

@@ -56,7 +56,7 @@ class Recorder {
   /// `session`: to compare with what it recorded, or null.
   Recorder(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request, const Source& source,
            const Session* session, const Pipeline& pipeline, const std::filesystem::path& out,
-           const Frame& background, ProcessSummary& summary)
+           const Frame& background, bool separate, ProcessSummary& summary)
       : sensor_(sensor),
         request_(request),
         source_(source),
@@ -66,8 +66,9 @@ class Recorder {
         summary_(summary),
         has_truth_(source.truth(0).has_value()),
         has_names_(!source.frame_name(0).empty()),
-        rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz) {
-    columns_ = MeasuredColumns::of(sensor, request.outputs)
+        rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz),
+        touches_(separate) {
+    columns_ = MeasuredColumns::of(sensor, request.outputs, separate)
                    .with(MeasuredColumns::Time, rate_Hz_ > 0)
                    .with(MeasuredColumns::Source, has_names_)
                    .with(MeasuredColumns::Truth, has_truth_);
@@ -92,7 +93,7 @@ class Recorder {
       const double rate_Hz = rate_Hz_ > 0
                                  ? rate_Hz_ / static_cast<double>(request.picture_every * request.range.step)
                                  : kStillsRate_Hz;
-      pictures_ = request.draw(context, {sensor, background, out / "recording.mp4", rate_Hz});
+      pictures_ = request.draw(context, {sensor, background, out / "recording.mp4", rate_Hz, separate});
     }
   }
 
@@ -204,17 +205,14 @@ class Recorder {
       summary_.contact_ids = static_cast<uint32_t>(ids_.size());
       summary_.slip_frames += touch.slip == Slip::Slip;
       ++summary_.force_states[to_string(touch.force_N.validity)];
-      if (has_value(touch.force_N)) {
-        summary_.largest_force_N =
-            std::max(summary_.largest_force_N.value_or(touch.force_N.value), touch.force_N.value);
-      }
+      if (has_value(touch.force_N)) summary_.force_N.add(touch.force_N);
     }
     if (touch.surface) {
       summary_.clipped_frames += touch.surface->validity == Validity::Clipped;
       summary_.weighted_frames += touch.surface->weighted.has_value();
       summary_.island_frames += touch.surface->validity == Validity::Apart;
-      summary_.largest_depth_mm = std::max(summary_.largest_depth_mm.value_or(touch.surface->depth_max_mm),
-                                           touch.surface->depth_max_mm);
+      summary_.depth_mm.add(
+          {touch.surface->depth_max_mm, touch.surface->depth_sd_mm, touch.surface->validity});
     }
   }
 
@@ -258,11 +256,13 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
+  const bool separate = separate_presses(*source, request.one_sequence, request.rate_Hz);
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
                     {.outputs = request.outputs,
                      .solver = request.solver,
                      .skip_untouched = request.skip_untouched,
-                     .fixed_light = request.fixed_light});
+                     .fixed_light = request.fixed_light,
+                     .separate = separate});
   pipeline.set_background(background);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
 
@@ -273,18 +273,20 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   ProcessSummary summary;
   summary.solver = pipeline.solver();
+  summary.separate = separate;
   summary.untouched = background_origin(sensor, *source);
   std::optional<RestCheck> rest_check;
   if (summary.untouched == BackgroundOrigin::File || summary.untouched == BackgroundOrigin::FirstFrames)
     rest_check.emplace(background, sensor);
-  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, summary);
+  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, separate,
+                    summary);
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
   if (!request.images.empty()) write_image_setting(sensor, background, out);
   // Depth is each frame's own but beside contacts of a gel; what is followed from frame to frame is so from
   // the first one on.
-  const bool followed = request.rows || request.on_row || request.pictures || request.video ||
-                        (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor));
+  const bool followed = !separate && (request.rows || request.on_row || request.pictures || request.video ||
+                                      (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
   if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
 
   const int64_t start_ns = monotonic_ns();
@@ -333,6 +335,22 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   return summary;
 }
 
+namespace {
+
+/// "largest_force_N", its error and its state; of a doubtful one the largest valid one as well.
+void add_largest(json::Value& value, const std::string& quantity, const std::string& unit,
+                 const Largest& largest) {
+  if (!largest.any()) return;
+  value["largest_" + quantity + "_" + unit] = largest.any()->value;
+  if (largest.any()->standard_error > 0)
+    value["largest_" + quantity + "_sd_" + unit] = largest.any()->standard_error;
+  value["largest_" + quantity + "_state"] = to_string(largest.any()->validity);
+  if (const std::optional<Estimate> valid = largest.valid())
+    value["largest_valid_" + quantity + "_" + unit] = valid->value;
+}
+
+}  // namespace
+
 std::string to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
                     const gpu::Context& context) {
   json::Value value = {{"input", request.input},
@@ -357,10 +375,11 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["saturated_frames"] = s.saturated_frames;
     value["force_states"] = s.force_states;
   }
-  if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
+  if (s.separate) value["separate_pictures"] = true;
+  add_largest(value, "force", "N", s.force_N);
   if (!s.presses.empty()) value["presses"] = json::parse(to_json(s.presses));
-  if (s.largest_depth_mm) {
-    value["largest_depth_mm"] = *s.largest_depth_mm;
+  if (s.depth_mm.any()) {
+    add_largest(value, "depth", "mm", s.depth_mm);
     value["clipped_frames"] = s.clipped_frames;
   }
   if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {

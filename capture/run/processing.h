@@ -17,6 +17,7 @@
 #include "capture/files/traction_files.h"
 #include "capture/open_source.h"
 #include "capture/run/comparison.h"
+#include "capture/run/largest.h"
 #include "capture/run/run_watch.h"
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
@@ -31,6 +32,7 @@ struct PictureSetting {
   const Frame& background;     ///< the untouched image
   std::filesystem::path film;  ///< file of the film, made with its first picture
   double film_rate_Hz = 30;
+  bool separate = false;  ///< pictures of separate presses: nothing to draw over time
 };
 
 /// Draws the frames of a recording, in order.
@@ -66,8 +68,11 @@ struct ProcessRequest {
       on_row;  ///< receives each frame as json_line writes it; may be null
   /// Receives each frame of the range while its maps can be read; may be null.
   std::function<void(const Pipeline&, const Result&, const Frame&)> on_result;
-  std::string images;   ///< ".png" or ".tif": the frames themselves too; empty: not
-  double rate_Hz = 0;   ///< of inputs without one (images); 0: their times stay unknown
+  std::string images;  ///< ".png" or ".tif": the frames themselves too; empty: not
+  double rate_Hz = 0;  ///< of inputs without one (images); 0: their times stay unknown
+  /// Pictures without a rate, where rate_Hz is 0, follow each other; otherwise each is a press of its own,
+  /// and what only a sequence shows (shift, shear, slip, the skin's motion) is not measured.
+  bool one_sequence = false;
   uint64_t frames = 0;  ///< at most that many; 0: all
   /// Frames that are counted and written; those before are measured only where shear, slip and shift need it.
   FrameRange range;
@@ -95,8 +100,8 @@ struct ProcessSummary {
   uint64_t saturated_frames = 0;  ///< with at least one saturated pixel
   uint64_t slip_frames = 0;
   std::map<std::string, uint64_t> force_states;  ///< frames in each state of the force
-  std::optional<double> largest_force_N;
-  std::optional<double> largest_depth_mm;
+  bool separate = false;  ///< each frame was a press of its own: touches are pictures that are touched
+  Largest force_N, depth_mm;
   uint64_t depth_clipped_px = 0;
   uint64_t clipped_frames = 0;        ///< whose depth is too small because slopes were clipped
   uint64_t weighted_frames = 0;       ///< whose surface was solved with unknown pixels left out

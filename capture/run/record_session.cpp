@@ -23,18 +23,20 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
   info.skip_untouched = pipeline.skip_untouched;
   info.warm_start = pipeline.warm_start;
   info.fixed_light = pipeline.fixed_light;
+  info.separate = pipeline.separate;
   info.program_version = PALPATE_VERSION_TEXT;
   info.device = context.report().name;
   info.details = source.details();
   return info;
 }
 
-SessionStatus record_session(gpu::Context& context, const MeasuredInput& input,
-                             const PipelineOptions& options, uint64_t frames,
-                             const std::filesystem::path& folder, const RunWatch& watch) {
+SessionStatus record_session(gpu::Context& context, const MeasuredInput& input, PipelineOptions options,
+                             bool one_sequence, uint64_t frames, const std::filesystem::path& folder,
+                             const RunWatch& watch) {
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
+  options.separate = separate_presses(*source, one_sequence);
   Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(), options);
   pipeline.set_background(background);
   SessionOptions session;

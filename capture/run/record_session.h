@@ -15,11 +15,12 @@ namespace palpate {
 SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,
                          const PipelineOptions& pipeline, const gpu::Context& context);
 
-/// Measures and records each frame, `frames` of them at most (0: all). A recording or a scene waits for the
+/// Measures and records each frame, `frames` of them at most (0: all). Pictures without a rate are separate
+/// presses unless they are `one_sequence`. A recording or a scene waits for the
 /// file; of a camera a frame that does not fit in time is dropped and counted. Throws Error(Failure::Output)
 /// where the folder holds a session already, or the recording fails.
-SessionStatus record_session(gpu::Context& context, const MeasuredInput& input,
-                             const PipelineOptions& options, uint64_t frames,
-                             const std::filesystem::path& folder, const RunWatch& watch);
+SessionStatus record_session(gpu::Context& context, const MeasuredInput& input, PipelineOptions options,
+                             bool one_sequence, uint64_t frames, const std::filesystem::path& folder,
+                             const RunWatch& watch);
 
 }  // namespace palpate

@@ -64,7 +64,7 @@ void TouchTable::add(const Touch& touch, const std::string& source) {
     return;
   }
   const double time_s = 1e-9 * static_cast<double>(touch.time_ns);
-  if (!touching_) {
+  if (!touching_ || separate_) {
     spans_.push_back({.first_frame = touch.sequence, .from_s = time_s});
     peak_ = -std::numeric_limits<double>::infinity();
   }

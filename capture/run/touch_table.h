@@ -27,9 +27,11 @@ struct TouchSpan {
   uint64_t slip_frames = 0, saturated_frames = 0;
 };
 
-/// Collects the spans from frames in order.
+/// Collects the spans from frames in order; of separate pictures each one that is touched is a span.
 class TouchTable {
  public:
+  /// `separate`: each frame is a press of its own.
+  explicit TouchTable(bool separate = false) : separate_(separate) {}
   void add(const Touch& touch, const std::string& source);
   const std::vector<TouchSpan>& spans() const { return spans_; }
 
@@ -37,6 +39,7 @@ class TouchTable {
   std::string csv(MeasuredColumns columns) const;
 
  private:
+  bool separate_;
   std::vector<TouchSpan> spans_;
   double peak_ = 0;
   bool touching_ = false;

@@ -16,6 +16,7 @@ class MeasuredFrames : public Source {
   explicit MeasuredFrames(Session& session) : session_(session) {}
   FrameFormat format() const override { return session_.format(); }
   double rate_Hz() const override { return session_.rate_Hz(); }
+  bool pictures() const override { return session_.pictures(); }
   std::optional<uint64_t> frame_count() const override { return session_.measured_sequences().size(); }
   bool next(Frame& frame) override;
   std::string warning() const override { return session_.warning(); }

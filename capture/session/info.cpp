@@ -145,7 +145,8 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
         {"solver", solver},
         {"skip_untouched", info.skip_untouched},
         {"warm_start", info.warm_start},
-        {"fixed_background", info.fixed_light}}},
+        {"fixed_background", info.fixed_light},
+        {"separate_pictures", info.separate}}},
       {"program_version", info.program_version},
       {"device", info.device},
       {"details", details},
@@ -185,6 +186,7 @@ SessionText session_from_text(const std::string& text, const std::string& where)
   read.info.warm_start = measured.truth("warm_start");
   // Sessions of before it was followed do not say so.
   read.info.fixed_light = !measured.has("fixed_background") || measured.truth("fixed_background");
+  read.info.separate = measured.has("separate_pictures") && measured.truth("separate_pictures");
   if (!top.at("details").is_array()) fail(top.path("details"), "a list", shown(top.at("details")));
   for (const Json& detail : top.at("details")) {
     if (!detail.is_array() || detail.size() != 2) fail(top.path("details"), "pairs of texts", shown(detail));

@@ -239,6 +239,9 @@ std::vector<double> Session::uneven_times_s() const {
   return impl_->times_ns.size() == impl_->frames ? uneven_times(impl_->times_ns, rate_Hz())
                                                  : std::vector<double>{};
 }
+bool Session::pictures() const {
+  return impl_->text.info.separate;
+}
 std::optional<uint64_t> Session::frame_count() const {
   return impl_->frames;
 }

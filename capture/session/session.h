@@ -30,6 +30,7 @@ struct SessionInfo {
   bool skip_untouched = false;
   bool warm_start = false;
   bool fixed_light = false;
+  bool separate = false;  ///< frames were pictures of separate presses, as in PipelineOptions
   std::string program_version;
   std::string device;                                        ///< that measured
   std::vector<std::pair<std::string, std::string>> details;  ///< of the camera: name and value, for people
@@ -114,6 +115,7 @@ class Session : public Source {
   FrameFormat format() const override;
   double rate_Hz() const override;
   std::vector<double> uneven_times_s() const override;
+  bool pictures() const override;  ///< as it was recorded
   std::optional<uint64_t> frame_count() const override;
   bool next(Frame& frame) override;
   /// Missing parts of a session that was cut short; also before `next` has returned false.

@@ -107,6 +107,10 @@ void GelContacts::set_background(const Frame& background) {
         rest_gray_[colour][cell] = static_cast<float>(sum) / pixels_[cell];
       }
   find_unsteady(background);
+  restart();
+}
+
+void GelContacts::restart() {
   noise_.assign(noise_.size(), kNoise_gray2);
   before_.assign(before_.size(), 0);
   for (Pieces* pieces : {&by_depth_, &by_structure_})

@@ -47,6 +47,8 @@ class GelContacts {
   GelContacts(const Sensor& sensor, const FrameFormat& format);
 
   void set_background(const Frame& background);
+  /// Forgets the frames so far: the next is as the first one after the untouched image.
+  void restart();
 
   /// One frame's contacts, frames in order: `cells` row by row. Others' sums of its gray, `gray`, are given
   /// to the contact that each lies in; what lies in none is left out. Fills `found` with shapes only.

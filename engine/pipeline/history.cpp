@@ -1,19 +1,66 @@
 #include "engine/pipeline/history.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace palpate {
 
-TouchHistory::TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts)
-    : sensor_(sensor), skin_(sensor.pitch_mm_per_px), shear_(sensor.pitch_mm_per_px) {
+namespace {
+
+template <typename Shape>
+void forget_motion(Shape& shape) {
+  shape.shift_x_mm = shape.shift_y_mm = shape.shift_x_px = shape.shift_y_px = 0;
+  shape.shear_x_N = shape.shear_y_N = {0, 0, Validity::NotFollowed};
+  shape.slip = Slip::NotCalibrated;
+}
+
+// Numbers that are there; a calibration that is not fit for use stays the graver doubt.
+void doubt(Estimate& estimate) {
+  constexpr Validity kStays[] = {Validity::NotCalibrated, Validity::NoContact, Validity::NotFollowed,
+                                 Validity::Unfit};
+  if (std::ranges::find(kStays, estimate.validity) == std::end(kStays))
+    estimate.validity = Validity::LightUnknown;
+}
+
+template <typename Shape>
+void doubt_forces(Shape& shape) {
+  for (Estimate* force : {&shape.force_N, &shape.shear_x_N, &shape.shear_y_N}) doubt(*force);
+}
+
+}  // namespace
+
+void doubt_light(Touch& touch) {
+  doubt_forces(touch);
+  for (ContactTouch& contact : touch.contacts) doubt_forces(contact);
+  if (touch.surface) touch.surface->validity = Validity::LightUnknown;
+  if (!touch.traction) return;
+  TractionSummary& t = *touch.traction;
+  for (Estimate* one :
+       {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm})
+    doubt(*one);
+}
+
+TouchHistory::TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts, bool separate)
+    : sensor_(sensor), separate_(separate), skin_(sensor.pitch_mm_per_px), shear_(sensor.pitch_mm_per_px) {
   if (contacts) contacts_.emplace(sensor, format);
 }
 
 // Shear needs the force and the skin's motion, and the contacts' sums replace those of the whole touch.
 void TouchHistory::follow(Touch& touch, bool after_gap, std::span<const float> skin_sd_px) {
+  if (separate_) return measure_alone(touch);
   if (after_gap) interrupt();
   if (sensor_.force) touch.force_N = force_.update(*sensor_.force, force_features(touch));
   if (touch.skin) follow_skin(touch, skin_sd_px);
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, touch);
   if (contacts_) contacts_->update(touch, skin_sd_px);
+}
+
+void TouchHistory::measure_alone(Touch& touch) {
+  interrupt();
+  if (sensor_.force) touch.force_N = force_.update(*sensor_.force, force_features(touch));
+  if (contacts_) contacts_->update(touch);
+  forget_motion(touch);
+  for (ContactTouch& contact : touch.contacts) forget_motion(contact);
 }
 
 void TouchHistory::interrupt() {

@@ -14,10 +14,15 @@
 
 namespace palpate {
 
+/// States of a touch whose light is not known: depth, forces and wrench are changes of light as likely as of
+/// the pad, and say so.
+void doubt_light(Touch& touch);
+
 class TouchHistory {
  public:
-  /// `contacts`: they are told apart. `sensor` lives longer than this.
-  TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts);
+  /// `contacts`: they are told apart. `separate`: as PipelineOptions::separate. `sensor` lives longer than
+  /// this.
+  TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts, bool separate = false);
 
   /// Frames in order, as Frames::measure leaves them. `after_gap`: the frames before are not the predecessors
   /// of this one. `skin_sd_px`: standard error of each of Touch::skin_points.
@@ -25,9 +30,11 @@ class TouchHistory {
 
  private:
   void interrupt();
+  void measure_alone(Touch& touch);
   void follow_skin(Touch& touch, std::span<const float> skin_sd_px);
 
   const Sensor& sensor_;
+  bool separate_;
   ForceHistory force_;
   SkinTracker skin_;
   ShearTracker shear_;

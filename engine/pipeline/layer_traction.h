@@ -31,11 +31,12 @@ class LayerTraction {
   /// which stay in the slot. `skin_sd_px`: standard error of each of touch.skin_points.
   TractionMaps measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px);
 
+  /// The next frame does not start from this one's solution.
+  void forget();
   uint64_t memory_bytes() const;
   static uint64_t memory_bytes(const FrameSlot& slot);
 
  private:
-  void forget();
   TractionReading press_on_device(FrameSlot& slot);
   void find_contact(const Touch& touch);
   void read_pressures(FrameSlot& slot);

@@ -91,11 +91,11 @@ struct Pipeline::Impl {
         plan(plan_for(context, sensor, format, options)),
         frames(make_frames(context, sensor, format, plan,
                            options.tuning ? *options.tuning : load_tuning(context).tuning)),
-        history(sensor, format, plan.regions),
+        history(sensor, format, plan.regions, plan.separate),
         ready(!plan.background),
         slots(plan.slots) {
     if (plan.specks) specks.emplace(format, dead_gray(sensor));
-    if (plan.steady_light) light.emplace(format, sensor.saturation_gray);
+    if (plan.steady_light) light.emplace(format, sensor.saturation_gray, plan.separate);
     in_flight.reserve(plan.slots);
     for (Slot& slot : slots) slot.hold->contacts.reserve(plan.regions ? ContactTracker::kMostContacts : 0);
   }
@@ -115,6 +115,7 @@ struct Pipeline::Impl {
     touch.light = slot.light;
     const FrameMeasurement measured = frames->measure(index, touch);
     history.follow(touch, slot.after_gap, measured.skin_sd_px);
+    if (touch.light && touch.light->state == LightState::Unknown) doubt_light(touch);
     result.surface = measured.surface;
     result.traction = measured.traction;
     if (specks && result.surface.confidence.empty() && specks->confidence()) {

@@ -78,7 +78,8 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.gel_contacts = needs_gel_contacts(sensor, options.outputs);
   plan.steady_light = has_gel_contacts(sensor) && !options.fixed_light;
   plan.gradient = needs_gradient(sensor, options.outputs);
-  plan.skin = needs_skin(sensor, options.outputs);
+  plan.separate = options.separate;
+  plan.skin = !options.separate && needs_skin(sensor, options.outputs);
   plan.markers = needs_markers(sensor, format);
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
@@ -94,7 +95,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.weights = plan.surface == SurfaceKind::Gradient && plan.confidence;
   plan.solver = options.solver;
   // A window's frames do not follow each other: it moves in between.
-  plan.warm_start = options.warm_start && !plan.windowed;
+  plan.warm_start = options.warm_start && !plan.windowed && !options.separate;
   plan.upload = options.upload;
   plan.slots = std::max(options.slots, 1u);
   return plan;

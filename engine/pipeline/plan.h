@@ -26,6 +26,7 @@ struct FramePlan {
   bool gel_contacts = false;  ///< by the change over its noise: colour gels
   bool specks = false;        ///< pixels that are saturated untouched are filled from around
   bool steady_light = false;  ///< changes of light are taken out
+  bool separate = false;      ///< nothing is followed from frame to frame
   bool gradient = false;
   bool skin = false;
   bool markers = false;  ///< printed ones are left out of colours, and filled

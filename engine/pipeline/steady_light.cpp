@@ -23,9 +23,10 @@ uint32_t places_along(uint32_t length, uint32_t side, uint32_t step) {
 
 }  // namespace
 
-SteadyLight::SteadyLight(const FrameFormat& format, uint32_t saturation_gray)
+SteadyLight::SteadyLight(const FrameFormat& format, uint32_t saturation_gray, bool separate)
     : format_(format),
       saturation_gray_(saturation_gray),
+      separate_(separate),
       most_gray_(static_cast<float>(std::min(saturation_gray, 256u) - 1)),
       step_(std::max(2 * kSide, static_cast<uint32_t>(
                                     std::sqrt(static_cast<double>(format.width) * format.height / kPlaces)))),
@@ -51,8 +52,10 @@ void SteadyLight::set_background(const Frame& background) {
 
 const Frame& SteadyLight::steady(const Frame& frame) {
   look_at(frame);
+  if (separate_) light_ = {};
   const bool known = find_light();
-  if (known) follow_drift();
+  if (!known && separate_) light_ = {};
+  if (known && !separate_) follow_drift();
   summary_.change_gray = largest_change();
   const bool changed = summary_.change_gray >= kLeast_gray;
   summary_.state = !known ? LightState::Unknown : changed ? LightState::Changed : LightState::Steady;

@@ -26,7 +26,9 @@ class SteadyLight {
   static constexpr uint32_t kMemory_frames = 32;   ///< of drift
 
   /// Frames of three colours and 8 bits. `saturation_gray`: of pixels, which stay what they are from it on.
-  SteadyLight(const FrameFormat& format, uint32_t saturation_gray);
+  /// `separate`: frames do not follow each other; one of unknown light is left as it is, and no drift is
+  /// learned.
+  SteadyLight(const FrameFormat& format, uint32_t saturation_gray, bool separate = false);
 
   void set_background(const Frame& background);
   /// The frame in the light of the background: `frame` itself where nothing has changed, else a copy that
@@ -51,6 +53,7 @@ class SteadyLight {
 
   FrameFormat format_;
   uint32_t saturation_gray_;
+  bool separate_;
   float most_gray_;  // that is not saturated
   uint32_t step_, places_x_, places_y_;
   LightEstimate estimate_;

@@ -34,6 +34,10 @@ const char* to_string(Validity validity) {
       return "too deep for linear theory";
     case Validity::NotConverged:
       return "not converged";
+    case Validity::LightUnknown:
+      return "light unknown";
+    case Validity::NotFollowed:
+      return "not followed";
   }
   return "?";
 }

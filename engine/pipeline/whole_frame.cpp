@@ -27,6 +27,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
     : context_(context),
       format_(format),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
+      separate_(plan.separate),
       place_{0, 0, format.width, format.height},
       contact_(context, sensor, format, plan.keep_filtered, tuning, plan.regions) {
   if (plan.background) background_.emplace(context, "background", format);
@@ -224,6 +225,7 @@ void WholeFrame::wait(uint32_t slot) {
 
 FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
   FrameSlot& slot = slots_[index];
+  if (separate_) forget();
   FrameMeasurement measured;
   measured.copies = slot.copies;
   if (confidence_) {
@@ -261,6 +263,12 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
   if (markers_) measure_markers(slot, touch);
   if (traction_) measured.traction = traction_->measure(slot, touch, measured.skin_sd_px);
   return measured;
+}
+
+// What contacts, noise and traction would start from.
+void WholeFrame::forget() {
+  if (gel_contacts_) gel_contacts_->restart();
+  if (traction_) traction_->forget();
 }
 
 void WholeFrame::measure_markers(const FrameSlot& slot, Touch& touch) const {

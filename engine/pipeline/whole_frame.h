@@ -55,12 +55,14 @@ class WholeFrame : public Frames {
   void measure_gel_contacts(const FrameSlot& slot, Touch& touch);
   void record_rest_correction(FrameSlot& slot);
   void set_whole(Touch& touch) const;
+  void forget();
   void measure_markers(const FrameSlot& slot, Touch& touch) const;
   void correct_rest(FrameSlot& slot, Touch& touch);
 
   gpu::Context& context_;
   FrameFormat format_;
   double pitch_mm_per_px_;
+  bool separate_;  ///< nothing is followed from frame to frame
   FramePlace place_;
   std::optional<PaddedImage> background_;  ///< where one is subtracted
   Contact contact_;

@@ -18,6 +18,12 @@ inline bool follows_skin(const Sensor& sensor, bool wants_skin, bool wants_force
          (wants_force && sensor.skin && sensor.shear && sensor.shear->signal == ShearSignal::Skin);
 }
 
+/// Whether changes of a gel's light are followed and taken out. Among printed markers, which move, they are
+/// not; there it is seen only where too little is as in the untouched image.
+inline bool follows_light(const Sensor& sensor) {
+  return has_gel_contacts(sensor) && !(sensor.skin && sensor.skin->kind == SkinKind::Markers);
+}
+
 /// Throws Error(Failure::Sensor), which says what would do. `outputs` is a sum of Output values.
 void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs);
 

@@ -356,7 +356,7 @@ TEST_F(Program, WithoutAScaleLengthsAreInPixelsAndOfOneContact) {
   const auto measure = [&](const std::string& name) {
     const Ended ended = run({"process", (rec / "frames").string(), "--sensor", (rec / name).string(),
                              "--background", (rec / "background.png").string(), "--outputs", "force,contacts",
-                             "--quiet", "--all-digits", "--out", (folder_ / "out").string()});
+                             "--sequence", "--quiet", "--all-digits", "--out", (folder_ / "out").string()});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     return std::pair(Table(slurp(folder_ / "out/measurements.csv")),
                      Table(slurp(folder_ / "out/contacts.csv")));

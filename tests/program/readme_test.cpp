@@ -63,8 +63,9 @@ TEST(Readme, WhatIsLinkedIsThere) {
 
 TEST(Readme, NamesEveryColumn) {
   const std::string text = readme("capture/README.md");
-  std::istringstream columns(Measurements::header(
-      MeasuredColumns{MeasuredColumns::kAll | MeasuredColumns::Source | MeasuredColumns::Pixels}));
+  std::istringstream columns(
+      Measurements::header(MeasuredColumns{MeasuredColumns::kAll | MeasuredColumns::Source |
+                                           MeasuredColumns::Pixels | MeasuredColumns::ShiftPixels}));
   for (std::string column; std::getline(columns, column, ',');) {
     EXPECT_NE(text.find("`" + column + "`"), std::string::npos) << column;
   }

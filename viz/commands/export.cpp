@@ -6,6 +6,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/option_groups/look_options.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
@@ -119,6 +120,7 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
                    "Session folder, video file, image file, folder of images, or synthetic:SCENE")
       ->required();
   command->add_option("--out", common.out, "Folder for the files")->required();
+  add_sequence(*command, request.one_sequence);
   command->add_flag("--csv", options->csv, "measurements.csv: one row a frame");
   command->add_flag("--npy", options->depth[DepthFormat::Npy], "depth/NNNNNN.npy: float32, mm");
   command->add_flag("--png16", options->depth[DepthFormat::Png16],

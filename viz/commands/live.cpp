@@ -11,6 +11,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/camera_options.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/live_run.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
@@ -29,6 +30,7 @@ struct Options {
   std::optional<SurfaceSolver> solver;
   bool skip_untouched = false;
   bool fixed_light = false;
+  bool one_sequence = false;
   bool record = false;
   SessionOptions session;
   BlockChoice block;
@@ -46,6 +48,7 @@ Report live(const Common& common, const Options& options) {
                          .solver = options.solver,
                          .skip_untouched = options.skip_untouched,
                          .fixed_light = options.fixed_light,
+                         .one_sequence = options.one_sequence,
                          .out = common.out,
                          .recordings = {},
                          .notes = {},
@@ -126,6 +129,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--rate", live_options.rate_Hz,
                    "Frames a second of a recording (default: its own times, 10 for images)")
       ->check(Check::positive());
+  add_sequence(*command, options->one_sequence);
   command->add_flag("--loop", live_options.loop, "Start a recording again at its end");
   command->add_flag("--close", live_options.close_at_end, "Close the window at the end of the recording");
   command

@@ -8,6 +8,7 @@
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/look_options.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
@@ -54,6 +55,7 @@ Report process(const Common& common, Options options) {
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;
     request.fixed_light = info.fixed_light;
+    request.one_sequence = request.one_sequence && !info.separate;
   }
   if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
   if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
@@ -146,6 +148,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command
       ->add_option("--rate", request.rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
+  add_sequence(*command, request.one_sequence);
   command->add_option("--frames", request.frames, "Stop after that many frames");
   add_common(
       *command, common,

@@ -10,6 +10,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/live/live.h"
@@ -26,6 +27,7 @@ struct Options {
   std::vector<Output> outputs;
   SurfaceSolver solver = SurfaceSolver::Live;
   bool fixed_light = false;
+  bool one_sequence = false;
   SessionOptions session;
   BlockChoice block;
   viz::LiveOptions live;
@@ -42,8 +44,10 @@ Report record(const Common& common, Options options) {
   const std::unique_ptr<PressMonitor> presses = monitor_presses(options.block, input, background);
   options.live.presses = presses.get();
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  PipelineOptions pipeline{
-      .outputs = input.outputs, .solver = options.solver, .fixed_light = options.fixed_light};
+  PipelineOptions pipeline{.outputs = input.outputs,
+                           .solver = options.solver,
+                           .fixed_light = options.fixed_light,
+                           .separate = separate_presses(*source, options.one_sequence, options.live.rate_Hz)};
   if (!options.outputs.empty()) {
     pipeline.outputs = 0;
     for (const Output output : options.outputs) pipeline.outputs |= static_cast<uint32_t>(output);
@@ -131,6 +135,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
                    "Play a recording at that many frames a second, as a camera would (default: as fast as "
                    "all of it can be measured and written)")
       ->check(Check::positive());
+  add_sequence(*command, options->one_sequence);
   command->add_flag("--no-drop", options->session.no_drop,
                     "Let frames wait for the recorder instead of dropping them from the recording");
   options->block.add_to(*command);

@@ -11,6 +11,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/live_run.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
@@ -25,6 +26,7 @@ struct Options {
   std::filesystem::path sensor;
   std::filesystem::path background;
   std::optional<SurfaceSolver> solver;
+  bool one_sequence = false;
   double from_s = 0;
   BlockChoice block;
   viz::LiveOptions live;
@@ -70,6 +72,7 @@ Report replay(const Common& common, const Options& options) {
   request.sensor = options.sensor;
   request.background = options.background;
   request.solver = options.solver;
+  request.one_sequence = options.one_sequence;
   request.block = options.block;
   request.live = options.live;
   OpenInput opened = open_input(common, request, interrupted);
@@ -121,6 +124,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--rate", options->live.rate_Hz,
                    "Frames a second (default: the recording's own times, 10 for images)")
       ->check(Check::positive());
+  add_sequence(*command, options->one_sequence);
   command->add_option("--from", options->from_s, "Start that many seconds into the recording")
       ->check(Check::non_negative());
   command->add_option("--frames", options->live.max_frames, "End after that many frames");

@@ -41,7 +41,7 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
       session_(session),
       latency_(latency),
       window_(window),
-      columns_(MeasuredColumns::of(what.sensor, what.outputs)),
+      columns_(MeasuredColumns::of(what.sensor, what.outputs, what.separate)),
       scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
              window_.handle(), window_.scale()),
       software_(context.is_software()),
@@ -54,7 +54,8 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
                        .frames = options.replay ? source->frame_count().value_or(0) : 0,
                        .rate_Hz = source->rate_Hz(),
                        .start_s = options.replay_start_s,
-                       .uneven_s = options.replay ? source->uneven_times_s() : std::vector<double>{}});
+                       .uneven_s = options.replay ? source->uneven_times_s() : std::vector<double>{},
+                       .separate = what.separate});
   for (const Event& event : options.known_events) scene_.mark(event);
   if (!options.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + options.notes.string();
   if (session.device_losses > 0) stats_.note = "the device was lost and opened anew: the terminal says more";

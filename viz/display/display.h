@@ -38,6 +38,7 @@ struct DisplayedSensor {
   const Sensor& sensor;
   const Frame& background;
   uint32_t outputs = 0;
+  bool separate = false;  ///< as PipelineOptions::separate
 };
 
 class Display {

@@ -34,6 +34,7 @@ struct PictureRenderer::Impl {
     state.sensor_panel = o.calibrations;
     state.skin_strain = o.skin_strain;
     if (o.section) state.line = *o.section;
+    if (o.separate) scene.set_timeline({.timed = false, .separate = true});
     if (o.colour_range > 0) {
       if (o.quantity == Quantity::Pressure) state.automatic_pressure = false;
       (o.quantity == Quantity::Pressure   ? state.range_MPa

@@ -32,6 +32,7 @@ struct PictureOptions {
   double colour_range = 0;              ///< MPa or strain with the last colour; 0: follows the touch, or 5 %
   SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image, where the skin is followed
   bool charts = true;
+  bool separate = false;  ///< frames are pictures of separate presses: without charts
   double chart_span_s = 10;
   std::optional<SectionLine> section;  ///< with its profile
   bool calibrations = false;           ///< the sensor's, as curves and words over the surface

@@ -8,7 +8,7 @@ namespace {
 class DrawnRecording : public RecordingPictures {
  public:
   DrawnRecording(gpu::Context& context, const PictureSetting& setting, const PictureOptions& look)
-      : setting_(setting), renderer_(context, setting.sensor, look, &setting.background) {}
+      : setting_(setting), renderer_(context, setting.sensor, look_of(setting, look), &setting.background) {}
 
   void follow(const Touch& touch) override { renderer_.follow(touch); }
 
@@ -26,6 +26,11 @@ class DrawnRecording : public RecordingPictures {
   }
 
  private:
+  static PictureOptions look_of(const PictureSetting& setting, PictureOptions look) {
+    look.separate = setting.separate;
+    return look;
+  }
+
   PictureSetting setting_;
   PictureRenderer renderer_;
   std::optional<Film> film_;

@@ -46,7 +46,7 @@ LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<S
   // Current picture, pictures in flight, mailbox, engine.
   pipeline_options.slots =
       std::max(pipeline_options.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
-  const DisplayedSensor what{sensor, background, pipeline_options.outputs};
+  const DisplayedSensor what{sensor, background, pipeline_options.outputs, pipeline_options.separate};
   return run_session(context, open, sensor, background, pipeline_options, options,
                      [&](LiveSession& session, LatencyLog& latency) {
                        return std::make_unique<WindowViewer>(context, what, options, session, latency);

@@ -64,9 +64,9 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   fit_text();
   const float scale = frame_->scale();
-  layout_ = make_layout(
-      extent, scale, format, has_surface,
-      {state_.charts, state_.section, dock_width(state_, frame_->has_window()), live && live->player});
+  layout_ = make_layout(extent, scale, format, has_surface,
+                        {state_.charts && !hud_.timeline().separate, state_.section,
+                         dock_width(state_, frame_->has_window()), live && live->player});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.traction) : loads_.update(shown.frame, background_, sensor_);
@@ -103,6 +103,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   content.traction = shown.traction;
+  content.separate = hud_.timeline().separate;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
   const auto describe = [&] {

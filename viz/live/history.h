@@ -40,6 +40,7 @@ struct Timeline {
   double start_s = 0;   ///< time of its first frame, where timed
   /// Of such a recording the times of all frames since the first, s, rising; empty: they come evenly.
   std::vector<double> uneven_s = {};
+  bool separate = false;  ///< pictures of separate presses: nothing follows, and nothing is drawn over time
 
   bool whole() const { return frames > 0; }
   /// Of the first frame, on the axis.

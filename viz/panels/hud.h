@@ -23,6 +23,7 @@ class Hud {
   void mark(const Event& event) { history_.mark(event); }
   /// The axis of the charts; what was remembered is forgotten.
   void set_timeline(const Timeline& timeline) { history_ = History(timeline); }
+  const Timeline& timeline() const { return history_.timeline(); }
   /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (the user moved a
   /// slider). `eye`: null without a surface; `profile`: null without a section.
   void describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,

@@ -122,6 +122,7 @@ void shape_rows(const Touch& t, bool scaled, const HudContent& content, bool pix
                       ? text("%+.2f, %+.2f mm", (t.centroid_x_px - 0.5 * (f.width - 1)) * pitch,
                              (t.centroid_y_px - 0.5 * (f.height - 1)) * pitch)
                       : text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px));
+  if (content.separate) return;
   row("moved", !t.contact ? "-"
                : scaled   ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm)
                           : text("%+.1f, %+.1f px", t.shift_x_px, t.shift_y_px));
@@ -276,11 +277,11 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
     if (t.traction) traction_rows(*t.traction);
-    if (content.sensor.shear) {
+    if (content.sensor.shear && !content.separate) {
       row("shear x", newtons_text(t.shear_x_N));
       row("shear y", newtons_text(t.shear_y_N));
     }
-    if (content.sensor.shear || t.skin) {
+    if ((content.sensor.shear || t.skin) && !content.separate) {
       const ImVec4 slip_tint = colour(slip_verdict(t.slip));
       row("stick or slip", t.slip == Slip::NoContact ? "-" : slip_verdict(t.slip).words, &slip_tint);
     }

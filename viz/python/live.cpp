@@ -85,13 +85,14 @@ class PyStream {
 };
 
 std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& solver, bool drop,
-                                      bool fixed_light, std::optional<double> rate_Hz, double patience_s,
-                                      const std::string& device, bool keep_depth, bool keep_image,
-                                      bool keep_confidence, bool keep_traction) {
+                                      bool fixed_light, bool one_sequence, std::optional<double> rate_Hz,
+                                      double patience_s, const std::string& device, bool keep_depth,
+                                      bool keep_image, bool keep_confidence, bool keep_traction) {
   StreamRequest request;
   request.solver = solver_of(solver);
   request.drop = drop;
   request.fixed_light = fixed_light;
+  request.one_sequence = one_sequence;
   request.rate_Hz = rate_Hz.value_or(0);
   request.patience_s = patience_s;
   std::shared_ptr<Stream> stream = run_apart([input, request, device](const std::atomic<bool>& stop) mutable {
@@ -123,8 +124,8 @@ void bind_live(py::module_& module) {
            }),
            py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("outputs"), py::arg("seed"));
   module.def("open_stream", &open_stream, py::arg("input"), py::arg("solver"), py::arg("drop"),
-             py::arg("fixed_light"), py::arg("rate_Hz"), py::arg("patience_s"), py::arg("device"),
-             py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
+             py::arg("fixed_light"), py::arg("sequence"), py::arg("rate_Hz"), py::arg("patience_s"),
+             py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
              py::arg("keep_traction"));
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream>(module, "Stream")

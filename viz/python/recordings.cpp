@@ -78,14 +78,16 @@ void collect(const Kept& kept, const Pipeline& pipeline, const Result& result, c
 }
 
 py::dict measure(const InputRequest& request, const std::string& solver, double rate_Hz, uint64_t frames,
-                 bool fixed_light, const std::filesystem::path& out, const std::string& device,
-                 bool keep_depth, bool keep_image, bool keep_confidence, bool keep_traction) {
+                 bool fixed_light, bool one_sequence, const std::filesystem::path& out,
+                 const std::string& device, bool keep_depth, bool keep_image, bool keep_confidence,
+                 bool keep_traction) {
   const Kept kept{keep_depth, keep_image, keep_confidence, keep_traction};
   ProcessRequest process;
   process.solver = solver_of(solver);
   process.rate_Hz = rate_Hz;
   process.frames = frames;
   process.fixed_light = fixed_light;
+  process.one_sequence = one_sequence;
   process.rows = !out.empty();
   process.digits = Digits::All;
   const auto all = run_apart([=](const std::atomic<bool>& stop) mutable {
@@ -220,8 +222,8 @@ py::dict modulus(const std::optional<InputRequest>& recording, const std::filesy
 
 void bind_recordings(py::module_& module) {
   module.def("measure", &measure, py::arg("request"), py::arg("solver"), py::arg("rate_Hz"),
-             py::arg("frames"), py::arg("fixed_light"), py::arg("out"), py::arg("device"),
-             py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
+             py::arg("frames"), py::arg("fixed_light"), py::arg("sequence"), py::arg("out"),
+             py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
              py::arg("keep_traction"));
   module.def("modulus", &modulus, py::arg("recording"), py::arg("table"), py::arg("gauge"),
              py::arg("approach"), py::arg("stage_sd_mm"), py::arg("sample"), py::arg("poisson"),

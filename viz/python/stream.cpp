@@ -61,11 +61,13 @@ Stream::Stream(std::shared_ptr<gpu::Context> device, const StreamRequest& reques
   source_ = open_source(input.input, input.sensor);
   source_->watch([this] { return stopping_ || (opening_ && *opening_) || out_of_patience(); });
   background_ = load_background(input.input, input.sensor, *source_);
-  pipeline_ = std::make_shared<Pipeline>(*device_, for_rectified_frames(input.sensor), source_->format(),
-                                         PipelineOptions{.outputs = input.outputs,
-                                                         .solver = request_.solver,
-                                                         .slots = kSlots,
-                                                         .fixed_light = request_.fixed_light});
+  pipeline_ = std::make_shared<Pipeline>(
+      *device_, for_rectified_frames(input.sensor), source_->format(),
+      PipelineOptions{.outputs = input.outputs,
+                      .solver = request_.solver,
+                      .slots = kSlots,
+                      .fixed_light = request_.fixed_light,
+                      .separate = separate_presses(*source_, request_.one_sequence, request_.rate_Hz)});
   pipeline_->set_background(background_);
   opening_ = nullptr;
   has_truth_ = source_->truth(0).has_value();

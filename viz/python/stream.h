@@ -58,8 +58,9 @@ struct StreamRequest {
   MeasuredInput input;
   SurfaceSolver solver = SurfaceSolver::Live;
   bool fixed_light = false;
-  bool drop = true;    ///< the newest frame wins; recordings then come at their own pace
-  double rate_Hz = 0;  ///< of inputs without times
+  bool one_sequence = false;  ///< images without a rate follow each other
+  bool drop = true;           ///< the newest frame wins; recordings then come at their own pace
+  double rate_Hz = 0;         ///< of inputs without times
   /// How long a camera that is gone or silent is waited for; then the stream ends with an error.
   double patience_s = 10;
 };

@@ -27,12 +27,13 @@ RunWatch watch_of(const std::atomic<bool>& stop) {
 }
 
 py::dict record(const InputRequest& request, const std::filesystem::path& folder, uint64_t frames,
-                const std::string& solver, bool fixed_light, const std::string& device) {
+                const std::string& solver, bool fixed_light, bool one_sequence, const std::string& device) {
   const SurfaceSolver how = solver_of(solver);
   const SessionStatus status = run_apart([=](const std::atomic<bool>& stop) {
     const MeasuredInput input = find(request);
     const PipelineOptions options{.outputs = input.outputs, .solver = how, .fixed_light = fixed_light};
-    return record_session(*shared_device(device), input, options, frames, folder, watch_of(stop));
+    return record_session(*shared_device(device), input, options, one_sequence, frames, folder,
+                          watch_of(stop));
   });
   py::dict d;
   d["recorded"] = status.recorded;
@@ -231,7 +232,7 @@ py::dict simulate(const InputRequest& request, uint64_t frames, bool depth) {
 
 void bind_workflows(py::module_& module) {
   module.def("record", &record, py::arg("request"), py::arg("folder"), py::arg("frames"), py::arg("solver"),
-             py::arg("fixed_light"), py::arg("device"));
+             py::arg("fixed_light"), py::arg("sequence"), py::arg("device"));
   module.def("wrench", &wrench, py::arg("request"), py::arg("gauge"), py::arg("align"), py::arg("rate_Hz"),
              py::arg("device"));
   module.def("strain", &strain, py::arg("request"), py::arg("frames"), py::arg("forces_N"),

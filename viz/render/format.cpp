@@ -43,6 +43,10 @@ Verdict force_verdict(Validity validity) {
       return {"pressed TOO DEEP for linear theory: force is at least this", 230, 159, 0};
     case Validity::NotConverged:
       return {"the solve did NOT CONVERGE", 255, 120, 60};
+    case Validity::LightUnknown:
+      return {"light UNKNOWN: too little is as in the untouched image", 255, 120, 60};
+    case Validity::NotFollowed:
+      return {"separate pictures: not followed", 150, 158, 170};
     default:
       return {"force not calibrated", 150, 158, 170};
   }
@@ -90,6 +94,7 @@ std::string depth_text(const SurfaceSummary& s) {
   if (s.validity == Validity::AboveRange) shown += ", above range";
   if (s.validity == Validity::Apart) shown += ", on an island";
   if (s.validity == Validity::Covered) shown += ", covered by markers";
+  if (s.validity == Validity::LightUnknown) shown += ", light unknown";
   if (!s.rest_from_untouched) shown += " (no rest level)";
   return shown;
 }

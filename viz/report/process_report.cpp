@@ -80,10 +80,31 @@ std::string order_of(const std::vector<std::string>& files) {
   return text;
 }
 
+/// A number and what it is worth in one breath.
+std::string largest_of(const char* name, const Largest& largest, const char* unit) {
+  const Estimate& any = *largest.any();
+  std::string words = palpate::text("largest %s %.4g %s", name, any.value, unit);
+  if (any.validity == Validity::Valid) return words;
+  words += std::string(" (") + to_string(any.validity);
+  if (const std::optional<Estimate> valid = largest.valid())
+    words += palpate::text("; the largest valid one %.4g %s", valid->value, unit);
+  return words + ")";
+}
+
+/// Each picture is a press of its own.
+std::string pictures_line(const ProcessSummary& s) {
+  std::string line = counted(s.frames, "separate picture");
+  if (!s.force_states.empty()) line += ", " + std::to_string(s.contact_frames) + " of them touched";
+  if (s.most_contacts > 1) line += "; up to " + std::to_string(s.most_contacts) + " contacts in one";
+  return line;
+}
+
 /// The answer in one line.
 std::string headline(const ProcessSummary& s) {
   std::string line;
-  if (!s.force_states.empty()) {
+  if (s.separate) {
+    line = pictures_line(s);
+  } else if (!s.force_states.empty()) {
     line = (s.touches == 1 ? "1 touch" : std::to_string(s.touches) + " touches") + ", in " +
            counted(s.contact_frames, "frame");
     if (s.slip_frames) line += ", slipping in " + std::to_string(s.slip_frames);
@@ -92,8 +113,8 @@ std::string headline(const ProcessSummary& s) {
               counted(s.contact_ids, "contact id") + " in all";
   }
   const auto add = [&line](const std::string& words) { line += (line.empty() ? "" : "; ") + words; };
-  if (s.largest_force_N) add(palpate::text("largest force %.4g N", *s.largest_force_N));
-  if (s.largest_depth_mm) add(palpate::text("largest depth %.4g mm", *s.largest_depth_mm));
+  if (s.force_N.any()) add(largest_of("force", s.force_N, "N"));
+  if (s.depth_mm.any()) add(largest_of("depth", s.depth_mm, "mm"));
   return line.empty() ? line : line + "\n";
 }
 
@@ -125,8 +146,9 @@ std::string describe(const ProcessSummary& s) {
     text +=
         "light that changed by itself was taken out of " + counted(s.light_changed_frames, "frame") + "\n";
   if (s.light_unknown_frames)
-    text += "the touch covers too much of the pad to measure the light in " +
-            counted(s.light_unknown_frames, "frame") + ": that of the frame before was taken\n";
+    text += "light unknown in " + counted(s.light_unknown_frames, "frame") +
+            ": too little of the picture is as in the untouched image (a touch that covers the gel, or the "
+            "background of another unit); depth and force say so\n";
   if (s.weighted_frames)
     text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
   if (s.island_frames) {
@@ -142,6 +164,10 @@ std::string describe(const ProcessSummary& s) {
     if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
   }
   for (const PressAnswer& press : s.presses) text += describe(press) + "\n";
+  if (s.separate && s.frames > 1)
+    text +=
+        "pictures without a rate are separate presses: nothing is followed from one to the next "
+        "(--sequence or --rate for those of one sequence)\n";
   if (s.sources.size() > 1) text += "order of the pictures: " + order_of(s.sources) + "\n";
   if (s.untouched == BackgroundOrigin::FirstFrames)
     text += "untouched image: none given, the first frames were taken to be untouched (--background)\n";

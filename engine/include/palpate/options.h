@@ -75,6 +75,11 @@ struct PipelineOptions {
   /// Frames are compared with the untouched image as they are: what a camera or its lamps change by
   /// themselves is not taken out. Without it that is done for colour gels.
   bool fixed_light = false;
+  /// Frames are pictures of separate presses: each is measured as the first one after the untouched image.
+  /// Nothing is followed from one to the next: neither light nor noise, nor contacts (each has a new id),
+  /// shift, shear and slip (Validity::NotFollowed), nor the skin (Output::Skin has no effect). A force with
+  /// branches lies between them.
+  bool separate = false;
   TractionBy traction = TractionBy::Auto;
   Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults

@@ -27,6 +27,8 @@ enum class Validity : uint8_t {
   Unfit,          ///< the calibration itself says that it is not fit for use
   TooDeep,        ///< pressed deeper than a third of the pad's thickness, where linear elasticity ends
   NotConverged,   ///< the solve ended before it reached its tolerance
+  LightUnknown,   ///< too little of a gel's frame agrees on one light: no change can be called a slope
+  NotFollowed,    ///< separate pictures: what needs the frames before is not known
 };
 PALPATE_API const char* to_string(Validity validity);
 
@@ -126,6 +128,10 @@ struct SurfaceSummary {
   bool rest_from_untouched =
       false;              ///< false: no untouched tile, rest level is the mean over the whole frame
   double volume_mm3 = 0;  ///< indented volume below rest level, of touched tiles
+  /// Area dented: the pad that lies below its rest level, clear of the noise of its heights there. Wider than
+  /// the area in contact (Touch::area_mm2) by what the object draws down beside it. Of colour gels
+  /// (has_gel_contacts()) with Output::Contacts; none where too little of the pad is at rest.
+  std::optional<double> dented_mm2;
   /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
   /// PipelineOptions::skip_untouched, its window.
   uint64_t clipped_px = 0;
@@ -161,7 +167,7 @@ struct ConfidenceSummary {
 enum class LightState : uint8_t {
   Steady,   ///< it is
   Changed,  ///< what the camera (exposure, gain, white balance) or the lamps changed was taken out
-  Unknown,  ///< too little of the frame agrees on one light: that of the frame before was taken
+  Unknown,  ///< too little of the frame agrees on one light: that of the frame before was taken, or none
 };
 PALPATE_API const char* to_string(LightState state);
 

@@ -83,11 +83,12 @@ std::filesystem::path notes_folder(const LiveRunRequest& request) {
 }
 
 /// As the session was recorded, where nothing else is asked for.
-PipelineOptions pipeline_of(const LiveRunRequest& request, const MeasuredInput& input) {
+PipelineOptions pipeline_of(const LiveRunRequest& request, const MeasuredInput& input, const Source& source) {
   PipelineOptions options{.outputs = input.outputs,
                           .solver = request.solver.value_or(SurfaceSolver::Live),
                           .skip_untouched = request.skip_untouched,
-                          .fixed_light = request.fixed_light};
+                          .fixed_light = request.fixed_light,
+                          .separate = separate_presses(source, request.one_sequence, request.live.rate_Hz)};
   if (const auto& session = input.session) {
     if (!request.solver) options.solver = session->solver;
     options.skip_untouched = options.skip_untouched || session->skip_untouched;
@@ -108,7 +109,7 @@ double start_of(const MeasuredInput& input) {
 LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened) {
   const MeasuredInput& input = opened.measured;
   std::unique_ptr<Source> first = std::move(opened.source);
-  const PipelineOptions pipeline = pipeline_of(request, input);
+  const PipelineOptions pipeline = pipeline_of(request, input, *first);
   LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
   viz::LiveOptions& live = request.live;
   live.presses = opened.presses.get();
@@ -118,8 +119,8 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   std::optional<ContactRows> contacts;
   std::optional<viz::Recording> recording;
   const std::filesystem::path folder = request.out.empty() ? request.recordings : request.out;
-  const MeasuredColumns columns =
-      MeasuredColumns::of(input.sensor, input.outputs).with(MeasuredColumns::Time, first->rate_Hz() > 0);
+  const MeasuredColumns columns = MeasuredColumns::of(input.sensor, input.outputs, pipeline.separate)
+                                      .with(MeasuredColumns::Time, first->rate_Hz() > 0);
   if (!request.out.empty()) {
     make_output_folder(request.out);
     measurements.emplace(request.out / "measurements.csv", columns);

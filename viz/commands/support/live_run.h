@@ -46,6 +46,7 @@ struct LiveRunRequest {
   std::optional<SurfaceSolver> solver;  ///< none: as a session was recorded, live for all else
   bool skip_untouched = false;          ///< also where a session was recorded so
   bool fixed_light = false;
+  bool one_sequence = false;  ///< images without a rate follow each other
   std::filesystem::path out;  ///< for measurements.csv and all else; empty: none of it
   /// For sessions, snapshots and events where `out` is empty; may be empty. Snapshots and events have a
   /// folder there for each input, and those of a session lie in it.

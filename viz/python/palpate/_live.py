@@ -82,6 +82,7 @@ def open(
     drop: bool = True,
     keep: Iterable[str] | str = (),
     fixed_light: bool = False,
+    sequence: bool = False,
     rate_Hz: float | None = None,
     patience_s: float = 10.0,
     device: str = "",
@@ -105,7 +106,9 @@ def open(
         keep: maps that are read at once and stay: ``depth_mm``, ``image``, ``confidence``,
             ``pressure_kPa``.  Others can be read until the next touch is asked for.
         fixed_light: a colour gel's light is not followed.
-        rate_Hz: frames a second of images, which carry no times of their own.
+        sequence: images without a rate follow each other; otherwise each is a press of its own, and what only
+            a sequence shows (shift, shear, slip, the skin's motion) is not measured.
+        rate_Hz: frames a second of images, which carry no times of their own; they are a sequence then.
         patience_s: how long a camera that is unplugged or silent is waited for before :class:`DeviceError`
             is raised, 0 to infinity; ``stream.state`` says what it is waited for.
         device: index or part of the name of a Vulkan device; by default the best one.
@@ -118,6 +121,7 @@ def open(
         solver,
         drop,
         fixed_light,
+        sequence,
         rate_of(rate_Hz) or None,
         patience_s,
         device,

@@ -75,6 +75,7 @@ def record(
     outputs: Iterable[str] | str | None = None,
     solver: str = "live",
     fixed_light: bool = False,
+    sequence: bool = False,
     device: str = "",
     seed: int = 1,
 ) -> Recorded:
@@ -83,10 +84,13 @@ def record(
     Args:
         folder: to be made; one that holds a session is refused.
         frames: stop after that many; of a camera it is needed, unless Ctrl-C ends the recording.
-        source, sensor, background, outputs, solver, fixed_light, device, seed: as of :func:`palpate.open`.
+        source, sensor, background, outputs, solver, fixed_light, sequence, device, seed: as of :func:`palpate.open`.
     """
     request = request_of(source, sensor, background, outputs, seed)
-    return Recorded(**_palpate.record(request, path_text(folder, "folder"), count_of(frames), solver, fixed_light, device))
+    answer = _palpate.record(
+        request, path_text(folder, "folder"), count_of(frames), solver, fixed_light, sequence, device
+    )
+    return Recorded(**answer)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ def open_stream(
     solver: str,
     drop: bool,
     fixed_light: bool,
+    sequence: bool,
     rate_Hz: float | None,
     patience_s: float,
     device: str,

@@ -113,7 +113,8 @@ class Recording(Mapping[str, NDArray[Any]]):
         return f"<palpate.Recording {self.input!r}, {self.frames} frames, {len(self)} columns and maps>"
 
     def _repr_html_(self) -> str:
-        shown = {k: self.summary[k] for k in ("frames", "touches", "largest_force_N", "largest_depth_mm") if k in self.summary}
+        names = ("frames", "touches", "largest_force_N", "largest_force_state", "largest_depth_mm", "largest_depth_state")
+        shown = {k: self.summary[k] for k in names if k in self.summary}
         rows = "".join(f"<tr><th style='text-align:left'>{k}</th><td>{v}</td></tr>" for k, v in shown.items())
         return f"<b>{html.escape(self.input)}</b><table>{rows}</table>"
 
@@ -127,6 +128,7 @@ def measure(
     keep: Iterable[str] | str = (),
     solver: str = "auto",
     fixed_light: bool = False,
+    sequence: bool = False,
     rate_Hz: float | None = None,
     frames: int | None = None,
     out: Path | None = None,
@@ -136,7 +138,7 @@ def measure(
     """Measures a whole recording, every frame of it: what ``palpate process`` does, to the same digits.
 
     Args:
-        source, sensor, background, outputs, solver, fixed_light, rate_Hz, device, seed: as of :func:`open`.
+        source, sensor, background, outputs, solver, fixed_light, sequence, rate_Hz, device, seed: as of :func:`open`.
         keep: maps to keep of every frame: ``depth_mm`` (frames x rows x columns, float32), ``image``,
             ``confidence``, ``pressure_kPa``, ``shear_kPa``.
         frames: stop after that many.
@@ -150,6 +152,7 @@ def measure(
             rate_of(rate_Hz),
             count_of(frames),
             fixed_light,
+            sequence,
             path_text(out or "", "out"),
             device,
             *kept_maps(keep),

@@ -1,0 +1,122 @@
+// Folders of pictures: separate presses unless told otherwise; and headlines that say what the largest value
+// is worth.
+#include <algorithm>
+
+#include "tests/support/json.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+class Pictures : public Program {
+ protected:
+  static constexpr int kFrames = 30, kStep = 3;
+
+  /// Some pictures of a press, in a folder of their own: folder_/presses.
+  std::vector<std::string> process_of(const std::string& out) {
+    const fs::path rec = recording(kFrames), presses = folder_ / "presses";
+    fs::create_directories(presses);
+    for (int i = 0; i < kFrames; i += kStep) {
+      const std::string name = std::to_string(1000000 + i).substr(1) + ".png";
+      fs::copy_file(rec / "frames" / name, presses / name, fs::copy_options::overwrite_existing);
+    }
+    return {"process",      presses.string(),
+            "--sensor",     (rec / "sensor.json").string(),
+            "--background", (rec / "background.png").string(),
+            "--out",        (folder_ / out).string()};
+  }
+  static bool has(const Table& table, const char* column) {
+    return std::ranges::count(table.columns, column) == 1;
+  }
+};
+
+TEST_F(Pictures, WithoutARateAreSeparatePresses) {
+  const Ended ended = run(process_of("out"));
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Table table(slurp(folder_ / "out/measurements.csv"));
+  for (const char* column : {"shift_x_mm", "shift_y_mm", "shear_x_N", "shear_state", "slip", "time_s"})
+    EXPECT_FALSE(has(table, column)) << column;
+  EXPECT_TRUE(has(table, "force_N"));
+  const Json summary = parse_json(slurp(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary.at("separate_pictures"), true);
+  // Each picture that is touched is a touch of its own.
+  size_t touched = 0;
+  for (size_t i = 0; i < table.rows.size(); ++i) touched += table.at(i, "contact") == "1";
+  ASSERT_GE(touched, 2u);
+  EXPECT_EQ(summary.at("touches").get<size_t>(), touched);
+  const Table touches(slurp(folder_ / "out/summary.csv"));
+  ASSERT_EQ(touches.rows.size(), touched);
+  for (size_t i = 0; i < touched; ++i) EXPECT_EQ(touches.at(i, "frames"), "1");
+  EXPECT_NE(ended.out.find("10 separate pictures, " + std::to_string(touched) + " of them touched"),
+            std::string::npos)
+      << ended.out;
+  EXPECT_NE(ended.out.find("--sequence"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("1 touch,"), std::string::npos) << ended.out;
+}
+
+TEST_F(Pictures, AreOneSequenceWhereThatIsSaid) {
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--sequence"}, std::vector<std::string>{"--rate", "10"}}) {
+    std::vector<std::string> command = process_of("out");
+    command.insert(command.end(), more.begin(), more.end());
+    const Ended ended = run(command);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    const Table table(slurp(folder_ / "out/measurements.csv"));
+    EXPECT_TRUE(has(table, "shift_x_mm")) << more[0];
+    EXPECT_EQ(has(table, "time_s"), more[0] == "--rate");
+    const Json summary = parse_json(slurp(folder_ / "out/summary.json"));
+    EXPECT_FALSE(summary.contains("separate_pictures"));
+    EXPECT_EQ(summary.at("touches"), 1);
+    EXPECT_NE(ended.out.find("1 touch,"), std::string::npos) << ended.out;
+  }
+}
+
+TEST_F(Pictures, AFilmIsOneSequenceByItself) {
+  const Ended ended =
+      run({"process", "synthetic:press?size=160x120", "--frames", "30", "--out", folder_ / "out"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(ended.out.find("separate"), std::string::npos) << ended.out;
+  EXPECT_TRUE(has(Table(slurp(folder_ / "out/measurements.csv")), "shift_x_mm"));
+}
+
+// A calibration up to a tenth of what is pressed, and one that is not fit for use.
+TEST_F(Pictures, TheHeadlineSaysWhatTheLargestForceIsWorth) {
+  std::vector<std::string> command = process_of("out");
+  ASSERT_EQ(run(command).exit_code, 0);
+  const Table table(slurp(folder_ / "out/measurements.csv"));
+  double most_N = 0, most_gray = 0;
+  for (size_t i = 0; i < table.rows.size(); ++i)
+    if (table.at(i, "contact") == "1") {
+      most_N = std::max(most_N, table.number(i, "force_N"));
+      most_gray = std::max(most_gray, table.number(i, "gray_sum"));
+    }
+  const Json valid = parse_json(slurp(folder_ / "out/summary.json"));
+  EXPECT_EQ(valid.at("largest_force_state"), "valid");
+  EXPECT_FALSE(valid.contains("largest_valid_force_N"));
+
+  const fs::path file = folder_ / "rec/sensor.json";
+  Json sensor = parse_json(slurp(file));
+  sensor["force"]["gray_max"] = 0.9 * most_gray;
+  spill(file, sensor.dump());
+  command[3] = (folder_ / "rec/sensor.json").string();
+  const auto again = [&] {
+    const Ended ended = run({command.begin(), command.end()});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended.out.substr(0, ended.out.find('\n'));
+  };
+  const std::string above = again();
+  EXPECT_NE(above.find(" N (above calibrated range; the largest valid one "), std::string::npos) << above;
+  const Json doubtful = parse_json(slurp(folder_ / "out/summary.json"));
+  EXPECT_EQ(doubtful.at("largest_force_state"), "above calibrated range");
+  EXPECT_NEAR(doubtful.at("largest_force_N").get<double>(), most_N, 0.02 * most_N);
+  EXPECT_LT(doubtful.at("largest_valid_force_N").get<double>(), most_N);
+
+  sensor["force"]["fit_for_use"] = false;
+  spill(file, sensor.dump());
+  const std::string unfit = again();
+  EXPECT_NE(unfit.find(" N (calibration not fit for use)"), std::string::npos) << unfit;
+  EXPECT_EQ(unfit.find("valid one"), std::string::npos) << unfit;
+}
+
+}  // namespace
+}  // namespace palpate
