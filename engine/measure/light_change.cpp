@@ -45,10 +45,17 @@ LightChange LightEstimate::find(std::span<const float> change, std::span<const f
   const size_t by_shift = followers(shifted), by_scale = followers(scaled);
   // A gain has to be seen: it explains a tenth of the places more.
   LightChange light = by_scale > by_shift + count / 10 ? scaled : shifted;
-  light.known = static_cast<double>(std::max(by_shift, by_scale)) >= kFewInliers * static_cast<double>(count);
-  if (!light.known) return light;
-  for (int pass = 0; pass < 3; ++pass) light = line_through(light, change, untouched);
+  const double share = static_cast<double>(std::max(by_shift, by_scale)) / static_cast<double>(count);
+  light.known = share >= kFewInliers;
+  if (light.known)
+    for (int pass = 0; pass < 3; ++pass) light = line_through(light, change, untouched);
+  light.share = share;
   return light;
+}
+
+bool LightTrust::enough(double share) {
+  matched_ = matched_ || share >= kSureInliers;
+  return share >= (matched_ ? LightEstimate::kFewInliers : kSureInliers);
 }
 
 }  // namespace palpate

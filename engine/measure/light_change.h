@@ -11,9 +11,25 @@ struct LightChange {
   double gain = 1;
   double offset_gray = 0;
   bool known = true;  ///< false: too little of the picture follows one line
+  double share = 1;   ///< of the picture that does
 
   /// What it adds to an untouched gray level.
   double at(double untouched_gray) const { return (gain - 1) * untouched_gray + offset_gray; }
+};
+
+/// Whether enough of a picture is as in the untouched image, but for one light. A touch may cover all but
+/// LightEstimate::kFewInliers of it, once some picture has shown that the untouched image is this pad's;
+/// until then kSureInliers have to agree, which those of another pad hardly do.
+class LightTrust {
+ public:
+  static constexpr double kSureInliers = 0.5;
+
+  /// Pictures in order; `share`: that follows one light, of the colour in which least does.
+  bool enough(double share);
+  void restart() { matched_ = false; }
+
+ private:
+  bool matched_ = false;
 };
 
 /// A robust line through the gray levels of an image over those of the untouched image. Start values are a

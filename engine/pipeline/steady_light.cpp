@@ -47,12 +47,16 @@ void SteadyLight::set_background(const Frame& background) {
   look_at(background);
   untouched_ = change_;
   light_ = {};
+  trust_.restart();
   drifts_ = false;
 }
 
 const Frame& SteadyLight::steady(const Frame& frame) {
   look_at(frame);
-  if (separate_) light_ = {};
+  if (separate_) {
+    light_ = {};
+    trust_.restart();
+  }
   const bool known = find_light();
   if (!known && separate_) light_ = {};
   if (known && !separate_) follow_drift();
@@ -87,14 +91,16 @@ void SteadyLight::look_at(const Frame& frame) {
 
 bool SteadyLight::find_light() {
   bool known = true;
+  double share = 1;
   for (uint32_t colour = 0; colour < 3; ++colour) {
     const LightChange light = estimate_.find(change_[colour], untouched_[colour]);
+    share = std::min(share, light.share);
     if (!light.known)
       known = false;
     else
       light_[colour] = changes_clearly(colour, light) ? light : LightChange{};
   }
-  return known;
+  return trust_.enough(share) && known;
 }
 
 // By the best quarter of the places: a touch that covers less than the rest does not count.

@@ -57,6 +57,7 @@ class SteadyLight {
   float most_gray_;  // that is not saturated
   uint32_t step_, places_x_, places_y_;
   LightEstimate estimate_;
+  LightTrust trust_;
   std::array<std::vector<float>, 3> untouched_, change_, drift_;  // of each place
   std::array<LightChange, 3> light_{};                            // taken out
   bool drifts_ = false;

@@ -89,6 +89,28 @@ TEST_F(SteadyLightTest, ExposureAndWhiteBalanceAreTakenOut) {
     }
 }
 
+// A third of the picture that agrees by chance is no light: only once the untouched image has been found to
+// be this pad's may a touch leave so little of it.
+TEST_F(SteadyLightTest, ALightIsTrustedOnceMostOfAPictureHasAgreed) {
+  constexpr uint32_t kCovers_px = 108;
+  light_.steady(picture(as_it_was(), kCovers_px));
+  EXPECT_EQ(light_.summary().state, LightState::Unknown) << "nothing was seen before";
+  light_.steady(picture(as_it_was(), 0));
+  EXPECT_EQ(light_.summary().state, LightState::Steady);
+  light_.steady(picture(as_it_was(), kCovers_px));
+  EXPECT_EQ(light_.summary().state, LightState::Steady) << "a touch that covers two thirds";
+  light_.set_background(untouched_);
+  light_.steady(picture(as_it_was(), kCovers_px));
+  EXPECT_EQ(light_.summary().state, LightState::Unknown) << "after another untouched image";
+  // Of separate pictures each is by itself.
+  SteadyLight separate(kFormat, kSaturation, true);
+  separate.set_background(untouched_);
+  separate.steady(picture(as_it_was(), 0));
+  EXPECT_EQ(separate.summary().state, LightState::Steady);
+  separate.steady(picture(as_it_was(), kCovers_px));
+  EXPECT_EQ(separate.summary().state, LightState::Unknown);
+}
+
 TEST_F(SteadyLightTest, LampsThatDriftAreFollowed) {
   // One lamp warms up: 8 gray levels at its side within 20 s, nothing at the other.
   double now = 0;
