@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <iterator>
 #include <limits>
 
 #include "capture/open_source.h"
@@ -159,6 +160,21 @@ void refuse_another_gauge(GaugedRecording& recording, const Gauge& gauge) {
   }
 }
 
+/// Time of frame number `frame`: straight between the frames that are there, and on beyond them.
+double time_of(const std::vector<GaugedFrame>& frames, uint64_t frame) {
+  const GaugedFrame &first = frames.front(), &last = frames.back();
+  const auto later =
+      std::lower_bound(frames.begin(), frames.end(), frame,
+                       [](const GaugedFrame& f, uint64_t number) { return f.touch.sequence < number; });
+  if (later != frames.end() && later->touch.sequence == frame) return later->time_s;
+  const bool within = later != frames.begin() && later != frames.end();
+  const GaugedFrame &from = within ? *std::prev(later) : first, &to = within ? *later : last;
+  if (to.touch.sequence == from.touch.sequence) return from.time_s;
+  const double share = (static_cast<double>(frame) - static_cast<double>(from.touch.sequence)) /
+                       (static_cast<double>(to.touch.sequence) - static_cast<double>(from.touch.sequence));
+  return from.time_s + share * (to.time_s - from.time_s);
+}
+
 /// How many first frames stand for the untouched image; 0 where there is one.
 uint32_t own_untouched_frames(const Sensor& sensor, const Source& source) {
   const BackgroundSource& from = sensor.background;
@@ -277,8 +293,7 @@ void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording
     if (!(last.time_s > 0) || last.touch.sequence == 0)
       throw Error(Failure::Input, "times of the frames of '" + recording.input + "', for --align",
                   "images, which carry no times", "--rate HZ, or --align none");
-    const double step_s = last.time_s / static_cast<double>(last.touch.sequence);
-    for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(static_cast<double>(frame) * step_s);
+    for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(time_of(recording.frames, frame));
   }
   if (const std::string gaps = describe_gaps(gauge); !gaps.empty())
     recording.notes.push_back(gaps + ": frames there are left out");
@@ -338,7 +353,12 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   pipeline.set_background(background);
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));
+  size_t spoilt = 0;
   run_recording(*source, pipeline, 0, watch.stop, [&](const Result& result, const Frame& frame) {
+    if (result.touch.picture != PictureFault::None) {
+      ++spoilt;
+      return;
+    }
     GaugedFrame f{result.touch, kNaN, kNaN, kNaN, kNaN};
     f.touch.contacts.clear();
     f.touch.skin_points.clear();
@@ -352,6 +372,7 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   if (recording.frames.empty())
     throw Error(Failure::Input, "frames in '" + input.input + "'", "none", "another recording");
   if (const std::string warning = source->warning(); !warning.empty()) recording.notes.push_back(warning);
+  if (spoilt > 0) recording.notes.push_back(counted(spoilt, "damaged picture") + " left out");
   if (request.gauge == kTruth)
     take_truth(*source, recording);
   else

@@ -58,6 +58,7 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));
   run_recording(*source, pipeline, 0, watch.stop, [&](const Result& result, const Frame&) {
     const Touch& touch = result.touch;
+    if (touch.picture != PictureFault::None) return;
     series.frames.push_back({.frame = touch.sequence,
                              .time_s = times ? 1e-9 * static_cast<double>(touch.time_ns) : kNaN,
                              .contact = touch.contact,

@@ -189,21 +189,22 @@ void add_frame(Row& row, const Touch& touch, const std::string& source) {
   row.text(source);
 }
 
-// Cells common to a frame's whole touch and one contact. `single`: it is one contact's.
+// Cells common to a frame's whole touch and one contact. `single`: it is one contact's; `seen`: its picture
+// was whole.
 template <typename Shape>
-void add_shape(Row& row, const Shape& shape, bool single) {
+void add_shape(Row& row, const Shape& shape, bool single, bool seen = true) {
   row.number(shape.gray_sum, kSumPlaces);
   row.estimate(shape.force_N, kForcePlaces);
   row.text(to_string(shape.force_N.validity));
   row.number_if(single, shape.centroid_x_px, kPixelPlaces);
   row.number_if(single, shape.centroid_y_px, kPixelPlaces);
-  row.whole(shape.area_px);
+  row.whole_if(seen, shape.area_px);
   row.number(shape.area_mm2, kLengthPlaces);
   row.length_if(single, shape.ellipse.major_mm, shape.ellipse.major_px);
   row.length_if(single, shape.ellipse.minor_mm, shape.ellipse.minor_px);
   row.number_if(single, shape.ellipse.angle_rad, kAnglePlaces);
   row.number(shape.peak_gray, kGrayPlaces);
-  row.whole(shape.saturated_px);
+  row.whole_if(seen, shape.saturated_px);
   row.estimate(shape.shear_x_N, kForcePlaces);
   row.estimate(shape.shear_y_N, kForcePlaces);
   row.text(to_string(shape.shear_x_N.validity));
@@ -242,9 +243,10 @@ void add_traction(Row& row, const Touch& touch) {
 
 void add_measured(Row& row, const Touch& touch, bool touching) {
   row.section(kMeasured);
+  const bool seen = touch.picture == PictureFault::None;
   if (touching) {
-    row.whole(touch.contact ? 1 : 0);
-    add_shape(row, touch, touch.contact && touch.contacts.size() < 2);
+    row.whole_if(seen, touch.contact ? 1 : 0);
+    add_shape(row, touch, touch.contact && touch.contacts.size() < 2, seen);
   } else {
     for (size_t i = 0; i < 1 + kShape.size(); ++i) row.empty();
   }
@@ -254,7 +256,7 @@ void add_measured(Row& row, const Touch& touch, bool touching) {
   row.number_if(touch.surface.has_value(), surface.depth_max_mm, depth_places);
   row.number_if(touch.surface && depth_sd_mm > 0, depth_sd_mm, depth_places);
   row.text(touch.surface ? to_string(surface.validity) : "");
-  row.text(!touch.surface ? "" : surface.rest_from_untouched ? "rest" : "mean");
+  row.text(!touch.surface || !seen ? "" : surface.rest_from_untouched ? "rest" : "mean");
   const ConfidenceSummary confidence = touch.confidence.value_or(ConfidenceSummary{});
   for (const uint64_t count : {confidence.unknown_px, confidence.shadowed_px, confidence.outside_px})
     row.whole_if(touch.confidence.has_value(), count);
@@ -262,7 +264,7 @@ void add_measured(Row& row, const Touch& touch, bool touching) {
   row.whole_if(surface.weighted.has_value(), weighted.islands);
   row.number_if(weighted.residual.has_value(), weighted.residual.value_or(0), kRatioPlaces);
   row.number_if(weighted.unexplained.has_value(), weighted.unexplained.value_or(0), kRatioPlaces);
-  row.whole_if(touch.surface.has_value(), surface.clipped_px);
+  row.whole_if(seen && touch.surface, surface.clipped_px);
   row.whole_if(counted(touch), touch.contacts.size());
   row.number_if(touch.surface.has_value(), surface.volume_mm3, kLengthPlaces);
   row.number_if(surface.dented_mm2.has_value(), surface.dented_mm2.value_or(0), kLengthPlaces);
@@ -332,7 +334,8 @@ int deserved_places(double error) {
 }
 
 bool has_value(const Estimate& estimate) {
-  return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
+  return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact &&
+         estimate.validity != Validity::PictureDamaged;
 }
 
 MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs, bool separate) {

@@ -107,9 +107,10 @@ class Recorder {
     std::optional<double> depth_rms_error_mm;
     const bool compare_depth =
         truth && touch.surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
+    const bool seen = touch.picture == PictureFault::None;
     const bool mesh_of_traction =
         std::ranges::find(request_.traction, TractionFormat::Ply) != request_.traction.end();
-    if (touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction)) {
+    if (seen && touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction)) {
       depth_mm_ = pipeline_.read_depth_mm(result);
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
@@ -120,9 +121,11 @@ class Recorder {
         write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
                          map_width(), map_height(), format);
     }
-    for (const TractionFormat format : request_.traction)
+    for (const TractionFormat format : request_.traction) {
+      if (!seen) break;
       write_traction(out_ / "traction" / numbered_name(touch.sequence, extension(format)), result.traction,
                      view(), format);
+    }
     if (!request_.images.empty())
       write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
                   encode_image(frame, request_.images));
@@ -135,7 +138,7 @@ class Recorder {
     if (request_.on_result) request_.on_result(pipeline_, result, frame);
     if (contacts_) contacts_->add(touch, name);
     if (session_) summary_.recorded->add(*session_, touch);
-    if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
+    if (truth && seen) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (pictures_) draw(result, frame, touch);
     touches_.add(touch, name);
     count(touch);
@@ -191,6 +194,12 @@ class Recorder {
 
   void count(const Touch& touch) {
     ++summary_.frames;
+    summary_.repeated_frames += touch.repeated;
+    if (touch.picture != PictureFault::None) {
+      ++summary_.spoilt_pictures[to_string(touch.picture)];
+      if (wants(request_.outputs, Output::Force)) ++summary_.force_states[to_string(touch.force_N.validity)];
+      return;
+    }
     if (touch.light) {
       summary_.light_changed_frames += touch.light->state == LightState::Changed;
       summary_.light_unknown_frames += touch.light->state == LightState::Unknown;
@@ -293,6 +302,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   const auto finish = [&] {
     summary.seconds = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
     summary.warning = source->warning();
+    summary.damaged_frames = source->counts().damaged;
     if (presses) summary.presses = presses->finish();
     if (rest_check) summary.untouched_warning = rest_check->warning();
     recorder.close();
@@ -306,8 +316,9 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
         *source, pipeline, request.frames, watch.stop,
         [&](const Result& result, const Frame& frame) {
           recorder.add(result, frame);
-          if (rest_check) rest_check->add(frame);
-          if (presses) presses->add(frame, result.touch);
+          const bool seen = result.touch.picture == PictureFault::None;
+          if (rest_check && seen) rest_check->add(frame);
+          if (presses && seen) presses->add(frame, result.touch);
           progress(++done);
         },
         request.range.end);
@@ -361,6 +372,9 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   if (!s.complete) value["ended_by"] = s.ended_by;
   if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;
   value["frames"] = s.frames;
+  if (s.damaged_frames) value["damaged_frames"] = s.damaged_frames;
+  if (!s.spoilt_pictures.empty()) value["damaged_pictures"] = s.spoilt_pictures;
+  if (s.repeated_frames) value["repeated_frames"] = s.repeated_frames;
   value["seconds"] = s.seconds;
   value["frames_per_s"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
   if (!s.force_states.empty()) {

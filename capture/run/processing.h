@@ -115,8 +115,11 @@ struct ProcessSummary {
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
   std::vector<PressAnswer> presses;       ///< of a block of tissue
   std::string warning;                    ///< of the source: a session that was cut short
-  std::vector<TouchSpan> spans;           ///< each time that something touches
-  std::vector<std::string> sources;       ///< files of the frames, in the order in which they were measured
+  uint64_t damaged_frames = 0;            ///< left out by the source: they do not decode whole
+  std::map<std::string, uint64_t> spoilt_pictures;  ///< of which nothing is measured, by what is wrong
+  uint64_t repeated_frames = 0;                     ///< equal to the frame before in every pixel
+  std::vector<TouchSpan> spans;                     ///< each time that something touches
+  std::vector<std::string> sources;  ///< files of the frames, in the order in which they were measured
   BackgroundOrigin untouched = BackgroundOrigin::None;
   std::string untouched_warning;  ///< that the untouched image shows a touch, see RestCheck
 };

@@ -59,6 +59,7 @@ std::vector<Cells> cells_of(const TouchSpan& span, size_t number) {
 }  // namespace
 
 void TouchTable::add(const Touch& touch, const std::string& source) {
+  if (touch.picture != PictureFault::None) return;  // a touch goes on across it
   if (!touch.contact) {
     touching_ = false;
     return;

@@ -5,11 +5,13 @@
 #include <cassert>
 #include <chrono>
 #include <stdexcept>
+#include <utility>
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/device_access.h"
 #include "engine/gpu/tuning.h"
+#include "engine/measure/picture_check.h"
 #include "engine/pipeline/choose_solver.h"
 #include "engine/pipeline/history.h"
 #include "engine/pipeline/specks.h"
@@ -80,6 +82,8 @@ struct Pipeline::Impl {
     uint64_t sequence = 0;
     int64_t time_ns = 0;
     bool after_gap = false;
+    PictureFault fault = PictureFault::None;
+    bool repeated = false;
     std::optional<LightSummary> light;
     Clock::time_point submitted;
   };
@@ -92,6 +96,7 @@ struct Pipeline::Impl {
         frames(make_frames(context, sensor, format, plan,
                            options.tuning ? *options.tuning : load_tuning(context).tuning)),
         history(sensor, format, plan.regions, plan.separate),
+        picture(format, sensor.saturation_gray),
         ready(!plan.background),
         slots(plan.slots) {
     if (plan.specks) specks.emplace(format, dead_gray(sensor));
@@ -113,11 +118,18 @@ struct Pipeline::Impl {
     touch.sequence = slot.sequence;
     touch.time_ns = slot.time_ns;
     touch.light = slot.light;
+    touch.repeated = slot.repeated;
+    touch.picture = PictureFault::None;
     const FrameMeasurement measured = frames->measure(index, touch);
-    history.follow(touch, slot.after_gap, measured.skin_sd_px);
-    if (touch.light && touch.light->state == LightState::Unknown) doubt_light(touch);
     result.surface = measured.surface;
-    result.traction = measured.traction;
+    if (slot.fault == PictureFault::None) {
+      history.follow(touch, slot.after_gap || std::exchange(unseen, 0) > kMostUnseen, measured.skin_sd_px);
+      if (touch.light && touch.light->state == LightState::Unknown) doubt_light(touch);
+      result.traction = measured.traction;
+    } else {
+      unseen += slot.after_gap ? kMostUnseen + 1 : 1;
+      forget_measured(touch, slot.fault);
+    }
     if (specks && result.surface.confidence.empty() && specks->confidence()) {
       slot.hold->confidence = specks->confidence();
       result.surface.confidence = *slot.hold->confidence;
@@ -135,6 +147,11 @@ struct Pipeline::Impl {
   TouchHistory history;
   std::optional<Specks> specks;
   std::optional<SteadyLight> light;
+  PictureCheck picture;
+  bool compares = false;  ///< the check has its untouched image
+  /// Frames in a row, up to now, whose pictures were spoilt; after more nothing is followed across them.
+  uint64_t unseen = 0;
+  static constexpr uint64_t kMostUnseen = 3;
   bool ready;  ///< has the background that it needs
   std::vector<Slot> slots;
   std::vector<uint32_t> in_flight;  ///< slots, the oldest frame first
@@ -170,6 +187,8 @@ void Pipeline::set_background(const Frame& frame) {
     return;
   }
   impl_->ready = false;
+  impl_->picture.set_reference(frame);
+  impl_->compares = true;
   const Frame& whole = impl_->specks ? impl_->specks->set_background(frame) : frame;
   impl_->frames->set_background(whole);
   if (impl_->light) impl_->light->set_background(whole);
@@ -187,9 +206,16 @@ bool Pipeline::submit(const Frame& frame) {
   if (free == impl_->slots.end()) return false;
   free->submitted = Clock::now();
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
+  // Where nothing is subtracted, the first frame says what the picture looks like.
+  if (!std::exchange(impl_->compares, true)) impl_->picture.set_reference(frame);
+  free->fault = impl_->picture.look_at(frame);
+  free->repeated = impl_->picture.repeats();
+  const bool spoilt = free->fault != PictureFault::None;
   const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
-  impl_->frames->submit(index, impl_->light ? impl_->light->steady(whole) : whole);
-  if (impl_->light) free->light = impl_->light->summary();
+  // A spoilt picture teaches nothing about the light.
+  impl_->frames->submit(index, impl_->light && !spoilt ? impl_->light->steady(whole) : whole);
+  if (impl_->light)
+    free->light = spoilt ? LightSummary{.state = LightState::Unknown} : impl_->light->summary();
   free->sequence = frame.sequence;
   free->time_ns = frame.time_ns;
   free->after_gap = frame.after_gap;

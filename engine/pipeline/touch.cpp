@@ -38,6 +38,8 @@ const char* to_string(Validity validity) {
       return "light unknown";
     case Validity::NotFollowed:
       return "not followed";
+    case Validity::PictureDamaged:
+      return "picture damaged";
   }
   return "?";
 }
@@ -66,6 +68,24 @@ const char* to_string(Slip slip) {
       return "incipient slip";
     case Slip::NotCalibrated:
       return "not calibrated";
+    case Slip::PictureDamaged:
+      return "picture damaged";
+  }
+  return "?";
+}
+
+const char* to_string(PictureFault fault) {
+  switch (fault) {
+    case PictureFault::None:
+      return "whole";
+    case PictureFault::OneColour:
+      return "a part in one colour";
+    case PictureFault::ColourOrder:
+      return "colours exchanged";
+    case PictureFault::Moved:
+      return "rolled around or doubled";
+    case PictureFault::Torn:
+      return "torn";
   }
   return "?";
 }

@@ -52,6 +52,7 @@ void History::add(const Touch& touch, std::optional<uint64_t> position) {
   s.position = position.value_or(touch.sequence);
   s.time = timeline_.timed ? 1e-9 * static_cast<double>(touch.time_ns) : static_cast<double>(touch.sequence);
   now_ = s.time;
+  if (touch.picture != PictureFault::None) return;  // nothing was measured
   s.contact = touch.contact;
   s.several = touch.contacts.size() > 1;
   s.force_N = touch.force_N;

@@ -40,7 +40,8 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     // A frame that is not leased was copied, or made, by its source.
     session.copies += result.copies + (leased ? 0 : 1);
     if (options.recording) options.recording->measured(result.touch, times.measured_ns);
-    if (options.presses) options.presses->add(frame, result.touch);
+    if (options.presses && result.touch.picture == PictureFault::None)
+      options.presses->add(frame, result.touch);
     if (options.on_result) options.on_result(result.touch);
     if (auto displaced = session.to_display.put({std::move(next), std::move(result), times})) {
       latency.add(displaced->times);

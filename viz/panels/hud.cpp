@@ -31,6 +31,8 @@ std::string doubt(Validity depth) {
       return "covered by markers: not known";
     case Validity::LightUnknown:
       return "light unknown: not known";
+    case Validity::PictureDamaged:
+      return "picture damaged: not known";
     default:
       return {};
   }

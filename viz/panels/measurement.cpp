@@ -217,7 +217,7 @@ void light_row(const LightSummary& light) {
 }
 
 void surface_rows(const Touch& t) {
-  if (!t.surface) return row("deepest", "-");
+  if (!t.surface || t.picture != PictureFault::None) return row("deepest", "-");
   const SurfaceSummary& s = *t.surface;
   if (!t.contact) {
     row("deepest", "-");

@@ -151,6 +151,7 @@ void bind_live(py::module_& module) {
                                return std::string(s.live() ? "CLOCK_MONOTONIC" : "recording");
                              }))
       .def_property_readonly("warning", of([](const Stream& s) { return s.warning(); }))
+      .def_property_readonly("damaged", of([](const Stream& s) { return s.damaged(); }))
       .def_property_readonly("state", of([](const Stream& s) { return s.state(); }))
       .def_property_readonly("details", of([](const Stream& s) { return s.details(); }))
       .def_property_readonly("device", of([](const Stream& s) { return s.device().report().name; }))

@@ -93,6 +93,7 @@ class Stream {
   uint64_t dropped() const;
   uint64_t delivered() const { return delivered_; }
   std::string warning() const { return source_->warning(); }
+  uint64_t damaged() const { return source_->counts().damaged; }
   /// What a camera is waited for; empty: frames come.
   std::string state() const { return source_->state(); }
   std::vector<std::pair<std::string, std::string>> details() const { return source_->details(); }

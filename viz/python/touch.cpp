@@ -64,6 +64,7 @@ std::string described(const PyTouch& t) {
   std::string line = text("<palpate.Touch %llu at %.3f s", static_cast<unsigned long long>(touch.sequence),
                           1e-9 * static_cast<double>(touch.time_ns));
   if (!t.held().file().empty()) line += " of '" + t.held().file() + "'";
+  if (touch.picture != PictureFault::None) return line + ": picture " + to_string(touch.picture) + ">";
   if (!touch.contact) return line + ": no contact>";
   std::string known;
   const auto add = [&known](const std::string& words) { known += (known.empty() ? "" : ", ") + words; };
@@ -329,6 +330,8 @@ void bind_touch(py::module_& module) {
           "contacts_overflow",
           [](const PyTouch& t) { return t.touch().regions && t.touch().regions->overflow; })
       .def_property_readonly("gradient_sum", [](const PyTouch& t) { return t.touch().gradient_sum; })
+      .def_property_readonly("picture", [](const PyTouch& t) { return to_string(t.touch().picture); })
+      .def_property_readonly("repeated", [](const PyTouch& t) { return t.touch().repeated; })
       .def_property_readonly("light_state",
                              [](const PyTouch& t) {
                                const auto& light = t.touch().light;

@@ -47,6 +47,8 @@ Verdict force_verdict(Validity validity) {
       return {"light UNKNOWN: too little is as in the untouched image", 255, 120, 60};
     case Validity::NotFollowed:
       return {"separate pictures: not followed", 150, 158, 170};
+    case Validity::PictureDamaged:
+      return {"picture DAMAGED on its way here: nothing is measured", 255, 120, 60};
     default:
       return {"force not calibrated", 150, 158, 170};
   }
@@ -62,13 +64,17 @@ Verdict slip_verdict(Slip slip) {
       return {"SLIPS: force at the friction limit", 255, 120, 60};
     case Slip::NoContact:
       return {"no contact", 150, 158, 170};
+    case Slip::PictureDamaged:
+      return {"picture DAMAGED", 255, 120, 60};
     default:
       return {"not calibrated", 150, 158, 170};
   }
 }
 
 std::string newtons_text(const Estimate& e, int digits) {
-  if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact) return "-";
+  if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact ||
+      e.validity == Validity::PictureDamaged)
+    return "-";
   return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
 }
 

@@ -138,6 +138,11 @@ std::string describe(const ProcessSummary& s) {
           "light\n";
     }
   }
+  for (const auto& [fault, frames] : s.spoilt_pictures)
+    text +=
+        "picture damaged, " + fault + ": " + counted(frames, "frame") + ", of which nothing is measured\n";
+  if (s.repeated_frames && !s.comparison)
+    text += counted(s.repeated_frames, "frame") + " equal to the frame before in every pixel\n";
   if (s.clipped_frames) {
     text += "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
             ": their depth is a lower bound\n";

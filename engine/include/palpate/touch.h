@@ -29,8 +29,19 @@ enum class Validity : uint8_t {
   NotConverged,   ///< the solve ended before it reached its tolerance
   LightUnknown,   ///< too little of a gel's frame agrees on one light: no change can be called a slope
   NotFollowed,    ///< separate pictures: what needs the frames before is not known
+  PictureDamaged,  ///< the picture was spoilt on its way (Touch::picture): nothing was measured
 };
 PALPATE_API const char* to_string(Validity validity);
+
+/// What is wrong with a picture that was spoilt between the camera and here.
+enum class PictureFault : uint8_t {
+  None,
+  OneColour,    ///< a part is exactly one colour
+  ColourOrder,  ///< its colours are exchanged
+  Moved,        ///< rows or columns are rolled around
+  Torn,         ///< along a row its parts do not fit each other
+};
+PALPATE_API const char* to_string(PictureFault fault);
 
 /// A value with its standard error (one sigma, same unit).
 struct Estimate {
@@ -46,6 +57,7 @@ enum class Slip : uint8_t {
   Slip,
   NotCalibrated,
   Incipient,  ///< the contact's rim slides, its core still sticks; reported only where the skin is followed
+  PictureDamaged,  ///< not known: see Touch::picture
 };
 PALPATE_API const char* to_string(Slip slip);
 
@@ -189,7 +201,10 @@ struct Touch {
   int64_t time_ns = 0;
 
   bool contact = false;  ///< some pixel of the filtered, background-subtracted image reached the threshold
-  double gray_sum = 0;   ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
+  /// Of a damaged picture nothing else is measured: no contact, and every state says so.
+  PictureFault picture = PictureFault::None;
+  bool repeated = false;  ///< equal to the frame before in every pixel
+  double gray_sum = 0;    ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
   double centroid_x_px = 0;  ///< gray-weighted; NaN without contact
   double centroid_y_px = 0;
   uint64_t area_px = 0;

@@ -299,6 +299,12 @@ class Touch(_Shape):
     @property
     def gradient_sum(self) -> float | None: ...
     @property
+    def picture(self) -> str:
+        """``whole``, or what is wrong with a picture that was spoilt on its way: nothing else is then known."""
+    @property
+    def repeated(self) -> bool:
+        """Equal to the frame before in every pixel."""
+    @property
     def light_state(self) -> str | None:
         """Of colour gels: ``steady``, ``changed`` or ``unknown``."""
     @property
@@ -382,6 +388,9 @@ class Stream:
         """What ``time_s`` counts on: ``CLOCK_MONOTONIC`` less its start, or the ``recording``'s own."""
     @property
     def warning(self) -> str: ...
+    @property
+    def damaged(self) -> int:
+        """Frames that do not decode whole, and are left out."""
     @property
     def state(self) -> str:
         """What a camera is waited for; empty: its frames come."""

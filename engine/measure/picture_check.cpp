@@ -1,0 +1,421 @@
+#include "engine/measure/picture_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+// Gray levels of 8 bits; deeper frames have as many times more.
+constexpr double kDark_gray = 12;        // untouched: black there is no fault
+constexpr double kOtherColour_gray = 6;  // from the untouched image, of a part of one colour
+constexpr double kFlatShare = 0.01;      // of the frame's blocks, in one colour
+constexpr double kExchanged_gray = 2.5;  // least change of most places, for colours that are exchanged
+constexpr double kExchangedFit = 0.4;    // of that, which the exchange leaves
+constexpr double kMoved_gray = 2;        // least change of most of a line, for one that has moved
+constexpr double kMovedFit = 0.3;        // of that, which the move leaves
+constexpr double kMovedLeast = 0.02;     // of the line's length
+constexpr double kMovedLines = 0.2;      // of the lines, which move alike
+constexpr double kTorn_gray = 4;         // least step across a tear
+constexpr double kTornNoise = 8;         // times the noise of such steps
+constexpr float kTornBeside = 0.34f;     // of the step, most in the rows beside
+constexpr double kTornShare = 0.25;      // of a row
+
+template <typename Pixel>
+const Pixel* row_of(const Frame& frame, uint32_t channel, uint32_t y) {
+  return reinterpret_cast<const Pixel*>(frame.row(channel, y));
+}
+
+/// One colour from `x` on, over `count` pixels of each channel.
+bool is_flat(const Frame& frame, uint32_t y, uint32_t x, uint32_t count) {
+  const size_t bytes = frame.format.bytes_per_pixel();
+  for (uint32_t c = 0; c < frame.format.channels; ++c) {
+    const uint8_t* row = frame.row(c, y) + x * bytes;
+    if (std::memcmp(row, row + bytes, (count - 1) * bytes) != 0) return false;
+  }
+  return true;
+}
+
+/// The value below which `share` of the values lie; they lose their order.
+double quantile(std::vector<float>& values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
+PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray)
+    : format_(format),
+      saturation_gray_(saturation_gray),
+      parts_(std::max(1u, format.width / kPart)),
+      bands_(std::clamp(format.height / kPart, 1u, 16u)),
+      band_rows_(format.height / bands_) {
+  const size_t places = size_t{format.height} * parts_;
+  steps_.resize(format.channels * places);
+  scratch_.reserve(std::max(
+      {places / 4, format.channels * places / 12, size_t{format.width} + 1, size_t{format.height} + 1}));
+}
+
+template <typename Pixel>
+static void add_parts(const Frame& frame, uint32_t parts, uint32_t part, std::vector<float>& means) {
+  const FrameFormat& f = frame.format;
+  means.resize(size_t{f.channels} * f.height * parts);
+  const uint32_t count = std::min(part, f.width);
+  float* to = means.data();
+  for (uint32_t c = 0; c < f.channels; ++c)
+    for (uint32_t y = 0; y < f.height; ++y) {
+      const Pixel* row = row_of<Pixel>(frame, c, y);
+      for (uint32_t i = 0; i < parts; ++i, row += count) {
+        uint32_t sum = 0;
+        for (uint32_t x = 0; x < count; ++x) sum += row[x];
+        *to++ = static_cast<float>(sum) / static_cast<float>(count);
+      }
+    }
+}
+
+template <typename Pixel>
+static void add_columns(const Frame& frame, uint32_t bands, uint32_t band_rows, std::vector<uint32_t>& sums,
+                        std::vector<float>& means) {
+  const FrameFormat& f = frame.format;
+  means.resize(size_t{f.channels} * bands * f.width);
+  sums.resize(f.width);
+  float* to = means.data();
+  for (uint32_t c = 0; c < f.channels; ++c)
+    for (uint32_t b = 0; b < bands; ++b) {
+      std::fill(sums.begin(), sums.end(), 0u);
+      for (uint32_t y = b * band_rows; y < (b + 1) * band_rows; ++y) {
+        const Pixel* row = row_of<Pixel>(frame, c, y);
+        for (uint32_t x = 0; x < f.width; ++x) sums[x] += row[x];
+      }
+      for (const uint32_t sum : sums) *to++ = static_cast<float>(sum) / static_cast<float>(band_rows);
+    }
+}
+
+void PictureCheck::sum(const Frame& frame, Sums& sums) {
+  if (format_.bytes_per_pixel() == 1) {
+    add_parts<uint8_t>(frame, parts_, kPart, sums.parts);
+    add_columns<uint8_t>(frame, bands_, band_rows_, column_, sums.columns);
+  } else {
+    add_parts<uint16_t>(frame, parts_, kPart, sums.parts);
+    add_columns<uint16_t>(frame, bands_, band_rows_, column_, sums.columns);
+  }
+  // In gray levels of 8 bits, whatever the depth.
+  const float scale = 255.0f / static_cast<float>(format_.max_gray());
+  if (scale == 1) return;
+  for (auto* values : {&sums.parts, &sums.columns})
+    for (float& value : *values) value *= scale;
+}
+
+void PictureCheck::set_reference(const Frame& untouched) {
+  sum(untouched, untouched_);
+  reference_ = untouched;
+  if (untouched.leased) {
+    reference_.reshape(format_);
+    std::copy_n(untouched.pixels(), format_.frame_bytes(), reference_.bytes.begin());
+  }
+}
+
+void PictureCheck::note_repeats(const Frame& frame) {
+  constexpr uint64_t kPrime = 0x9E3779B97F4A7C15u;
+  const uint8_t* bytes = frame.pixels();
+  const size_t count = format_.frame_bytes();
+  std::array<uint64_t, 4> hash{1, 2, 3, 4};
+  size_t at = 0;
+  for (; at + 32 <= count; at += 32)
+    for (size_t lane = 0; lane < 4; ++lane) {
+      uint64_t word = 0;
+      std::memcpy(&word, bytes + at + 8 * lane, 8);
+      hash[lane] = (hash[lane] ^ word) * kPrime;
+      hash[lane] ^= hash[lane] >> 29;
+    }
+  for (; at < count; ++at) hash[0] = (hash[0] ^ bytes[at]) * kPrime;
+  const uint64_t whole = hash[0] ^ hash[1] * 3 ^ hash[2] * 5 ^ hash[3] * 7;
+  repeats_ = any_ && whole == last_hash_;
+  any_ = true;
+  last_hash_ = whole;
+}
+
+PictureFault PictureCheck::look_at(const Frame& frame) {
+  note_repeats(frame);
+  sum(frame, now_);
+  if (has_one_colour(frame)) return PictureFault::OneColour;
+  if (colours_exchanged()) return PictureFault::ColourOrder;
+  if (moved()) return PictureFault::Moved;
+  if (torn()) return PictureFault::Torn;
+  return PictureFault::None;
+}
+
+/// Blocks of kPart x kPart px in one colour; the most frequent colour counts.
+bool PictureCheck::has_one_colour(const Frame& frame) const {
+  const uint32_t rows = format_.height / kPart, width = std::min(kPart, format_.width);
+  const double scale = 255.0 / format_.max_gray();
+  std::map<std::array<uint32_t, 3>, uint32_t> colours;
+  const size_t plane = size_t{format_.height} * parts_;
+  for (uint32_t j = 0; j < rows; ++j)
+    for (uint32_t i = 0; i < parts_; ++i) {
+      const uint32_t x = i * kPart, y = j * kPart;
+      std::array<uint32_t, 3> colour{};
+      bool flat = true;
+      for (uint32_t v = 0; v < kPart && flat; ++v) {
+        flat = is_flat(frame, y + v, x, width);
+        for (uint32_t c = 0; c < format_.channels && flat; ++c) {
+          if (v == 0) colour[c] = frame.at(c, x, y);
+          flat = frame.at(c, x, y + v) == colour[c];
+        }
+      }
+      if (!flat) continue;
+      bool saturated = true, dark = true, other = false, structured = false;
+      for (uint32_t c = 0; c < format_.channels; ++c) {
+        double untouched = 0;
+        for (uint32_t v = 0; v < kPart; ++v)
+          untouched += untouched_.parts[c * plane + size_t{y + v} * parts_ + i] / kPart;
+        saturated = saturated && colour[c] >= saturation_gray_;
+        dark = dark && untouched < kDark_gray;
+        other = other || std::abs(colour[c] * scale - untouched) > kOtherColour_gray;
+      }
+      for (uint32_t v = 0; v < kPart && !structured; ++v) structured = !is_flat(reference_, y + v, x, width);
+      if (!saturated && !dark && other && structured) ++colours[colour];
+    }
+  const auto least = static_cast<uint32_t>(std::max(3.0, kFlatShare * rows * parts_));
+  return std::any_of(colours.begin(), colours.end(), [&](const auto& one) { return one.second >= least; });
+}
+
+/// By the median over places of the colour that differs most.
+bool PictureCheck::colours_exchanged() {
+  if (format_.channels != 3) return false;
+  constexpr std::array<std::array<size_t, 3>, 6> kOrders = {
+      {{0, 1, 2}, {2, 1, 0}, {1, 0, 2}, {0, 2, 1}, {1, 2, 0}, {2, 0, 1}}};
+  constexpr uint32_t kRows = 8;  // of a place
+  const size_t plane = size_t{format_.height} * parts_;
+  std::array<double, 6> misfit{};
+  for (size_t order = 0; order < kOrders.size(); ++order) {
+    scratch_.clear();
+    for (uint32_t y = 0; y + kRows <= format_.height; y += kRows)
+      for (uint32_t i = 0; i < parts_; ++i) {
+        float largest = 0;
+        for (size_t c = 0; c < 3; ++c) {
+          float change = 0;
+          for (uint32_t v = 0; v < kRows; ++v) {
+            const size_t at = size_t{y + v} * parts_ + i;
+            change += now_.parts[kOrders[order][c] * plane + at] - untouched_.parts[c * plane + at];
+          }
+          largest = std::max(largest, std::abs(change) / kRows);
+        }
+        scratch_.push_back(largest);
+      }
+    if (scratch_.empty()) return false;
+    misfit[order] = quantile(scratch_, 0.5);
+    if (order == 0 && misfit[0] < kExchanged_gray) return false;
+  }
+  return *std::min_element(misfit.begin() + 1, misfit.end()) < kExchangedFit * misfit[0];
+}
+
+/// Difference of value `i` of a line from the untouched line rolled by `shift`, of the channel where it is
+/// largest.
+static float difference(const PictureLine& line, uint32_t channels, size_t shift, size_t i) {
+  const size_t from = i >= shift ? i - shift : i + line.length - shift;
+  float largest = 0;
+  for (uint32_t c = 0; c < channels; ++c)
+    largest = std::max(largest, std::abs(line.frame[c * line.channel_step + i * line.step] -
+                                         line.untouched[c * line.channel_step + from * line.step]));
+  return largest;
+}
+
+/// `share` quantile over values `from` to `to`.
+double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share) {
+  scratch_.clear();
+  const size_t stride = std::max<size_t>(1, line.length / 160);
+  for (size_t i = from; i < to; i += stride) scratch_.push_back(difference(line, format_.channels, shift, i));
+  return scratch_.empty() ? 0 : quantile(scratch_, share);
+}
+
+/// The shift that leaves least of the line's change; 0: none is clearly better than none.
+size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
+  constexpr size_t kValues = 64, kShifts = 160;
+  const auto least = std::max<size_t>(2, static_cast<size_t>(kMovedLeast * static_cast<double>(line.length)));
+  const size_t stride = std::max<size_t>(1, line.length / kValues);
+  const auto mean = [&](size_t shift) {
+    const float most = static_cast<float>(2 * still);
+    float sum = 0;
+    for (size_t i = 0; i < line.length; i += stride)
+      sum += std::min(most, difference(line, format_.channels, shift, i));
+    return sum;
+  };
+  size_t best = 0;
+  float smallest = mean(0);
+  const auto look_at = [&](size_t shift) {
+    if (const float now = mean(shift); now < smallest) smallest = now, best = shift;
+  };
+  const size_t step = std::max<size_t>(1, line.length / kShifts);
+  for (size_t shift = least; shift + least <= line.length; shift += step) look_at(shift);
+  if (best == 0) return 0;
+  const size_t coarse = best;
+  for (size_t shift = std::max(least, coarse - std::min(coarse, step)); shift < coarse + step; ++shift)
+    if (shift + least <= line.length) look_at(shift);
+  return best;
+}
+
+/// Both parts of the line, before and beyond the seam, have to fit where they come from, and not where they
+/// are.
+bool PictureCheck::line_moved(const PictureLine& line) {
+  const double still = misfit_of(line, 0, 0, line.length, 0.5);
+  if (still < kMoved_gray || changed_evenly(line)) return false;
+  const size_t shift = likely_shift(line, still);
+  if (shift == 0) return false;
+  const double most = std::max(0.5 * kMoved_gray, kMovedFit * still);
+  return misfit_of(line, shift, 0, line.length, 0.5) < kMovedFit * still &&
+         misfit_of(line, shift, 0, shift, 0.5) < most &&
+         misfit_of(line, shift, shift, line.length, 0.5) < most &&
+         misfit_of(line, shift, 0, line.length, 0.75) < 2 * most;
+}
+
+/// As light changes a line, and no roll does: by nearly the same everywhere.
+bool PictureCheck::changed_evenly(const PictureLine& line) const {
+  const size_t stride = std::max<size_t>(1, line.length / 160);
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    float least = 1e9f, most = -1e9f;
+    for (size_t i = 0; i < line.length; i += stride) {
+      const size_t at = c * line.channel_step + i * line.step;
+      const float change = line.frame[at] - line.untouched[at];
+      least = std::min(least, change);
+      most = std::max(most, change);
+    }
+    if (most - least > 2 * kMoved_gray) return false;
+  }
+  return true;
+}
+
+/// Both halves are alike, which those of the untouched image are not.
+bool PictureCheck::line_doubled(const PictureLine& line) {
+  const size_t half = line.length / 2;
+  const auto unlike = [&](const float* values, size_t shift) {
+    PictureLine itself = line;
+    itself.frame = itself.untouched = values;
+    return misfit_of(itself, shift, 0, half, 0.75);
+  };
+  const double untouched = unlike(line.untouched, half);
+  // Dark or saturated halves are alike as well.
+  return untouched > 2 * kMoved_gray && unlike(line.frame, half / 2) > 0.4 * untouched &&
+         unlike(line.frame, half) < std::max(0.5 * kMoved_gray, 0.2 * untouched);
+}
+
+bool PictureCheck::moved() {
+  uint32_t rows = 0, columns = 0, doubled = 0;
+  for (uint32_t b = 0; b < bands_; ++b) {
+    const size_t at = size_t{b} * format_.width;
+    const PictureLine line{now_.columns.data() + at, untouched_.columns.data() + at,
+                           size_t{bands_} * format_.width, 1, format_.width};
+    rows += line_moved(line);
+    doubled += line_doubled(line);
+  }
+  if (2 * doubled > bands_) return true;
+  if (rows >= std::max(1.0, kMovedLines * bands_)) return true;
+  const uint32_t apart = std::max(1u, parts_ / 8);
+  uint32_t looked_at = 0;
+  for (uint32_t i = 0; i < parts_; i += apart, ++looked_at)
+    columns += line_moved({now_.parts.data() + i, untouched_.parts.data() + i,
+                           size_t{format_.height} * parts_, parts_, format_.height});
+  return columns >= std::max(1.0, kMovedLines * looked_at);
+}
+
+/// Change of the steps from row `y` - 1 to `y`, against the untouched image's.
+static void steps_to(const std::vector<float>& now, const std::vector<float>& untouched, size_t at,
+                     std::span<float> steps) {
+  const size_t parts = steps.size();
+  for (size_t i = 0; i < parts; ++i)
+    steps[i] =
+        std::abs((now[at + i] - now[at + i - parts]) - (untouched[at + i] - untouched[at + i - parts]));
+}
+
+/// Steps from row to row that are as long as a quarter of the row, and that the rows beside do not have; nor
+/// those at the next borders of a codec's blocks, where what changes evenly has such steps too.
+bool PictureCheck::torn() {
+  const uint32_t height = format_.height;
+  if (height < 8 || parts_ < 4) return false;
+  const size_t plane = size_t{height} * parts_;
+  steps_.assign(format_.channels * plane, 0.0f);
+  scratch_.clear();
+  for (uint32_t c = 0; c < format_.channels; ++c)
+    for (uint32_t y = 1; y < height; ++y) {
+      const size_t at = c * plane + size_t{y} * parts_;
+      steps_to(now_.parts, untouched_.parts, at, {steps_.data() + at, parts_});
+      if (y % 5 == 0)
+        for (uint32_t i = 0; i < parts_; i += 3) scratch_.push_back(steps_[at + i]);
+    }
+  const double usual = quantile(scratch_, 0.5);
+  if (usual == 0) return false;  // a picture without noise may have edges as sharp as a tear
+  // The median of a normal deviate's size is 0.67 of its standard deviation.
+  const auto least = static_cast<float>(std::max(kTorn_gray, kTornNoise * usual / 0.67));
+  const auto long_enough = std::max(3u, static_cast<uint32_t>(std::ceil(kTornShare * parts_)));
+  for (uint32_t y = 3; y + 2 < height; ++y) {
+    uint32_t large = 0;
+    for (uint32_t c = 0; c < format_.channels; ++c)
+      for (uint32_t i = 0; i < parts_; ++i) large += steps_[c * plane + size_t{y} * parts_ + i] >= least;
+    if (large >= long_enough && torn_at(y, least, long_enough)) return true;
+  }
+  return false;
+}
+
+bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const {
+  const size_t plane = size_t{format_.height} * parts_;
+  uint32_t run = 0;
+  for (uint32_t i = 0; i < parts_; ++i) {
+    bool sharp = false;
+    for (uint32_t c = 0; c < format_.channels && !sharp; ++c) {
+      const size_t at = c * plane + size_t{y} * parts_ + i;
+      if (steps_[at] < least) continue;
+      float beside = 0;
+      for (const int rows : {-16, -8, -2, -1, 1, 2, 8, 16}) {
+        const int64_t there = int64_t{y} + rows;
+        if (there >= 1 && there < format_.height)
+          beside = std::max(beside, steps_[c * plane + static_cast<size_t>(there) * parts_ + i]);
+      }
+      sharp = beside < kTornBeside * steps_[at];
+    }
+    run = sharp ? run + 1 : 0;
+    if (run >= long_enough) return true;
+  }
+  return false;
+}
+
+void forget_measured(Touch& touch, PictureFault fault) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr Estimate kUnknown{kNaN, kNaN, Validity::PictureDamaged};
+  Touch left;
+  left.sequence = touch.sequence;
+  left.time_ns = touch.time_ns;
+  left.picture = fault;
+  left.repeated = touch.repeated;
+  for (double* value :
+       {&left.gray_sum, &left.centroid_x_px, &left.centroid_y_px, &left.area_mm2, &left.peak_gray,
+        &left.shift_x_mm, &left.shift_y_mm, &left.shift_x_px, &left.shift_y_px})
+    *value = kNaN;
+  left.ellipse = {kNaN, kNaN, kNaN, kNaN, kNaN};
+  left.force_N = left.shear_x_N = left.shear_y_N = kUnknown;
+  left.slip = Slip::PictureDamaged;
+  if (touch.light) left.light = LightSummary{LightState::Unknown, kNaN};
+  if (touch.surface) {
+    left.surface.emplace();
+    left.surface->validity = Validity::PictureDamaged;
+    left.surface->depth_max_mm = left.surface->depth_sd_mm = left.surface->volume_mm3 = kNaN;
+  }
+  if (touch.traction) {
+    TractionSummary& t = left.traction.emplace();
+    t.force_x_N = t.force_y_N = t.force_z_N = t.moment_x_Nmm = t.moment_y_Nmm = t.moment_z_Nmm = kUnknown;
+    t.pressure_max_kPa = t.shear_max_kPa = t.area_mm2 = t.unexplained_slope = kNaN;
+  }
+  // Their memory goes from frame to frame.
+  left.contacts.swap(touch.contacts);
+  left.contacts.clear();
+  left.skin_points.swap(touch.skin_points);
+  left.skin_points.clear();
+  touch = std::move(left);
+}
+
+}  // namespace palpate

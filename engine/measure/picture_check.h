@@ -1,0 +1,79 @@
+// Whether a frame is the picture that the camera saw, or was spoilt on its way: part of it one colour, rolled
+// around, torn, or with its colours exchanged.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// Means along a row or a column of places, of a frame and of the untouched image.
+struct PictureLine {
+  const float* frame = nullptr;
+  const float* untouched = nullptr;
+  size_t channel_step = 0;  ///< from a channel to the next
+  size_t step = 0;          ///< from a value to the next
+  size_t length = 0;
+};
+
+/// Looks for what no touch and no light can do, by comparison with the untouched image:
+/// - OneColour: rows or blocks of exactly one colour, where the untouched image has structure and another
+///   colour. Black of a dark image and saturated pixels do not count.
+/// - ColourOrder: most places have the untouched image's colours, in another order.
+/// - Moved: rows, or columns, are the untouched image's, rolled around, so that the part beyond one border
+///   comes in at the other; or the picture is there twice, side by side, where the untouched image is not.
+/// - Torn: along a part of a row everything changes from one row to the next, and not in the rows beside it.
+///
+/// Runs on the host. Frames in order; what it finds depends on the frame and the untouched image alone.
+class PictureCheck {
+ public:
+  /// `saturation_gray`: of the sensor.
+  PictureCheck(const FrameFormat& format, uint32_t saturation_gray);
+
+  void set_reference(const Frame& untouched);
+  PictureFault look_at(const Frame& frame);
+  /// Whether the frame of the last `look_at` equals the one before it in every pixel.
+  bool repeats() const { return repeats_; }
+
+ private:
+  /// Sums along each row over parts of kPart pixels, and down bands of rows for each column.
+  struct Sums {
+    std::vector<float> parts;    ///< mean; channel, row, part
+    std::vector<float> columns;  ///< mean; channel, band, column
+  };
+  void sum(const Frame& frame, Sums& sums);
+  void note_repeats(const Frame& frame);
+  bool has_one_colour(const Frame& frame) const;
+  bool colours_exchanged();
+  bool moved();
+  bool line_moved(const PictureLine& line);
+  bool changed_evenly(const PictureLine& line) const;
+  bool line_doubled(const PictureLine& line);
+  size_t likely_shift(const PictureLine& line, double still) const;
+  double misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share);
+  bool torn();
+  bool torn_at(uint32_t y, float least, uint32_t long_enough) const;
+
+  static constexpr uint32_t kPart = 16;  // px
+
+  FrameFormat format_;
+  uint32_t saturation_gray_;
+  uint32_t parts_, bands_, band_rows_;
+  Sums untouched_, now_;
+  Frame reference_;
+  uint64_t last_hash_ = 0;
+  bool any_ = false, repeats_ = false;
+  std::vector<uint32_t> column_;
+  std::vector<float> scratch_, steps_;
+};
+
+/// Leaves of a touch that was measured in a spoilt picture only that nothing is known: no contact, states
+/// that say so, values that are no numbers.
+void forget_measured(Touch& touch, PictureFault fault);
+
+}  // namespace palpate

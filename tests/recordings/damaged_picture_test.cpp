@@ -1,0 +1,65 @@
+// No frame of a real recording is taken for a damaged picture; the same frames spoilt on purpose are.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "capture/open_source.h"
+#include "capture/run/input.h"
+#include "engine/measure/picture_check.h"
+
+namespace palpate {
+namespace {
+
+/// Rolled to the right by a quarter of its width, or partly green.
+Frame spoilt(const Frame& frame, bool green) {
+  Frame made = frame;
+  const FrameFormat& f = frame.format;
+  for (uint32_t c = 0; c < f.channels; ++c)
+    for (uint32_t y = 0; y < f.height; ++y)
+      for (uint32_t x = 0; x < f.width; ++x) {
+        if (!green)
+          made.set(c, x, y, frame.at(c, (x + f.width - f.width / 4) % f.width, y));
+        else if (y > f.height / 2)
+          made.set(c, x, y, c == 1 ? 135 : 0);
+      }
+  return made;
+}
+
+TEST(Recordings, NoFrameOfASharedClipIsTakenForADamagedPicture) {
+  const std::filesystem::path data = std::filesystem::path(PALPATE_SOURCE_DIR) / "../shared/data";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data";
+  uint64_t frames = 0, alarms = 0, rolled = 0, green = 0, made = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(data)) {
+    const std::filesystem::path& file = entry.path();
+    if (file.extension() != ".avi" || file.string().find("/field/") != std::string::npos) continue;
+    const Sensor sensor = bare_sensor(file.string());
+    const auto source = open_source(file.string(), sensor);
+    std::optional<PictureCheck> check;
+    Frame frame;
+    for (int i = 0; i < 150 && source->next(frame); ++i) {
+      if (!check) {
+        check.emplace(frame.format, sensor.saturation_gray);
+        check->set_reference(frame);
+      }
+      const PictureFault fault = check->look_at(frame);
+      alarms += fault != PictureFault::None;
+      if (fault != PictureFault::None)
+        ADD_FAILURE() << file << " frame " << frame.sequence << ": " << to_string(fault);
+      if (++frames % 40 == 0 && file.string().find("wedge") != std::string::npos) {
+        ++made;
+        rolled += check->look_at(spoilt(frame, false)) != PictureFault::None;
+        green += check->look_at(spoilt(frame, true)) == PictureFault::OneColour;
+      }
+    }
+  }
+  EXPECT_GT(frames, 1500u);
+  EXPECT_EQ(alarms, 0u);
+  EXPECT_GT(made, 30u);
+  EXPECT_EQ(green, made);
+  EXPECT_GE(rolled, made - made / 20);
+  RecordProperty("frames", static_cast<int>(frames));
+}
+
+}  // namespace
+}  // namespace palpate
