@@ -181,6 +181,41 @@ class LiveCaptureTest : public GpuTest {
   LiveOptions options_;
 };
 
+/// A player measures every frame, however slowly, and goes round after round through the recording's own
+/// times.
+TEST_F(LiveCaptureTest, AReplayLeavesNoFrameOutAndItsLoopsHaveTheRecordingsTimes) {
+  SyntheticOptions short_scene = scene();
+  short_scene.rate_Hz = 400;
+  constexpr uint64_t kFrames = 12;
+  class Recording : public SyntheticSensor {
+   public:
+    using SyntheticSensor::SyntheticSensor;
+    std::optional<uint64_t> frame_count() const override { return kFrames; }
+    bool next(Frame& frame) override { return given_++ < kFrames && SyntheticSensor::next(frame); }
+
+   private:
+    uint64_t given_ = 0;
+  };
+  std::vector<uint64_t> numbers;
+  std::vector<int64_t> times_ns;
+  options_.replay = options_.loop = true;
+  options_.max_frames = 3 * kFrames;
+  options_.on_result = [&](const Touch& touch) {
+    numbers.push_back(touch.sequence);
+    times_ns.push_back(touch.time_ns);
+    std::this_thread::sleep_for(milliseconds(5));  // a frame comes every 2.5 ms
+  };
+  const LiveReport report = run_without_window(
+      context(), [&] { return std::make_unique<Recording>(short_scene); }, sensor(), background(), {},
+      options_);
+  EXPECT_EQ(report.dropped_before_engine, 0u);
+  ASSERT_EQ(numbers.size(), 3 * kFrames);
+  for (uint64_t i = 0; i < 3 * kFrames; ++i) {
+    EXPECT_EQ(numbers[i], i % kFrames);
+    EXPECT_NEAR(static_cast<double>(times_ns[i]), 2.5e6 * static_cast<double>(i % kFrames), 2) << i;
+  }
+}
+
 TEST_F(LiveCaptureTest, AConsumerSlowerThanTheCameraGetsTheNewest) {
   for (const uint64_t group : {1u, 5u, 16u}) {
     std::vector<uint64_t> seen, wanted;

@@ -257,6 +257,7 @@ std::string pipeline_difference(gpu::Context& context, const Case& c) {
   options.slots = 2;
   options.tuning = c.tuning;
   options.fixed_light = true;  // noise has no light
+  options.any_picture = true;  // and no picture
   Pipeline pipeline(context, c.sensor, c.format, options);
   const Frame untouched = background_of(c);
   pipeline.set_background(untouched);

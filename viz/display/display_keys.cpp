@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "viz/display/display.h"
 
@@ -13,10 +14,15 @@ namespace palpate::viz {
 void Display::jump(double seconds) {
   const std::shared_ptr<Source> source = session_.source();
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : 10;
-  const auto frames = static_cast<int64_t>(std::llround(seconds * rate_Hz));
   Transport& transport = session_.transport;
+  const auto position = static_cast<int64_t>(transport.position);
+  int64_t to = position + std::llround(seconds * rate_Hz);
+  const std::vector<double> times_s = source->uneven_times_s();
+  if (position < static_cast<int64_t>(times_s.size()))
+    to =
+        std::ranges::lower_bound(times_s, times_s[static_cast<size_t>(position)] + seconds) - times_s.begin();
   transport.steps = 0;  // those asked for before it are not taken from there
-  transport.seek_to = std::max<int64_t>(0, static_cast<int64_t>(transport.position) + frames);
+  transport.seek_to = std::max<int64_t>(0, to);
 }
 
 void Display::handle_player_key(const KeyPress& press) {

@@ -131,7 +131,7 @@ void LiveCapture::deliver(CapturedPtr item) {
   }
   if (frame.after_gap) ++gaps_;
   item->gaps = gaps_;
-  if (options_.measure_all) {
+  if (options_.measure_all || options_.replay) {
     while (!session_.stop && !session_.to_engine.wait_empty(milliseconds(50))) {
     }
   }

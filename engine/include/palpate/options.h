@@ -80,6 +80,8 @@ struct PipelineOptions {
   /// shift, shear and slip (Validity::NotFollowed), nor the skin (Output::Skin has no effect). A force with
   /// branches lies between them.
   bool separate = false;
+  /// Pictures are measured whatever they look like; without it damaged ones are looked for (Touch::picture).
+  bool any_picture = false;
   TractionBy traction = TractionBy::Auto;
   Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
