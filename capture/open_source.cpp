@@ -14,6 +14,7 @@
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
 #include "engine/base/readable.h"
+#include "engine/measure/picture_check.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -43,7 +44,22 @@ std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& s
   return source;
 }
 
-/// Mean of the first frames, rounded.
+/// Those of the frames whose pictures are whole, by comparison with one that agrees with most.
+std::vector<const Frame*> whole_ones(const std::vector<Frame>& frames, const Sensor& sensor) {
+  std::vector<const Frame*> best;
+  for (const Frame* reference : {&frames.back(), &frames.front()}) {
+    PictureCheck check(reference->format, sensor.saturation_gray);
+    check.set_reference(*reference);
+    std::vector<const Frame*> whole;
+    for (const Frame& frame : frames)
+      if (check.look_at(frame) == PictureFault::None) whole.push_back(&frame);
+    if (whole.size() > best.size()) best = std::move(whole);
+    if (2 * best.size() > frames.size()) break;
+  }
+  return best;
+}
+
+/// Mean of the first frames, rounded; without those whose pictures are damaged.
 Frame mean_of_first(const std::string& input, const Sensor& sensor, Source& open) {
   const uint32_t wanted = std::max(1u, sensor.background.first_frames);
   std::unique_ptr<Source> again;
@@ -52,26 +68,23 @@ Frame mean_of_first(const std::string& input, const Sensor& sensor, Source& open
   if (source->frame_count() == 1)
     throw Error(Failure::Input, "an untouched image to subtract", "only the one image " + input,
                 "--background FILE, or \"background\": {\"image\": \"FILE\"} in the sensor file");
-  Frame frame;
-  std::vector<uint32_t> sums;
-  for (uint32_t n = 0; n < wanted; ++n) {
-    if (!source->next(frame))
+  std::vector<Frame> frames(wanted);
+  for (uint32_t n = 0; n < wanted; ++n)
+    if (!source->next(frames[n]))
       throw Error(Failure::Input, std::to_string(wanted) + " first frames for the background",
                   std::to_string(n) + " in " + input, "fewer first_frames in the sensor file");
-    const FrameFormat& f = frame.format;
-    sums.resize(size_t{f.width} * f.height * f.channels);
-    size_t i = 0;
-    for (uint32_t c = 0; c < f.channels; ++c)
-      for (uint32_t y = 0; y < f.height; ++y)
-        for (uint32_t x = 0; x < f.width; ++x) sums[i++] += frame.at(c, x, y);
-  }
+  const std::vector<const Frame*> whole = whole_ones(frames, sensor);
+  const auto count = static_cast<uint32_t>(whole.size());
   Frame mean;
-  mean.reshape(frame.format);
+  mean.reshape(frames.front().format);
   const FrameFormat& f = mean.format;
-  size_t i = 0;
   for (uint32_t c = 0; c < f.channels; ++c)
     for (uint32_t y = 0; y < f.height; ++y)
-      for (uint32_t x = 0; x < f.width; ++x) mean.set(c, x, y, (sums[i++] + wanted / 2) / wanted);
+      for (uint32_t x = 0; x < f.width; ++x) {
+        uint32_t sum = 0;
+        for (const Frame* frame : whole) sum += frame->at(c, x, y);
+        mean.set(c, x, y, (sum + count / 2) / count);
+      }
   return mean;
 }
 

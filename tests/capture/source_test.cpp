@@ -423,6 +423,26 @@ TEST_F(SourceTest, VideoForADeepSensorIsRefusedWithAHint) {
   expect_refused(path("film.avi"), {"12 bits", "video", "16-bit images"});
 }
 
+TEST_F(SourceTest, ADamagedPictureIsNoPartOfTheBackground) {
+  for (const int bad : {0, 2, 3}) {
+    const std::string folder = path("begins" + std::to_string(bad));
+    fs::create_directories(folder);
+    for (int i = 0; i < 6; ++i) {
+      cv::Mat image =
+          random_image(160, 120, CV_8UC3, 8, static_cast<uint64_t>(i) + 1) + cv::Scalar(90, 100, 110);
+      if (i == bad) image.rowRange(60, 120) = cv::Scalar(0, 135, 0);  // as a camera starts
+      cv::imwrite(folder + "/" + std::to_string(i) + ".png", image);
+    }
+    sensor_.channels = 3;
+    sensor_.background.first_frames = 4;
+    const auto source = open_source(folder, sensor_);
+    const Frame background = load_background(folder, sensor_, *source);
+    EXPECT_NEAR(background.at(0, 80, 100), 114, 6) << bad;
+    EXPECT_NEAR(background.at(1, 80, 100), 104, 6) << bad;
+    EXPECT_NEAR(background.at(2, 80, 100), 94, 6) << bad;
+  }
+}
+
 TEST_F(SourceTest, BackgroundFromFirstFrames) {
   film("film.avi", 10);
   sensor_.background.first_frames = 3;
