@@ -4,10 +4,12 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -203,6 +205,40 @@ void fill_noise(const std::vector<const Frame*>& used, const std::vector<cv::Mat
   out.threshold_gray = threshold_over(out.largest_change_gray);
 }
 
+// A change less what is even over the picture, rises across it, or grows with its brightness: light and
+// exposure. A touch is what does not fit, so the largest residuals are left out, round by round.
+cv::Mat without_light(const cv::Mat& change, const cv::Mat& brightness) {
+  constexpr int kEvery = 3, kRounds = 4;
+  const auto basis = [&](int y, int x) {
+    return cv::Vec4d(1, 2.0 * x / change.cols - 1, 2.0 * y / change.rows - 1,
+                     static_cast<double>(brightness.at<float>(y, x)) / 128);
+  };
+  cv::Vec4d fitted = cv::Vec4d::all(0);
+  double limit = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kRounds; ++round) {
+    cv::Matx44d gram = cv::Matx44d::zeros();
+    cv::Vec4d right = cv::Vec4d::all(0);
+    std::vector<double> sizes;
+    for (int y = 0; y < change.rows; y += kEvery)
+      for (int x = 0; x < change.cols; x += kEvery) {
+        const cv::Vec4d b = basis(y, x);
+        const double value = static_cast<double>(change.at<float>(y, x)), left = value - fitted.dot(b);
+        sizes.push_back(std::abs(left));
+        if (std::abs(left) > limit) continue;
+        gram += b * b.t();
+        right += value * b;
+      }
+    gram += cv::Matx44d::eye() * (1e-6 * cv::trace(gram));
+    fitted = gram.solve(right, cv::DECOMP_CHOLESKY);
+    limit = 2.5 * median(sizes) + 1e-3;
+  }
+  cv::Mat left(change.size(), CV_32F);
+  for (int y = 0; y < change.rows; ++y)
+    for (int x = 0; x < change.cols; ++x)
+      left.at<float>(y, x) = change.at<float>(y, x) - static_cast<float>(fitted.dot(basis(y, x)));
+  return left;
+}
+
 // From the first third of the frames to the last.
 struct Drift {
   Difference largest;
@@ -290,6 +326,25 @@ ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Senso
     above.darkest = std::max(above.darkest, largest_counted(change, Signal::Darker, sensor.filter));
   }
   return above;
+}
+
+uint64_t evident_touch_px(const Frame& frame, const Frame& untouched, double threshold_gray) {
+  constexpr double kSmooth_px = 1.5, kSurely = 8;
+  constexpr float kQuarter = 0.3186f;  // of a normal value's standard deviation, below which a quarter lies
+  const std::vector<cv::Mat> now = planes(frame), rest = planes(untouched);
+  cv::Mat touched;
+  for (size_t c = 0; c < now.size(); ++c) {
+    cv::Mat smooth, light;
+    cv::GaussianBlur(now[c] - rest[c], smooth, {}, kSmooth_px);
+    cv::GaussianBlur(rest[c], light, {}, kSmooth_px);
+    const cv::Mat apart = cv::abs(without_light(smooth, light));
+    std::vector<float> sizes(apart.begin<float>(), apart.end<float>());
+    const auto quarter = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 4);
+    std::nth_element(sizes.begin(), quarter, sizes.end());
+    const cv::Mat over = apart > std::max(threshold_gray, kSurely * static_cast<double>(*quarter / kQuarter));
+    touched = c == 0 ? over : cv::Mat(touched | over);
+  }
+  return static_cast<uint64_t>(cv::countNonZero(touched));
 }
 
 std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, uint32_t wanted,

@@ -49,6 +49,11 @@ double threshold_over(double noise_change_gray);
 ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Sensor& sensor,
                          double threshold_gray);
 
+/// Pixels in which a frame shows a touch whatever its noise and its light: the change, smoothed over 1.5 px
+/// and freed of what grows evenly over the picture or with its brightness, passes the threshold and eight
+/// times its own scatter.
+uint64_t evident_touch_px(const Frame& frame, const Frame& untouched, double threshold_gray);
+
 /// Up to `wanted` frames of `input`, from the first on, every `every`-th. Any source; `more` (frames so far)
 /// may end it by returning false. Frames come as the sensor rectifies them.
 std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, uint32_t wanted,

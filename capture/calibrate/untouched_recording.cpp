@@ -14,6 +14,7 @@ namespace {
 // Of what a kind of frame shows and others lack: below it nothing is shown.
 constexpr double kNoEvidence = 0.002;
 constexpr uint64_t kLeastTouched_px = 25;  // fewer above the threshold are no touch
+constexpr size_t kLeastRest = 3;           // untouched frames that show the noise
 
 Frame own_copy(const Frame& frame) {
   Frame own;
@@ -187,7 +188,22 @@ UntouchedRecording judge_touches(const std::string& input, const Sensor& sensor,
   found.step = step_of(input, sensor, 0);
   const std::unique_ptr<Source> source = open_source(input, sensor);
   found.image.mean = load_background(input, sensor, *source);
-  judge_threshold(input, sensor, clear_threshold(sensor.threshold_gray, source->format()), found, more);
+  double threshold_gray = clear_threshold(sensor.threshold_gray, source->format());
+  std::vector<double> rest_gray;
+  const bool whole = look_through(input, sensor, found.step, more, [&](const Frame& frame, uint64_t number) {
+    if (evident_touch_px(frame, found.image.mean, threshold_gray) >= kLeastTouched_px) return;
+    found.untouched.push_back(number);
+    rest_gray.push_back(largest_change(frame, found.image.mean, sensor));
+  });
+  if (!whole) return found;
+  if (rest_gray.size() >= kLeastRest) {
+    // Where one picture is the untouched image, its noise counts too. A touch that begins or ends is in some.
+    std::ranges::sort(rest_gray);
+    found.image.largest_change_gray = rest_gray[rest_gray.size() / 4];
+    threshold_gray = std::max(threshold_gray, threshold_over(found.image.largest_change_gray));
+  }
+  judge_threshold(input, sensor, threshold_gray, found, more);
+  found.touched_frames -= found.untouched_that_touch;
   return found;
 }
 

@@ -45,7 +45,8 @@ UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor
 void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray,
                      UntouchedRecording& found, const std::function<bool(uint64_t)>& more);
 /// What the touches of a recording change from the sensor's untouched image, by a threshold that a touch
-/// surely passes: clear_threshold() of the sensor's.
+/// surely passes: clear_threshold() of the sensor's, or more where untouched frames change by more. A frame
+/// in which no touch is evident above noise and light (evident_touch_px) is untouched.
 UntouchedRecording judge_touches(const std::string& input, const Sensor& sensor,
                                  const std::function<bool(uint64_t)>& more);
 /// `threshold_gray`, at least a fiftieth of full scale.
