@@ -70,11 +70,14 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
 void set_force(Sensor& sensor, const ForceCalibration& calibration);
 
 /// A calibration is not fit for use where its interval is wider than kWorstInterval of full scale, where it
-/// rests on fewer than kFewestReadings, or where its full scale is less than kLeastReach of what was pressed.
+/// rests on fewer than kFewestReadings, where its full scale is less than kLeastReach of what was pressed, or
+/// where more than kMostOutliers contradict it and were left out. The line states what was left out where
+/// that is more than what was used.
 struct ForceVerdict {
   static constexpr double kWorstInterval = 0.3;
   static constexpr size_t kFewestReadings = 20;
   static constexpr double kLeastReach = 0.5;
+  static constexpr double kMostOutliers = 0.2;  ///< of used readings and outliers together
 
   bool fit_for_use = true;
   /// false: on a gel, fewer than three recordings (of three objects): others were not judged.

@@ -62,6 +62,12 @@ ForceVerdict verdict_of(const ForceOutcome& o) {
     add(text("%zu readings (%zu or more are needed)", o.choice.readings, ForceVerdict::kFewestReadings));
   if (verdict.reach < ForceVerdict::kLeastReach)
     add(text("it ends at %.3g N of the %.3g N pressed", full_N, pressed_N));
+  std::map<LeftOut, size_t> left_out;
+  for (const ForceSample& s : o.samples) ++left_out[s.left_out];
+  const auto outliers = static_cast<double>(left_out[LeftOut::Outlier]),
+             fitted = outliers + static_cast<double>(o.choice.readings);
+  if (outliers > ForceVerdict::kMostOutliers * fitted)
+    add(text("%.0f of %.0f readings contradict the rest (outliers)", outliers, fitted));
   verdict.fit_for_use = against.empty();
   if (!verdict.fit_for_use) {
     verdict.line = "not fit for use: " + against + ". Try: " + advice(o, verdict.presses);
@@ -69,6 +75,15 @@ ForceVerdict verdict_of(const ForceOutcome& o) {
   }
   verdict.line = text("good to +- %.3g N, %.2g %% of full scale (95 %%), up to %.4g N",
                       o.choice.interval_full_N, 100 * verdict.interval_fraction, full_N);
+  if (2 * o.choice.readings < o.samples.size()) {
+    std::string reasons;
+    for (const auto& [why, count] : left_out)
+      if (why != LeftOut::Used && count > 0)
+        reasons += text("%s%zu %s", reasons.empty() ? "" : ", ", count, to_string(why));
+    verdict.line +=
+        text("; from %zu of %zu touched frames alone (left out: ", o.choice.readings, o.samples.size()) +
+        reasons + ")";
+  }
   if (verdict.presses == 1) verdict.line += "; judged within one press: another may differ";
   // A gel's pixels show slopes, and those go with the object's shape as well as with the force.
   const bool gel = std::any_of(o.samples.begin(), o.samples.end(),

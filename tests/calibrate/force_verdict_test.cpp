@@ -96,6 +96,24 @@ TEST(ForceVerdict, WhatTheBorderTakesAwayIsNamed) {
   EXPECT_NE(v.line.find("N pressed"), std::string::npos) << v.line;
 }
 
+TEST(ForceVerdict, WhatWasLeftOutIsStatedAndJudged) {
+  GaugedRecording border = recording(5, 0.01);
+  for (size_t i = 0; i < border.frames.size(); ++i) border.frames[i].touch.at_border = i % 5 != 0;
+  const ForceVerdict some = verdict_of(calibrate(std::move(border)));
+  EXPECT_TRUE(some.fit_for_use) << some.line;
+  EXPECT_NE(some.line.find("of 200 touched frames alone"), std::string::npos) << some.line;
+  EXPECT_NE(some.line.find("at the border"), std::string::npos) << some.line;
+  const ForceVerdict all = verdict_of(calibrate(recording(5, 0.01)));
+  EXPECT_EQ(all.line.find("alone"), std::string::npos) << all.line;
+  // Readings that contradict the rest are left out of the error, and the verdict is against it.
+  ForceOutcome o = calibrate(recording(5, 0.01));
+  for (size_t i = 0; i < o.samples.size(); i += 3) o.samples[i].left_out = LeftOut::Outlier;
+  o.choice.readings = o.samples.size() - (o.samples.size() + 2) / 3;
+  const ForceVerdict contradicted = verdict_of(o);
+  EXPECT_FALSE(contradicted.fit_for_use);
+  EXPECT_NE(contradicted.line.find("contradict the rest"), std::string::npos) << contradicted.line;
+}
+
 TEST(ForceVerdict, EveryForceOfAPoorCalibrationSaysSo) {
   ForceCalibration c = calibrate(recording(5, 0.5)).choice.calibration;
   const Estimate force = force_from_gray(c, 5000, true);
