@@ -8,6 +8,7 @@
 #include <memory>
 #include <tuple>
 
+#include "capture/calibrate/ball_verdict.h"
 #include "capture/calibrate/markers.h"
 #include "capture/files/csv_table.h"
 #include "capture/files/image_sequence.h"
@@ -41,14 +42,12 @@ void refuse_without_background(const std::string& input, const Sensor& sensor, c
 
 /// Most frequent reason of refusal, for the error line when there are too few presses.
 std::string main_reason(const BallPresses& found) {
-  std::map<std::string, size_t> counts;
-  for (const RefusedPress& r : found.refused) ++counts[r.reason.substr(0, r.reason.find(':'))];
+  std::map<BallRefusal, size_t> counts;
+  for (const RefusedPress& r : found.refused) ++counts[r.why];
   std::string reason;
   size_t most = 0;
-  for (const RefusedPress& r : found.refused) {
-    const size_t count = counts[r.reason.substr(0, r.reason.find(':'))];
-    if (count > most) most = count, reason = r.label + ": " + r.reason;
-  }
+  for (const RefusedPress& r : found.refused)
+    if (counts[r.why] > most) most = counts[r.why], reason = r.label + ": " + r.reason;
   return reason;
 }
 
@@ -82,9 +81,7 @@ void refuse_unlike(BallPresses& found) {
     if (ratio < kUnlikeOthers && ratio > 1 / kUnlikeOthers) continue;
     const std::string line =
         text("its colour changes %.2f times as fast as the others': another ball", ratio);
-    found.refused.push_back({found.presses[i].label, line});
-    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
-    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
+    refuse_press(found, i, line);
   }
 }
 
@@ -138,6 +135,15 @@ std::vector<Row> read_rows(const fs::path& file, const fs::path& input) {
 
 }  // namespace
 
+void refuse_press(BallPresses& found, size_t i, const std::string& reason) {
+  const auto at = static_cast<std::ptrdiff_t>(i);
+  const BallPress& press = found.presses[i];
+  found.refused.push_back({press.label, reason, BallRefusal::Unlike, press.ball, press.ball_radius_mm});
+  found.frames_with_ball -= std::min<size_t>(found.frames_with_ball, 1);
+  found.presses.erase(found.presses.begin() + at);
+  found.backgrounds.erase(found.backgrounds.begin() + at);
+}
+
 BallPresses find_presses(const std::string& input, const Sensor& sensor, const PressSearch& search,
                          size_t least) {
   const std::unique_ptr<Source> source = open_source(input, sensor);
@@ -172,27 +178,28 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
                      : find_gray_ball(frame, found.background, press.mask, sensor.signal, ball_search);
     if (press.ball.good()) {
       press.frame = frame;
+      ++found.frames_with_ball;
       add(found, std::move(press), found.background);
-    } else if (press.ball.refusal.rfind("nothing is pressed", 0) == 0) {
+    } else if (press.ball.why == BallRefusal::Untouched) {
       ++found.untouched;
     } else {
-      found.refused.push_back({press.label, press.ball.refusal});
+      found.refused.push_back(
+          {press.label, press.ball.refusal, press.ball.why, press.ball, search.ball_radius_mm});
     }
   }
   found.warning = rest_check.warning();
   if (sensor.channels == 3) refuse_unlike(found);
+  refuse_contradictions(found, sensor, input);
   if (found.presses.size() < least) {
     std::string what = std::to_string(found.presses.size()) + " usable";
     what += ", " + count_text(found.untouched, "untouched frame") + ", " +
             std::to_string(found.refused.size()) + " refused";
     if (!found.refused.empty()) what += " (" + main_reason(found) + ")";
-    const bool too_wide = main_reason(found).find("does not fit a ball") != std::string::npos;
     throw Error(Failure::Input,
-                (least == 1 ? "a press" : std::to_string(least) + " presses or more") + " of a ball of " +
-                    std::to_string(search.ball_radius_mm) + " mm radius in " + input,
+                (least == 1 ? "a press" : std::to_string(least) + " presses or more") +
+                    text(" of a ball of %.4g mm radius in ", search.ball_radius_mm) + input,
                 what,
                 !found.warning.empty() ? "an untouched --background: " + found.warning
-                : too_wide ? "the ball's radius (not its diameter), and pitch_mm_per_px of the sensor file"
                 : found.untouched > 0 && found.refused.empty()
                     ? "presses deep enough to be seen, and an untouched --background"
                     : "single presses of one ball away from the border, or --balls TABLE");
@@ -238,6 +245,7 @@ BallPresses read_presses(const fs::path& file, const fs::path& input, const Sens
       if (!rest_mask.empty()) press.mask = either(find_markers(frame, sensor), rest_mask);
       found.presses.push_back(std::move(press));
       found.backgrounds.push_back(background);
+      ++found.frames_with_ball;
     }
   }
   return found;

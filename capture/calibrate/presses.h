@@ -25,6 +25,9 @@ struct BallPress {
 struct RefusedPress {
   std::string label;
   std::string reason;
+  BallRefusal why = BallRefusal::None;
+  FoundBall ball{};  ///< what the search ended with
+  double ball_radius_mm = 0;
 };
 
 struct BallPresses {
@@ -33,6 +36,7 @@ struct BallPresses {
   std::vector<BallPress> presses;
   std::vector<Frame> backgrounds;     ///< one for each press
   std::vector<RefusedPress> refused;  ///< frames in which something is pressed that cannot be used
+  size_t frames_with_ball = 0;        ///< those of one press count each; less those refused later
   uint64_t untouched = 0;             ///< frames in which nothing is
   std::string warning;                ///< that the untouched image shows a touch itself; empty: it does not
 };
@@ -50,10 +54,13 @@ inline constexpr const char* kBallColumns = "image,center_x_px,center_y_px,conta
 /// Looks at every frame of `input` (folder of images, image, video, session, synthetic scene). Of a press
 /// that lasts several frames the deepest counts: a new one begins where the contact has moved by half its
 /// radius, or its radius changed by a sixth. With colour, presses whose change grows unlike the others' are
-/// refused. Throws Error(Failure::Input) where there are fewer than `least` presses, with what was found
-/// instead.
+/// refused. Throws Error(Failure::Input) where what is refused contradicts the ball's radius or the scale
+/// (refuse_contradictions), and where there are fewer than `least` presses, with what was found instead.
 BallPresses find_presses(const std::string& input, const Sensor& sensor, const PressSearch& search,
                          size_t least);
+
+/// Takes press `i` out as unlike the others.
+void refuse_press(BallPresses& found, size_t i, const std::string& reason);
 
 /// The presses that the table `file` names (kBallColumns), below the folder `input` or in the one file that
 /// it is. Throws Error(Failure::Input).

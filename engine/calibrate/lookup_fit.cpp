@@ -138,7 +138,7 @@ LookupFitResult LookupFit::solve() const {
                 "deeper presses of a ball");
   LookupFitResult result;
   result.by_press = presses_.size() > 1;
-  double square = 0, pixels = 0;
+  double square = 0, cap_square = 0, pixels = 0;
   const auto judge = [&](const std::vector<Sample>& fitted, const std::vector<Sample>& judged,
                          HeldOutLookup& h, double& sum) {
     const LookupCalibration table_only{table(fitted), 0, {}};
@@ -147,6 +147,7 @@ LookupFitResult LookupFit::solve() const {
       sum += error * error;
       h.depth_error_mm += error;
       h.largest_depth_mm = std::max(h.largest_depth_mm, s.depth_mm);
+      h.cap_rms_mm += s.depth_mm * s.depth_mm;
       h.contact_px += 1;
     }
   };
@@ -168,12 +169,15 @@ LookupFitResult LookupFit::solve() const {
     }
     const double n = std::max<double>(1, static_cast<double>(h.contact_px));
     square += sum;
+    cap_square += h.cap_rms_mm;
     pixels += n;
+    h.cap_rms_mm = std::sqrt(h.cap_rms_mm / n);
     h.depth_rmse_mm = std::sqrt(sum / n);
     h.depth_error_mm /= n;
     result.presses.push_back(std::move(h));
   }
   result.depth_rmse_mm = std::sqrt(square / pixels);
+  result.cap_rms_mm = std::sqrt(cap_square / pixels);
   double mean = 0, spread = 0;
   for (const Sample& s : all) mean += s.depth_mm / static_cast<double>(all.size());
   for (const Sample& s : all)

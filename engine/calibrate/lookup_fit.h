@@ -21,11 +21,13 @@ struct HeldOutLookup {
   double depth_rmse_mm = 0;
   double depth_error_mm = 0;  ///< mean: read less true
   double largest_depth_mm = 0;
+  double cap_rms_mm = 0;  ///< root of the mean squared height of the ball's cap above the rim
 };
 
 struct LookupFitResult {
   LookupCalibration calibration;  ///< depth_sd_mm is the held-out error below
   double depth_rmse_mm = 0;       ///< held out, all pixels together
+  double cap_rms_mm = 0;          ///< of the caps, all pixels together
   bool by_press = false;          ///< held out press by press; false: one press, its sectors by turns
   std::vector<HeldOutLookup> presses;
 };

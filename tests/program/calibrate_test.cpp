@@ -115,7 +115,7 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
     EXPECT_NE(text("stderr").find(says), std::string::npos) << text("stderr");
     EXPECT_FALSE(fs::exists(folder_ / "out.json"));
   };
-  refused(frames + "--ball-mm 1", 3, "does not fit a ball");
+  refused(frames + "--ball-mm 1", 3, "wider than the ball");
   refused(frames, 2, "--ball-mm");
   // Nothing but untouched frames.
   fs::create_directories(folder_ / "rest");
@@ -131,6 +131,46 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
               "' --out '" + at("out.json") + "'",
           3, "640x480");
   refused("calibrate lookup '" + at("rec/frames") + rest + "--ball-mm 5", 4, "gray sensor");
+}
+
+// The error is the same share of the caps whatever size is stated, and the shading shows which size is right.
+TEST_F(Calibrate, ADiameterGivenForTheRadiusIsNamedOrRefused) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  const std::string frames = "calibrate photometric '" + at("rec/frames") + "' --sensor '" +
+                             at("rec/sensor.json") + "' --background '" + at("rec/background.png") +
+                             "' --quiet --json --out '" + at("out.json") + "' ";
+  const auto share = [&](const std::string& size) {
+    EXPECT_EQ(run(frames + size), 0) << size << ": " << text("stderr");
+    EXPECT_TRUE(fs::exists(folder_ / "out.json")) << size;
+    fs::remove(folder_ / "out.json");
+    return parse_json(text("stdout"));
+  };
+  const Json right = share("--ball-radius-mm 5"), by_diameter = share("--ball-diameter-mm 10"),
+             insisted = share("--ball-radius-mm 10");
+  EXPECT_EQ(right["doubt"], "");
+  EXPECT_EQ(right["depth_rmse_held_out_mm"], by_diameter["depth_rmse_held_out_mm"]);
+  EXPECT_NE(insisted["doubt"].get<std::string>().find("diameter"), std::string::npos);
+  EXPECT_NEAR(insisted["depth_share_of_caps"].get<double>(), right["depth_share_of_caps"].get<double>(),
+              0.5 * right["depth_share_of_caps"].get<double>());
+  EXPECT_LT(insisted["depth_rmse_held_out_mm"].get<double>(),
+            0.75 * right["depth_rmse_held_out_mm"].get<double>());
+  // The verdict is the first line, with the scatter and the selection.
+  ASSERT_EQ(run(frames + "--ball-radius-mm 5"), 0);
+  const std::string verdict = parse_json(text("stdout"))["verdict"];
+  for (const char* word : {"mm RMS", "% of the caps", "depth gain", "from ", " px) to "})
+    EXPECT_NE(verdict.find(word), std::string::npos) << word << " in: " << verdict;
+  fs::remove(folder_ / "out.json");
+
+  const auto refused = [&](const std::string& size, int code, const std::string& says) {
+    EXPECT_EQ(run(frames + size), code) << size;
+    EXPECT_NE(text("stderr").find(says), std::string::npos) << text("stderr");
+    EXPECT_FALSE(fs::exists(folder_ / "out.json")) << size;
+  };
+  refused("--ball-mm 10", 3, "--ball-diameter-mm 10");
+  refused("--ball-radius-mm 31", 3, "as under a ball of");
+  refused("--ball-diameter-mm 31 --ball-radius-mm 5", 2, "once");
+  // Some presses of the same ball are wider, others are not: nothing is fitted to those.
+  refused("--ball-radius-mm 2.3", 3, "wider than the ball");
 }
 
 // From nothing but pictures, a scale and a ball: what measures afterwards is in the sensor file.

@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
+#include "engine/base/text.h"
 #include "palpate/sensor.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -85,6 +88,69 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
   EXPECT_EQ(sensor.signal, Signal::Either);
   EXPECT_EQ(sensor.reconstruction, Reconstruction::Photometric);
   EXPECT_TRUE(fs::exists(sensor.background.image));
+  // The sentences say what the file holds, how the error scatters and what was left out.
+  const std::string surface = step(setup, "surface").at("what").get<std::string>(),
+                    touch = step(setup, "touch").at("what").get<std::string>();
+  for (const char* word : {"% of the caps", "depth gain", " px) to ", "presses"})
+    EXPECT_NE(surface.find(word), std::string::npos) << word << " in: " << surface;
+  const std::string threshold = palpate::text("threshold %.1f gray", sensor.threshold_gray);
+  EXPECT_NE(touch.find(threshold), std::string::npos) << threshold << " in: " << touch;
+
+  // The diameter for the radius, and presses that contradict the ball: no surface.
+  for (const char* ball : {"--ball-mm 16", "--ball-radius-mm 2"}) {
+    ASSERT_EQ(run("setup " + frames + " " + ball + " --pitch " + std::to_string(pitch) + " --json --out '" +
+                  at("wrong.json") + "'"),
+              0)
+        << text("stderr");
+    const Json wrong = step(parse_json(text("stdout")), "surface");
+    EXPECT_FALSE(wrong.at("known").get<bool>()) << ball << ": " << wrong.dump();
+    EXPECT_NE(wrong.at("what").get<std::string>().find("ball of"), std::string::npos) << wrong.dump();
+    EXPECT_EQ(load_sensor(folder_ / "wrong.json").reconstruction, Reconstruction::None) << ball;
+  }
+}
+
+// One picture is the untouched image, and the recording is as noisy as cameras are, under light that changes.
+TEST_F(SetupCommand, UntouchedPicturesShowNoTouchWhateverTheirNoise) {
+  fs::create_directories(at("rest"));
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 5);
+  const auto write = [&](const std::string& name, double light, bool touched) {
+    std::ofstream file(at(name), std::ios::binary);
+    file << "P6\n160 120\n255\n";
+    for (int y = 0; y < 120; ++y)
+      for (int x = 0; x < 160; ++x)
+        for (int c = 0; c < 3; ++c) {
+          const double r = std::hypot(x - 80.0, y - 60.0),
+                       tilt = touched && r < 20 ? (c == 0 ? x - 80.0 : y - 60.0) : 0;
+          const double gray = light * (90 + 0.3 * x + 20 * c) + 4 * tilt + noise(random);
+          file.put(static_cast<char>(std::lround(std::clamp(gray, 0.0, 255.0))));
+        }
+  };
+  write("background.ppm", 1, false);
+  for (int i = 0; i < 8; ++i) write("rest/" + std::to_string(i) + ".ppm", 1 + 0.004 * i, false);
+  const std::string command = "setup '" + at("rest") + "' --background '" + at("background.ppm") +
+                              "' --pitch 0.1 --ball-radius-mm 4 --json --out '" + at("own.json") + "'";
+  ASSERT_EQ(run(command), 0) << text("stderr");
+  const Json setup = parse_json(text("stdout"));
+  EXPECT_FALSE(step(setup, "touch").at("known").get<bool>()) << step(setup, "touch").dump();
+  EXPECT_NE(step(setup, "touch").at("missing").get<std::string>().find("touches the pad"), std::string::npos);
+  EXPECT_FALSE(step(setup, "surface").at("known").get<bool>());
+  for (const Json& one : setup.at("steps"))
+    EXPECT_EQ(one.dump().find("; try palpate"), std::string::npos) << one.dump();
+  // The file's threshold keeps noise from being contacts.
+  ASSERT_EQ(
+      run("process '" + at("rest") + "' --sensor '" + at("own.json") + "' --quiet --out '" + at("out") + "'"),
+      0)
+      << text("stderr");
+  for (const double contacts : Table(text("out/measurements.csv")).numbers("contacts"))
+    EXPECT_EQ(contacts, 0);
+  // A touch among them is seen.
+  write("rest/8.ppm", 1, true);
+  ASSERT_EQ(run(command), 0) << text("stderr");
+  const Json touched = step(parse_json(text("stdout")), "touch");
+  EXPECT_TRUE(touched.at("known").get<bool>()) << touched.dump();
+  EXPECT_NE(touched.at("what").get<std::string>().find("slopes by colour"), std::string::npos)
+      << touched.dump();
 }
 
 TEST_F(SetupCommand, WhatIsMissingIsSaidAndNonsenseRefused) {

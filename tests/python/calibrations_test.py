@@ -50,9 +50,24 @@ def test_photometric(gel, tmp_path, program):
     assert same(cal.report, report_of(program, "photometric", gel / "frames", *command, "--out", tmp_path / "b.json"))
     assert cal.sensor.surface == "photometric"
     assert cal.report["depth_rmse_held_out_mm"] < 0.2
-    assert cal.verdict.startswith("all: normals")
+    assert cal.verdict.startswith("depth to ")
+    assert cal.fit_for_use
     with pp.open(gel / "frames", sensor=cal.sensor, drop=False, rate_Hz=5) as stream:
         assert max(t.depth_mm.max() for t in stream) > 0.2
+
+
+def test_photometric_without_a_file(gel, tmp_path):
+    options = {"sensor": gel / "sensor.json", "background": gel / "background.png"}
+    written = pp.calibrate.photometric(gel / "frames", out=tmp_path / "gel.json", ball_radius_mm=5, **options)
+    cal = pp.calibrate.photometric(gel / "frames", ball_diameter_mm=10, **options)
+    assert cal.report["depth_rmse_held_out_mm"] == written.report["depth_rmse_held_out_mm"]
+    assert cal.sensor.surface == "photometric"
+    with pp.open(gel / "frames", sensor=cal.sensor, drop=False, rate_Hz=5) as stream:
+        assert max(t.depth_mm.max() for t in stream) > 0.2
+    cal.sensor.save(tmp_path / "kept.json")
+    assert pp.Sensor(tmp_path / "kept.json").surface == "photometric"
+    with pytest.raises(pp.ArgumentError, match="once"):
+        pp.calibrate.photometric(gel / "frames", ball_radius_mm=5, ball_diameter_mm=10, **options)
 
 
 def test_flat(gel, tmp_path, program):

@@ -49,6 +49,9 @@ Report setup(const Common& common, const Options& options) {
     inputs.cut_to_light = true;
   else if (options.corners != "none")
     inputs.corners = parse_corners(options.corners);
+  if ((inputs.ball_mm > 0) + (inputs.ball_radius_mm > 0) + (inputs.ball_diameter_mm > 0) > 1)
+    throw Error(Failure::Usage, "the ball's size once", "several of them",
+                "--ball-radius-mm or --ball-diameter-mm");
   if (options.window) return setup_in_window(common, inputs);
   if (inputs.recording.empty() || common.out.empty())
     throw Error(Failure::Usage, "a recording and --out FILE",
@@ -91,8 +94,14 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_option("--spacing-mm", i.spacing_mm, "Distance from one point of the grid to the next, mm")
       ->check(Check::range(1e-3, 1000.0));
-  command->add_option("--ball-mm", i.ball_mm, "Radius of a ball that is pressed, for depth")
-      ->check(Check::range(0.01, 1000.0));
+  command->add_option("--ball-radius-mm", i.ball_radius_mm, "Radius of a ball that is pressed, for depth")
+      ->check(Check::range(1e-3, 1000.0));
+  command->add_option("--ball-diameter-mm", i.ball_diameter_mm, "Or its diameter")
+      ->check(Check::range(1e-3, 1000.0));
+  command
+      ->add_option("--ball-mm", i.ball_mm,
+                   "Its radius, by the older name: refused where the pictures show that it is the diameter")
+      ->check(Check::range(1e-3, 1000.0));
   command->add_option("--balls", i.balls, "Recording of its presses (default: INPUT)");
   command
       ->add_option("--ball-table", i.ball_table,
@@ -118,7 +127,7 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
   add_common(
       *command, common,
       "  palpate setup press.avi --out pad.json\n"
-      "  palpate setup presses/ --background rest.png --ball-mm 3 --pitch 0.0593 --out gel.json\n"
+      "  palpate setup presses/ --background rest.png --ball-radius-mm 3 --pitch 0.0593 --out gel.json\n"
       "  palpate setup press.avi --gauge press.csv --corners auto --out pad.json\n"
       "  palpate setup press.avi --window\n"
       "Tells of each step what is known, what is missing and how to get it, and which command does that "

@@ -31,7 +31,7 @@ std::string by_field(std::string words) {
       {": --background FILE", ", in 'picture at rest'"},
       {"--pitch MM_PER_PX, or a picture of a grid: --grid-pictures FILE --grid 9x7 --spacing-mm 2.5",
        "'mm per px', or pictures of a grid"},
-      {": --ball-mm RADIUS [--balls FOLDER]", ", and 'ball radius'"},
+      {": --ball-radius-mm RADIUS [--balls FOLDER]", ", and 'ball radius'"},
       {": --gauge FILE", ", in 'gauge table'"},
       {"; if that is the pad: --corners ", "; if that is the pad, 'Propose' corners: "},
       {" (or auto)", ""},

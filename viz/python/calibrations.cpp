@@ -3,6 +3,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <tuple>
+
 #include "capture/calibrate/force.h"
 #include "capture/calibrate/shear.h"
 #include "capture/calibrate/workflow/workflow.h"
@@ -160,7 +162,14 @@ py::dict written(CalibrationReport (*calibrate)(const Request&, const Calibratio
   py::dict d;
   d["text"] = report.text;
   d["report"] = report.json;
+  d["sensor"] = report.sensor;
   return d;
+}
+
+/// Radius, diameter, and the older way of saying.
+using Ball = std::tuple<double, double, double>;
+BallSize size_of(const Ball& ball) {
+  return {std::get<0>(ball), std::get<1>(ball), std::get<2>(ball)};
 }
 
 using Path = std::filesystem::path;
@@ -186,33 +195,33 @@ void bind_written(py::module_& module) {
       "calibrate_scale",
       [](const std::string& input, const Path& sensor, const Path& background, const Path& out,
          const std::string& grid, bool dots, double spacing_mm, double spacing_sd, double ring_mm,
-         double ball_mm, const std::vector<double>& travel_mm) {
+         const Ball& ball, const std::vector<double>& travel_mm) {
         const GridPattern pattern = dots ? GridPattern::Dots : GridPattern::Chessboard;
-        return written(
-            &calibrate_scale,
-            {input, sensor, background, grid, pattern, spacing_mm, spacing_sd, ring_mm, ball_mm, travel_mm},
-            out);
+        return written(&calibrate_scale,
+                       {input, sensor, background, grid, pattern, spacing_mm, spacing_sd, ring_mm,
+                        size_of(ball), travel_mm},
+                       out);
       },
       py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("out"), py::arg("grid"),
-      py::arg("dots"), py::arg("spacing_mm"), py::arg("spacing_sd"), py::arg("ring_mm"), py::arg("ball_mm"),
+      py::arg("dots"), py::arg("spacing_mm"), py::arg("spacing_sd"), py::arg("ring_mm"), py::arg("ball"),
       py::arg("travel_mm"));
   module.def(
       "calibrate_lookup",
       [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
-         const Path& out, double ball_mm, double pitch_mm_per_px, uint64_t every) {
-        return written(&calibrate_lookup, {input, sensor, balls, background, ball_mm, pitch_mm_per_px, every},
-                       out);
+         const Path& out, const Ball& ball, double pitch_mm_per_px, uint64_t every) {
+        return written(&calibrate_lookup,
+                       {input, sensor, balls, background, size_of(ball), pitch_mm_per_px, every}, out);
       },
       py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
-      py::arg("ball_mm"), py::arg("pitch_mm_per_px"), py::arg("every"));
+      py::arg("ball"), py::arg("pitch_mm_per_px"), py::arg("every"));
   module.def(
       "calibrate_photometric",
       [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
-         const Path& out, double ball_mm, double pitch_mm_per_px, uint64_t every, double rest_weight,
+         const Path& out, const Ball& ball, double pitch_mm_per_px, uint64_t every, double rest_weight,
          const std::string& model, bool keep_markers, bool keep_contact) {
         PhotometricRequest request;
-        static_cast<BallRequest&>(request) = {input,   sensor,          balls, background,
-                                              ball_mm, pitch_mm_per_px, every};
+        static_cast<BallRequest&>(request) = {input,         sensor,          balls, background,
+                                              size_of(ball), pitch_mm_per_px, every};
         request.rest_weight = rest_weight;
         request.model = by_name(kNormalModelNames, model, "a model");
         request.keep_markers = keep_markers;
@@ -220,8 +229,8 @@ void bind_written(py::module_& module) {
         return written(&calibrate_photometric, request, out);
       },
       py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
-      py::arg("ball_mm"), py::arg("pitch_mm_per_px"), py::arg("every"), py::arg("rest_weight"),
-      py::arg("model"), py::arg("keep_markers"), py::arg("keep_contact"));
+      py::arg("ball"), py::arg("pitch_mm_per_px"), py::arg("every"), py::arg("rest_weight"), py::arg("model"),
+      py::arg("keep_markers"), py::arg("keep_contact"));
   module.def(
       "calibrate_lights",
       [](const std::vector<Path>& images, const Path& height, const Path& out, double pitch_mm_per_px,

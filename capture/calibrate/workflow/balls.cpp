@@ -1,13 +1,22 @@
 #include "capture/calibrate/workflow/balls.h"
 
+#include "capture/calibrate/background.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
 
 void check_ball_options(const BallRequest& options) {
-  if (options.balls.empty() == (options.ball_mm == 0))
-    throw Error(Failure::Usage, "the ball's radius (--ball-mm) or a table of presses (--balls)",
-                options.balls.empty() ? "neither" : "both", "--ball-mm RADIUS");
+  const int given = options.ball.times_given();
+  if (given + !options.balls.empty() != 1)
+    throw Error(
+        Failure::Usage,
+        "the ball's size, once (--ball-radius-mm, --ball-diameter-mm or --ball-mm RADIUS), or a table "
+        "of presses (--balls)",
+        given == 0              ? "neither"
+        : options.balls.empty() ? std::to_string(given) + " sizes"
+                                : "both",
+        "--ball-radius-mm RADIUS");
 }
 
 Sensor with_background(Sensor sensor, const BallRequest& options) {
@@ -20,7 +29,7 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
                        bool mask_markers, size_t least) {
   if (!options.balls.empty()) return read_presses(options.balls, options.input, sensor, mask_markers);
   PressSearch search;
-  search.ball_radius_mm = options.ball_mm;
+  search.ball_radius_mm = options.ball.radius();
   search.mask_markers = mask_markers;
   search.every = options.every;
   const RunWatch::Progress progress = run.watch.begin("looking for the ball", 0);
@@ -29,6 +38,52 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
     return run.watch.stopped();
   };
   return find_presses(options.input, sensor, search, least);
+}
+
+KeptSensor keep_sensor(Sensor& sensor, const std::filesystem::path& background, const CalibrationRun& run,
+                       bool fresh) {
+  if (run.out.empty()) {
+    if (!background.empty()) sensor.background.image = std::filesystem::absolute(background).string();
+    return {};
+  }
+  if (fresh) sensor.name = run.out.stem().string();
+  KeptSensor kept;
+  kept.background = keep_background(background, run.out, sensor).string();
+  save_sensor(sensor, run.out);
+  kept.line = "written: " + run.out.string() + (kept.background.empty() ? "" : " and " + kept.background);
+  return kept;
+}
+
+PressVerdict judge_presses(const BallPresses& found, const BallRequest& options, const Sensor& sensor) {
+  PressVerdict verdict{selection_of(found), evidence_of(found, sensor), "", found.warning};
+  const BallDoubt doubt = doubt_of(verdict.evidence, options.ball);
+  refuse_doubtful(doubt, verdict.evidence, options.ball, options.input);
+  verdict.doubt = doubt.line;
+  if (verdict.selection.minority())
+    verdict.doubt += std::string(verdict.doubt.empty() ? "" : "; ") +
+                     "the error is that of the lesser part of what was pressed: most was left out";
+  return verdict;
+}
+
+std::string describe(const PressVerdict& verdict, const std::string& error) {
+  std::string text = error + "\n" + describe(verdict.selection) + "\n" + describe(verdict.evidence) + "\n";
+  if (!verdict.doubt.empty()) text += "WARNING: " + verdict.doubt + "\n";
+  if (!verdict.warning.empty()) text += "WARNING: " + verdict.warning + "\n";
+  return text;
+}
+
+void add_verdict(const PressVerdict& verdict, const std::string& error, json::Value& report) {
+  report["verdict"] = error;
+  report["selection"] = to_json(verdict.selection);
+  report["selection_text"] = describe(verdict.selection);
+  report["ball"] = to_json(verdict.evidence);
+  report["doubt"] = verdict.doubt;
+  report["warning"] = verdict.warning;
+}
+
+std::string error_text(double depth_rmse_mm, double cap_rms_mm) {
+  return text("%.3g mm RMS, %.2g %% of the caps (%.3g mm RMS)", depth_rmse_mm,
+              cap_rms_mm > 0 ? 100 * depth_rmse_mm / cap_rms_mm : 0, cap_rms_mm);
 }
 
 }  // namespace palpate

@@ -1,6 +1,9 @@
 // Common parts of the calibrations by presses of a known ball: photometric and lookup.
 #pragma once
 
+#include <string>
+
+#include "capture/calibrate/ball_verdict.h"
 #include "capture/calibrate/presses.h"
 #include "capture/calibrate/workflow/workflow.h"
 
@@ -16,5 +19,32 @@ Sensor with_background(Sensor sensor, const BallRequest& options);
 /// find_presses do.
 BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, const Sensor& sensor,
                        bool mask_markers, size_t least);
+
+/// Writes the sensor file with the untouched image `background` beside it, or with an empty `run.out` only
+/// names that image. `fresh`: the sensor has no name yet.
+struct KeptSensor {
+  std::string background;  ///< its copy; empty: there is none
+  std::string line;        ///< "written: gel.json and gel_background.png"
+};
+KeptSensor keep_sensor(Sensor& sensor, const std::filesystem::path& background, const CalibrationRun& run,
+                       bool fresh);
+
+/// Lines above the numbers of a calibration by presses: the error first, then what was left out, the contacts
+/// on the ball, and warnings.
+struct PressVerdict {
+  PressSelection selection;
+  BallEvidence evidence;
+  std::string doubt;    ///< about the ball's size or what was left out; may be empty
+  std::string warning;  ///< that the untouched image shows a touch; may be empty
+};
+/// Throws where the size of the ball cannot be (refuse_doubtful).
+PressVerdict judge_presses(const BallPresses& found, const BallRequest& options, const Sensor& sensor);
+/// `error`: "depth to 0.041 mm RMS ...". Several lines, each with an end.
+std::string describe(const PressVerdict& verdict, const std::string& error);
+/// Adds "verdict", "selection", "selection_text", "ball", "doubt" and "warning".
+void add_verdict(const PressVerdict& verdict, const std::string& error, json::Value& report);
+
+/// "0.0412 mm RMS, 15 % of the caps (0.273 mm RMS)"; the share is the same whatever size is stated.
+std::string error_text(double depth_rmse_mm, double cap_rms_mm);
 
 }  // namespace palpate

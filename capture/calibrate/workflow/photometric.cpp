@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
@@ -51,6 +52,23 @@ std::string refused_text(const BallPresses& found) {
   return text;
 }
 
+/// "gain 0.99, 0.67 (at 204, 98 px) to 1.42 (at 61, 250 px) over 22 presses": one number for all hides what
+/// differs over the pad.
+std::string gain_text(const PhotometricFitResult& result, const BallPresses& found) {
+  size_t least = 0, most = 0;
+  for (size_t i = 0; i < result.presses.size(); ++i) {
+    if (result.presses[i].depth_gain < result.presses[least].depth_gain) least = i;
+    if (result.presses[i].depth_gain > result.presses[most].depth_gain) most = i;
+  }
+  const auto at = [&](size_t i) {
+    const FoundBall& ball = found.presses[i].ball;
+    return palpate::text("%.2f (at %.0f, %.0f px)", result.presses[i].depth_gain, ball.center_x_px,
+                         ball.center_y_px);
+  };
+  return palpate::text("depth gain %.2f, from ", result.depth_gain) + at(least) + " to " + at(most) +
+         palpate::text(" over %zu presses", result.presses.size());
+}
+
 PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading,
                                  const PhotometricRequest& options) {
   PhotometricFit fit(found.format, reading.pitch_mm_per_px);
@@ -74,10 +92,9 @@ bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) 
   for (size_t i = gains.size(); i-- > 0;) {
     if (apart[i] <= limit) continue;
     any = true;
-    found.refused.push_back({found.presses[i].label, "reads " + fixed(std::exp(gains[i] - usual), 2) +
-                                                         " times the depth that others do: another ball"});
-    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
-    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
+    refuse_press(
+        found, i,
+        "reads " + fixed(std::exp(gains[i] - usual), 2) + " times the depth that others do: another ball");
   }
   return any;
 }
@@ -113,6 +130,7 @@ Fitted fit_found(BallPresses found, const Sensor& reading, const PhotometricRequ
   for (int round = 0;
        round < kRounds && options.balls.empty() && refuse_other_balls(fitted.result, fitted.found); ++round)
     fitted.result = fit_presses(fitted.found, reading, options);
+  refuse_contradictions(fitted.found, reading, options.input);
   fitted.model = fitted.result.model == NormalModel::Table ? "table" : "linear";
   return fitted;
 }
@@ -124,8 +142,8 @@ Sensor calibrated(Sensor sensor, const Fitted& fitted, const PhotometricRequest&
   sensor.photometric.origin = origin_now(
       fs::path(options.input).filename().string(),
       std::to_string(fitted.found.presses.size()) + " presses, " + fitted.model + " model, held out: depth " +
-          fixed(result.depth_rmse_mm, 4) + " mm RMS, normals " + fixed(result.normal_angle_deg, 2) + " deg" +
-          (fitted.masked ? ", markers left out" : ""));
+          error_text(result.depth_rmse_mm, result.cap_rms_mm) + ", normals " +
+          fixed(result.normal_angle_deg, 2) + " deg" + (fitted.masked ? ", markers left out" : ""));
   // Weights vary across the frame: another size of frame is another camera mode.
   sensor.size_px = {fitted.found.format.width, fitted.found.format.height};
   return sensor;
@@ -147,6 +165,7 @@ json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string&
           {"normal_rms", p.normal_rms},
           {"normal_angle_deg", p.normal_angle_deg},
           {"depth_rmse_mm", p.depth_rmse_mm},
+          {"cap_rms_mm", p.cap_rms_mm},
           {"depth_gain", p.depth_gain}};
 }
 
@@ -177,13 +196,16 @@ json::Value contact_json(const PressContact& c) {
           {"gradient_gray_per_px", c.gradient_gray_per_px}};
 }
 
-CalibrationReport report_of(const Fitted& fitted, const CalibrationRun& run,
+CalibrationReport report_of(const Fitted& fitted, const PressVerdict& verdict, const CalibrationRun& run,
                             const PhotometricRequest& options, const std::optional<PressContact>& contact,
-                            const std::string& background) {
+                            const KeptSensor& kept) {
   const PhotometricFitResult& result = fitted.result;
   json::Value presses = json::Value::array(), refused = presses;
-  std::string text =
-      "press                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
+  const std::string error = "depth to " + error_text(result.depth_rmse_mm, result.cap_rms_mm) +
+                            " on presses held out; " + gain_text(result, fitted.found);
+  std::string text = describe(verdict, error);
+  text +=
+      "\npress                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
       "(fitted "
       "without it)\n";
   for (size_t i = 0; i < result.presses.size(); ++i)
@@ -208,21 +230,17 @@ CalibrationReport report_of(const Fitted& fitted, const CalibrationRun& run,
                 {"normal_rms_held_out", result.normal_rms_held_out},
                 {"normal_angle_deg_held_out", result.normal_angle_deg},
                 {"depth_rmse_held_out_mm", result.depth_rmse_mm},
+                {"cap_rms_mm", result.cap_rms_mm},
+                {"depth_share_of_caps", result.cap_rms_mm > 0 ? result.depth_rmse_mm / result.cap_rms_mm : 0},
                 {"depth_gain_held_out", result.depth_gain}});
+  add_verdict(verdict, error, value);
   text += refused_text(fitted.found) + summary(fitted);
-  if (!fitted.found.warning.empty()) {
-    value["warning"] = fitted.found.warning;
-    text += "\nWARNING: " + fitted.found.warning;
-  }
   if (contact) {
     value["contact"] = contact_json(*contact);
     text += "\n" + describe(*contact);
   }
-  text += "\nwritten: " + run.out.string();
-  if (!background.empty()) {
-    value["background"] = background;
-    text += " and " + background;
-  }
+  if (!kept.background.empty()) value["background"] = kept.background;
+  if (!kept.line.empty()) text += "\n" + kept.line;
   return {text, value.dump(2)};
 }
 
@@ -235,13 +253,14 @@ CalibrationReport calibrate_photometric(const PhotometricRequest& options, const
   BallPresses found = presses_of(run, options, reading, !options.keep_markers, 2);
   if (run.watch.stopped()) return {.stopped = true};
   const Fitted fitted = fit_found(std::move(found), reading, options);
+  const PressVerdict verdict = judge_presses(fitted.found, options, reading);
   Sensor sensor = calibrated(original, fitted, options);
   std::optional<PressContact> contact;
   if (!options.keep_contact) apply(contact.emplace(contact_of_presses(fitted.found, sensor.filter)), sensor);
-  if (options.sensor.empty()) sensor.name = run.out.stem().string();
-  const fs::path background = keep_background(options.background, run.out, sensor);
-  save_sensor(sensor, run.out);
-  return report_of(fitted, run, options, contact, background.string());
+  const KeptSensor kept = keep_sensor(sensor, options.background, run, options.sensor.empty());
+  CalibrationReport report = report_of(fitted, verdict, run, options, contact, kept);
+  report.sensor = std::move(sensor);
+  return report;
 }
 
 }  // namespace palpate

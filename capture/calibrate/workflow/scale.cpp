@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
 #include "capture/calibrate/presses.h"
 #include "capture/calibrate/scale.h"
+#include "capture/calibrate/workflow/balls.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "engine/base/json.h"
@@ -26,6 +28,7 @@ namespace fs = std::filesystem;
 
 // Largest number of pictures searched for a grid; more add no information.
 constexpr uint32_t kMostPictures = 40;
+constexpr double kFarReach = 0.7;  // of the way to the picture's corners
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON throws nothing
 struct Found {
@@ -88,10 +91,13 @@ Found by_grid(const CalibrationRun& run, const ScaleRequest& options, const Sens
   sensor.size_px = pad.size_px;
   sensor.flat.reset();
   Found found;
-  found.value = {{"pictures", pictures.size()},
+  const bool few = 2 * views.size() < pictures.size();
+  found.value = {{"warning", few ? "the grid was not found in most pictures" : ""},
+                 {"pictures", pictures.size()},
                  {"views", views.size()},
                  {"points", views.size() * static_cast<size_t>(columns * rows)},
                  {"distortion_terms", fit.terms},
+                 {"reach", fit.reach},
                  {"residual_px", fit.lens.residual_px},
                  {"residual_mm", residual_mm},
                  {"held_out_px", fit.held_out_px},
@@ -103,6 +109,15 @@ Found by_grid(const CalibrationRun& run, const ScaleRequest& options, const Sens
       views.size(), pictures.size(), fit.lens.residual_px, residual_mm, fit.held_out_px, fit.plain_px,
       fit.terms, pad.size_px[0], pad.size_px[1]);
   found.text = line;
+  if (fit.reach < kFarReach)
+    found.text += palpate::text(
+        "the grid reaches %.0f %% of the way to the picture's corners: what the lens does beyond is not "
+        "known\n",
+        100 * fit.reach);
+  if (few)
+    found.text += palpate::text(
+        "WARNING: the grid was not found in %zu of %zu pictures: is it the same grid, whole in view?\n",
+        pictures.size() - views.size(), pictures.size());
   return found;
 }
 
@@ -122,23 +137,57 @@ Found by_ring(const ScaleRequest& options, const Sensor& reading, Sensor& sensor
   return by_scale(scale_from_ring(pictures.front(), *rest, options.ring_mm), sensor);
 }
 
+/// Pictures in which a ball is pressed, in order: those whose contact was measured, and why others were not.
+struct PressedBalls {
+  std::vector<double> radii_px;
+  std::vector<size_t> measured;  ///< their numbers among the pressed ones
+  std::vector<std::string> refusals;
+};
+
+PressedBalls pressed_balls(const std::vector<Frame>& pictures, const Frame& rest, const Sensor& reading) {
+  // The search does not depend on the scale; the ball is taken as large as any contact.
+  const BallSearch search{1e6, 1e-3, reading.threshold_gray};
+  PressedBalls found;
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    const FoundBall ball = reading.channels == 3
+                               ? find_ball(pictures[i], rest, {}, search)
+                               : find_gray_ball(pictures[i], rest, {}, reading.signal, search);
+    if (ball.why == BallRefusal::Untouched) continue;
+    if (ball.good()) {
+      found.measured.push_back(found.radii_px.size() + found.refusals.size());
+      found.radii_px.push_back(ball.radius_px);
+    } else {
+      found.refusals.push_back(palpate::text("picture %zu: ", i + 1) + ball.refusal);
+    }
+  }
+  return found;
+}
+
+/// The travel of the measured ones: a press that is left out takes its travel with it.
+std::vector<double> travel_of(const PressedBalls& found, const std::vector<double>& travel_mm) {
+  const size_t pressed = found.radii_px.size() + found.refusals.size();
+  if (travel_mm.size() != pressed)
+    throw Error(Failure::Input, "one travel for each picture in which the ball is pressed",
+                palpate::text("%zu travels for %zu pictures", travel_mm.size(), pressed) +
+                    (found.refusals.empty() ? "" : " (not measured: " + found.refusals.front() + ")"),
+                "--travel-mm with one number for each, in order");
+  std::vector<double> travel;
+  for (const size_t i : found.measured) travel.push_back(travel_mm[i]);
+  return travel;
+}
+
 Found by_ball(const CalibrationRun& run, const ScaleRequest& options, const Sensor& reading, Sensor& sensor) {
   const std::optional<Frame> rest = rest_image(options, reading);
   if (!rest)
     throw Error(Failure::Input, "an untouched image to see the ball against", "none", "--background IMAGE");
   const std::vector<Frame> pictures = take_frames(options.input, reading, kMostPictures, 1,
                                                   [&run](uint64_t) { return !run.watch.stopped(); });
-  // The search does not depend on the scale; the ball is taken as large as any contact.
-  const BallSearch search{1e6, 1e-3, reading.threshold_gray};
-  std::vector<double> radii;
-  for (const Frame& picture : pictures) {
-    const FoundBall ball = reading.channels == 3 ? find_ball(picture, *rest, {}, search)
-                                                 : find_gray_ball(picture, *rest, {}, reading.signal, search);
-    if (ball.good()) radii.push_back(ball.radius_px);
-  }
+  const PressedBalls found = pressed_balls(pictures, *rest, reading);
+  const std::vector<double>& radii = found.radii_px;
   if (radii.empty())
     throw Error(Failure::Input, "a pressed ball in " + options.input,
-                "none in " + std::to_string(pictures.size()) + " pictures",
+                "none in " + std::to_string(pictures.size()) + " pictures" +
+                    (found.refusals.empty() ? "" : " (" + found.refusals.front() + ")"),
                 "presses away from the border, and the untouched --background");
   if (options.travel_mm.empty()) {
     const double widest = *std::max_element(radii.begin(), radii.end());
@@ -147,18 +196,29 @@ Found by_ball(const CalibrationRun& run, const ScaleRequest& options, const Sens
                 "slope, at any scale",
                 std::to_string(radii.size()) + " contacts up to " + std::to_string(widest) +
                     " px radius, which say only that the pitch is below " +
-                    std::to_string(options.ball_mm / widest) + " mm per px",
+                    std::to_string(options.ball.radius() / widest) + " mm per px",
                 "--travel-mm with the travel between the presses, --grid or --ring-mm");
   }
-  return by_scale(scale_from_ball(radii, options.travel_mm, options.ball_mm), sensor);
+  const std::vector<double> travel_mm = travel_of(found, options.travel_mm);
+  Found scale = by_scale(scale_from_ball(radii, travel_mm, options.ball.radius()), sensor);
+  const size_t pressed = radii.size() + found.refusals.size();
+  scale.value["presses"] = radii.size();
+  scale.value["presses_left_out"] = found.refusals.size();
+  if (found.refusals.empty()) return scale;
+  scale.text += palpate::text("%zu of %zu presses used; not used: ", radii.size(), pressed);
+  for (size_t i = 0; i < found.refusals.size(); ++i) scale.text += (i == 0 ? "" : "; ") + found.refusals[i];
+  scale.text += "\n";
+  if (radii.size() < found.refusals.size())
+    scale.text += "WARNING: the scale is that of the lesser part of the presses: most were left out\n";
+  return scale;
 }
 
 }  // namespace
 
 CalibrationReport calibrate_scale(const ScaleRequest& options, const CalibrationRun& run) {
-  if ((!options.grid.empty()) + (options.ring_mm > 0) + (options.ball_mm > 0) != 1)
-    throw Error(Failure::Usage, "one of --grid, --ring-mm and --ball-mm", "none or more",
-                "--grid 9x6 --spacing-mm 2");
+  if ((!options.grid.empty()) + (options.ring_mm > 0) + options.ball.times_given() != 1)
+    throw Error(Failure::Usage, "one of --grid, --ring-mm, --ball-radius-mm and --ball-diameter-mm",
+                "none or more", "--grid 9x6 --spacing-mm 2");
   const Sensor original = sensor_to_calibrate(options.input, options.sensor, ToMake::Scale);
   Sensor reading = original, sensor = original;
   if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
@@ -173,9 +233,7 @@ CalibrationReport calibrate_scale(const ScaleRequest& options, const Calibration
                       : options.ring_mm > 0 ? by_ring(options, reading, sensor)
                                             : by_ball(run, options, reading, sensor);
   if (run.watch.stopped()) return {.stopped = true};
-  if (options.sensor.empty()) sensor.name = run.out.stem().string();
-  const fs::path background = keep_background(options.background, run.out, sensor);
-  save_sensor(sensor, run.out);
+  const KeptSensor kept = keep_sensor(sensor, options.background, run, options.sensor.empty());
   json::Value value = {{"sensor", run.out.string()},
                        {"pitch_mm_per_px", sensor.pitch_mm_per_px},
                        {"pitch_sd_mm_per_px", sensor.pitch_sd_mm_per_px}};
@@ -188,9 +246,8 @@ CalibrationReport calibrate_scale(const ScaleRequest& options, const Calibration
     all +=
         "WARNING: force, shear, surface and flat field were calibrated at another scale: calibrate them "
         "again\n";
-  all += "written: " + run.out.string();
-  if (!background.empty()) all += " and " + background.string();
-  return {all, value.dump(2)};
+  all += kept.line;
+  return {all, value.dump(2), false, std::move(sensor)};
 }
 
 }  // namespace palpate

@@ -8,13 +8,17 @@
 #include <string>
 #include <vector>
 
+#include "capture/calibrate/ball_size.h"
 #include "capture/calibrate/scale.h"
 #include "capture/run/run_watch.h"
 #include "engine/calibrate/photometric/fit.h"
+#include "palpate/sensor.h"
 
 namespace palpate {
 
 /// Where a calibration goes, and who watches it. Images that belong to a sensor file lie beside it.
+/// Calibrations that make no image (scale, photometric, lookup) take an empty `out`: they write nothing then,
+/// and the sensor names the untouched image where it lies.
 struct CalibrationRun {
   std::filesystem::path out;
   const RunWatch& watch;
@@ -24,6 +28,7 @@ struct CalibrationRun {
 struct CalibrationReport {
   std::string text{}, json{};
   bool stopped = false;
+  Sensor sensor{};  ///< of scale, photometric and lookup: as calibrated
 };
 
 /// The untouched image, its noise, and a contact threshold that fits it.
@@ -56,7 +61,8 @@ struct ScaleRequest {
   double spacing_mm = 0;
   double spacing_sd = 0.002;  ///< relative
   double ring_mm = 0;         ///< outer diameter
-  double ball_mm = 0;         ///< radius
+  BallSize ball{};
+  /// Of each picture in which the ball is pressed, in order.
   std::vector<double> travel_mm{};
 };
 CalibrationReport calibrate_scale(const ScaleRequest& options, const CalibrationRun& run);
@@ -65,11 +71,12 @@ CalibrationReport calibrate_scale(const ScaleRequest& options, const Calibration
 struct BallRequest {
   std::string input;
   std::filesystem::path sensor{}, balls{}, background{};
-  double ball_mm = 0;          ///< radius; 0: as the table `balls` says
+  BallSize ball{};             ///< not given: as the table `balls` says
   double pitch_mm_per_px = 0;  ///< 0: the sensor file's
   uint64_t every = 0;
 };
-/// Depth of a gray gel by a table over its change.
+/// Depth of a gray gel by a table over its change. As of calibrate_photometric, nothing is written where the
+/// presses contradict the ball's size or the scale.
 CalibrationReport calibrate_lookup(const BallRequest& options, const CalibrationRun& run);
 
 /// The models as the command line spells them.
@@ -81,7 +88,9 @@ struct PhotometricRequest : BallRequest {
   NormalModel model = NormalModel::Best;
   bool keep_markers = false, keep_contact = false;
 };
-/// Colours of a gel to normals.
+/// Colours of a gel to normals. The report begins with the verdict: the error on presses left out in mm and
+/// as a share of what the ball's caps are, how it scatters, and what was left out. Throws
+/// Error(Failure::Input) and writes nothing where the presses contradict the ball's size or the scale.
 CalibrationReport calibrate_photometric(const PhotometricRequest& options, const CalibrationRun& run);
 
 /// Weights of three lights or more, one gray image each, from a known shape.

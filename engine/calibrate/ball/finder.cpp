@@ -287,8 +287,8 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
   const ChangeLevels levels(change);
   const double scale = f.max_gray() / 255.0;
   if (levels.peak < std::max({4 * levels.noise, search.threshold_gray, 4 * scale})) {
-    found.refusal = "nothing is pressed: the image changes by " + tenths(levels.peak) + " gray at most, by " +
-                    tenths(levels.noise) + " all over";
+    found.refuse(BallRefusal::Untouched, "nothing is pressed: the image changes by " + tenths(levels.peak) +
+                                             " gray at most, by " + tenths(levels.noise) + " all over");
     return found;
   }
   const double level2 = levels.strong2();
@@ -297,21 +297,23 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
   found.center_y_px = fit.at[1];
   found.radius_px = std::exp(fit.at[2]);
   if (!fit.enough()) {
-    found.refusal = ball::coverage_refusal(found, frame, background, mask);
-    if (found.refusal.empty()) found.refusal = "too few pixels change around it";
+    ball::check_coverage(found, frame, background, mask);
+    if (found.good()) found.refuse(BallRefusal::TooSmall, "too few pixels change around it");
     return found;
   }
   judge_fit(fit, found);
   const auto [inside2, outside2] = change_beside(change, f.width, found, level2);
-  found.refusal = ball::coverage_refusal(found, frame, background, mask);
-  if (!found.refusal.empty()) return found;
+  ball::check_coverage(found, frame, background, mask);
+  if (!found.good()) return found;
   if (outside2 > kSecondContact * inside2)
-    found.refusal = "something else is pressed too: " + percent(outside2 / (inside2 + outside2)) +
-                    " of the change lies beside the ball";
+    found.refuse(BallRefusal::MoreThanOne,
+                 "something else is pressed too: " + percent(outside2 / (inside2 + outside2)) +
+                     " of the change lies beside the ball");
   else if (found.explained < kLeastExplained)
-    found.refusal = "a ball explains only " + percent(found.explained) + " of the change";
+    found.refuse(BallRefusal::MoreThanOne,
+                 "a ball explains only " + percent(found.explained) + " of the change");
   else
-    found.refusal = ball::circle_refusal(found, f, search);
+    ball::check_circle(found, f, search);
   return found;
 }
 

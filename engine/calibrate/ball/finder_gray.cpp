@@ -201,15 +201,15 @@ FoundBall find_gray_ball(const Frame& frame, const Frame& background, std::span<
   const double noise = change.noise(), peak = change.peak();
   const double level = std::max({search.threshold_gray, 3 * noise, 0.04 * peak});
   if (peak < 4 * level) {
-    found.refusal = "nothing is pressed: the image changes by " + tenths(peak) + " gray at most, by " +
-                    tenths(noise) + " all over";
+    found.refuse(BallRefusal::Untouched, "nothing is pressed: the image changes by " + tenths(peak) +
+                                             " gray at most, by " + tenths(noise) + " all over");
     return found;
   }
   const Circle start = strong_part(change, peak);
   const Rim rim = trace_rim(change, f, start.x, start.y, level);
   place(start, found);
   if (rim.open > kRays / 20 || rim.points.size() < 20) {
-    found.refusal = "the contact reaches the frame's border";
+    found.refuse(BallRefusal::AtBorder, "the contact reaches the frame's border");
     return found;
   }
   const CircleFit fit = fit_circle(rim.points, start);
@@ -221,15 +221,17 @@ FoundBall find_gray_ball(const Frame& frame, const Frame& background, std::span<
   found.radius_sd_px = std::sqrt(covariance(2, 2));
   found.explained = roundness(change, circle);
   const auto [inside, outside] = change_beside(change, circle, level);
-  found.refusal = ball::coverage_refusal(found, frame, background, mask);
-  if (!found.refusal.empty()) return found;
+  ball::check_coverage(found, frame, background, mask);
+  if (!found.good()) return found;
   if (outside > 0.15 * inside)
-    found.refusal = "something else is pressed too: " + percent(outside / (inside + outside)) +
-                    " of the change lies beside the ball";
+    found.refuse(BallRefusal::MoreThanOne,
+                 "something else is pressed too: " + percent(outside / (inside + outside)) +
+                     " of the change lies beside the ball");
   else if (fit.scale_px > 0.12 * circle.radius || found.explained < kLeastExplained)
-    found.refusal = "the change is not round: a ball explains " + percent(found.explained) + " of it";
+    found.refuse(BallRefusal::MoreThanOne,
+                 "the change is not round: a ball explains " + percent(found.explained) + " of it");
   else
-    found.refusal = ball::circle_refusal(found, f, search);
+    ball::check_circle(found, f, search);
   return found;
 }
 

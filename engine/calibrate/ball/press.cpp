@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate::ball {
 namespace {
 
-constexpr double kLargestContact = 0.98;  // contact over ball radius
 constexpr double kLeastSeen = 0.5;  // of the contact, neither masked nor black nor saturated: as a fit wants
 
 }  // namespace
@@ -75,22 +75,24 @@ void check_pair(const Frame& frame, const Frame& background, uint32_t channels,
                 "one value for each pixel");
 }
 
-std::string circle_refusal(const FoundBall& ball, const FrameFormat& format, const BallSearch& search) {
+void check_circle(FoundBall& ball, const FrameFormat& format, const BallSearch& search) {
   if (ball.radius_px < kLeastRadius_px)
-    return "a contact of " + tenths(ball.radius_px) + " px radius is too small to measure";
+    return ball.refuse(BallRefusal::TooSmall,
+                       "a contact of " + tenths(ball.radius_px) + " px radius is too small to measure");
   const double left = ball.center_x_px - ball.radius_px, top = ball.center_y_px - ball.radius_px;
   if (left < 1 || top < 1 || ball.center_x_px + ball.radius_px > format.width - 2.0 ||
       ball.center_y_px + ball.radius_px > format.height - 2.0)
-    return "the contact reaches the frame's border";
+    return ball.refuse(BallRefusal::AtBorder, "the contact reaches the frame's border");
   const double contact_mm = ball.radius_px * search.pitch_mm_per_px;
   if (contact_mm > kLargestContact * search.ball_radius_mm)
-    return "a contact of " + std::to_string(contact_mm) + " mm radius does not fit a ball of " +
-           std::to_string(search.ball_radius_mm) + " mm: its radius or the sensor's pitch is wrong";
-  return {};
+    ball.refuse(BallRefusal::TooWide,
+                text("a contact of %.3g mm radius does not fit a ball of %.4g mm radius: its radius or the "
+                     "sensor's pitch is wrong",
+                     contact_mm, search.ball_radius_mm));
 }
 
-std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Frame& background,
-                             std::span<const uint8_t> mask) {
+void check_coverage(FoundBall& ball, const Frame& frame, const Frame& background,
+                    std::span<const uint8_t> mask) {
   const FrameFormat& f = frame.format;
   double inside = 0, masked = 0, extreme = 0;
   for (uint32_t y = 0; y < f.height; ++y)
@@ -108,9 +110,10 @@ std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Fr
       extreme += out;
     }
   const double disc_px = std::numbers::pi * ball.radius_px * ball.radius_px;
-  if (inside - masked - extreme >= kLeastSeen * disc_px) return {};
-  return percent(extreme / std::max(inside, 1.0)) + " of the contact is saturated or black, " +
-         percent(masked / std::max(inside, 1.0)) + " covered by markers";
+  if (inside - masked - extreme >= kLeastSeen * disc_px) return;
+  ball.refuse(BallRefusal::Covered, percent(extreme / std::max(inside, 1.0)) +
+                                        " of the contact is saturated or black, " +
+                                        percent(masked / std::max(inside, 1.0)) + " covered by markers");
 }
 
 }  // namespace palpate::ball

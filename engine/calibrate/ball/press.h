@@ -6,11 +6,24 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palpate/frame.h"
 
 namespace palpate {
+
+/// Why a picture is no press of one ball.
+enum class BallRefusal {
+  None,         ///< it is one
+  Untouched,    ///< nothing is pressed
+  TooSmall,     ///< the contact is too small to measure
+  AtBorder,     ///< the contact reaches the frame's border
+  TooWide,      ///< the contact is wider than the ball: its radius or the scale is wrong, or another object
+  Covered,      ///< too much is saturated, black or under markers
+  MoreThanOne,  ///< something else is pressed too, or what is pressed is no ball
+  Unlike        ///< it changes the picture unlike the other presses: another ball
+};
 
 /// A ball's contact, px of the rectified frame. With a refusal the numbers are what the search ended with.
 struct FoundBall {
@@ -22,9 +35,14 @@ struct FoundBall {
   double explained = 0;         ///< fraction of the change around the contact that one ball explains, 0 to 1
   double ramp_gray_per_px = 0;  ///< colour: how fast the change grows across the contact; the same for every
                                 ///< press of one ball where the light is even
-  std::string refusal;          ///< why this is no press of one ball; empty: it is
+  BallRefusal why = BallRefusal::None;
+  std::string refusal;  ///< the same in words; empty: it is a press of one ball
 
-  bool good() const { return refusal.empty(); }
+  bool good() const { return why == BallRefusal::None; }
+  void refuse(BallRefusal because, std::string words) {
+    why = because;
+    refusal = std::move(words);
+  }
 };
 
 struct BallSearch {
@@ -38,6 +56,7 @@ namespace ball {
 inline constexpr double kLeastExplained = 0.75;  ///< of the change around the contact
 inline constexpr double kSecondContact = 0.25;   ///< change outside over the ball's own, both summed squares
 inline constexpr double kLeastRadius_px = 4;
+inline constexpr double kLargestContact = 0.98;  ///< contact over ball radius
 
 /// The change of a frame from the background, box means of 5 x 5 pixels that leave out what is masked.
 struct Change {
@@ -52,11 +71,11 @@ Change change_of(const Frame& frame, const Frame& background, std::span<const ui
 void check_pair(const Frame& frame, const Frame& background, uint32_t channels,
                 std::span<const uint8_t> mask);
 
-/// Why a circle cannot be the contact of the ball; empty: it can.
-std::string circle_refusal(const FoundBall& ball, const FrameFormat& format, const BallSearch& search);
-/// Why too little of a contact can be used; empty: enough can.
-std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Frame& background,
-                             std::span<const uint8_t> mask);
+/// Refuses a circle that cannot be the contact of the ball.
+void check_circle(FoundBall& ball, const FrameFormat& format, const BallSearch& search);
+/// Refuses a contact of which too little can be used.
+void check_coverage(FoundBall& ball, const Frame& frame, const Frame& background,
+                    std::span<const uint8_t> mask);
 
 /// "12 %", "3.4".
 std::string percent(double fraction);

@@ -19,6 +19,7 @@ struct HeldOutPress {
   double normal_angle_deg = 0;  ///< RMS angle between the normal read and the true one
   bool has_depth = false;       ///< only a ball has a known shape
   double depth_rmse_mm = 0;     ///< over the contact, best constant removed: the rim's own depth is not known
+  double cap_rms_mm = 0;        ///< root of the mean squared height of the ball's cap above the rim
   double depth_gain = 0;        ///< measured depth over true depth, by least squares; 1 is right
 };
 
@@ -34,6 +35,7 @@ struct HeldOutErrors {
   double normal_rms = 0;
   double normal_angle_deg = 0;
   double depth_rmse_mm = 0;
+  double cap_rms_mm = 0;  ///< of the caps; the error over it does not depend on the radius that is stated
   double depth_gain = 0;
 };
 
@@ -50,6 +52,7 @@ struct PhotometricFitResult {
   double normal_rms_held_out = 0;  ///< each press judged by the fit of the others
   double normal_angle_deg = 0;     ///< held out, RMS
   double depth_rmse_mm = 0;        ///< RMS over the balls; 0 without balls
+  double cap_rms_mm = 0;           ///< RMS height of their caps
   double depth_gain = 0;           ///< mean over the balls
   std::vector<HeldOutPress> presses;
 };

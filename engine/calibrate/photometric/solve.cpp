@@ -95,7 +95,7 @@ double degrees(double radians) {
 
 // Sums of one model's errors over presses.
 struct ErrorSums {
-  double square = 0, angle2 = 0, pixels = 0, depth_square = 0, gain = 0;
+  double square = 0, angle2 = 0, pixels = 0, depth_square = 0, cap_square = 0, gain = 0;
   int balls = 0;
 
   HeldOutErrors errors() const {
@@ -106,6 +106,7 @@ struct ErrorSums {
     }
     if (balls > 0) {
       e.depth_rmse_mm = std::sqrt(depth_square / balls);
+      e.cap_rms_mm = std::sqrt(cap_square / balls);
       e.depth_gain = gain / balls;
     }
     return e;
@@ -181,9 +182,10 @@ void judge_depth(const PhotometricPress::Ball& ball, const std::vector<std::arra
   }
   true_mean /= static_cast<double>(ball.depth_mm.size());
   const std::vector<double> depth = integrate_patch(sx, sy, ball.inside, ball.width, pitch_mm_per_px);
-  double depth_square = 0, cross = 0, power = 0;
+  double depth_square = 0, cap_square = 0, cross = 0, power = 0;
   for (size_t k = 0, n = 0; k < depth.size(); ++k) {
     if (!ball.inside[k]) continue;
+    cap_square += ball.depth_mm[n] * ball.depth_mm[n];
     const double t = ball.depth_mm[n++] - true_mean;
     depth_square += (depth[k] - t) * (depth[k] - t);
     cross += depth[k] * t;
@@ -191,6 +193,7 @@ void judge_depth(const PhotometricPress::Ball& ball, const std::vector<std::arra
   }
   held_out.has_depth = true;
   held_out.depth_rmse_mm = std::sqrt(depth_square / static_cast<double>(ball.depth_mm.size()));
+  held_out.cap_rms_mm = std::sqrt(cap_square / static_cast<double>(ball.depth_mm.size()));
   held_out.depth_gain = power > 0 ? cross / power : 0;
 }
 
@@ -209,6 +212,7 @@ HeldOutPress judge(const PhotometricPress& p, const Model& model, double pitch_m
   if (p.ball.depth_mm.empty()) return h;
   judge_depth(p.ball, read.bounded, pitch_mm_per_px, h);
   sums.depth_square += h.depth_rmse_mm * h.depth_rmse_mm;
+  sums.cap_square += h.cap_rms_mm * h.cap_rms_mm;
   sums.gain += h.depth_gain;
   ++sums.balls;
   return h;
@@ -292,6 +296,7 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   result.normal_rms_held_out = errors.normal_rms;
   result.normal_angle_deg = errors.normal_angle_deg;
   result.depth_rmse_mm = errors.depth_rmse_mm;
+  result.cap_rms_mm = errors.cap_rms_mm;
   result.depth_gain = errors.depth_gain;
   NormalEquations contacts;
   for (const PhotometricPress& p : presses_) contacts += p.contact;

@@ -6,6 +6,16 @@
 
 namespace palpate {
 
+void add_ball_size(CommandLine& command, BallSize& ball, const std::string& use) {
+  const auto in_range = Check::range(1e-3, 1000.0);
+  command.add_option("--ball-radius-mm", ball.radius_mm, "Radius of the " + use)->check(in_range);
+  command.add_option("--ball-diameter-mm", ball.diameter_mm, "Or its diameter")->check(in_range);
+  command
+      .add_option("--ball-mm", ball.unsaid_mm,
+                  "Its radius, by the older name: refused where the pictures show that it is the diameter")
+      ->check(in_range);
+}
+
 void add_ball_options(CommandLine& command, BallRequest& options, Common& common, const std::string& input,
                       const std::string& start) {
   command.add_option("INPUT", options.input, input)->required()->check(input_exists);
@@ -13,8 +23,7 @@ void add_ball_options(CommandLine& command, BallRequest& options, Common& common
                      "Sensor file to start from: " + start + " (default: only what the pictures say)");
   command.add_option("--pitch", options.pitch_mm_per_px, "Scale, mm per px (default: the sensor file's)")
       ->check(Check::range(1e-6, 100.0));
-  command.add_option("--ball-mm", options.ball_mm, "Radius of the ball, mm; its contacts are found")
-      ->check(Check::range(0.01, 1000.0));
+  add_ball_size(command, options.ball, "ball; its contacts are found");
   command.add_option("--balls", options.balls,
                      std::string("Table of presses instead, px of the rectified frame: ") + kBallColumns);
   command

@@ -10,9 +10,11 @@ namespace palpate {
 
 class CommandLine;
 
-/// INPUT (`input` says what it may be), --sensor (`start`: what it has to hold), --ball-mm, --balls,
-/// --background,
-/// --every and --out.
+/// --ball-radius-mm, --ball-diameter-mm and the older --ball-mm; `use`: what the ball is for.
+void add_ball_size(CommandLine& command, BallSize& ball, const std::string& use);
+
+/// INPUT (`input` says what it may be), --sensor (`start`: what it has to hold), the ball's size, --balls,
+/// --background, --every and --out.
 void add_ball_options(CommandLine& command, BallRequest& options, Common& common, const std::string& input,
                       const std::string& start);
 

@@ -19,8 +19,8 @@ void add_calibrate(CommandLine& program, Common& common, Command& chosen) {
   group->require_subcommand(1);
   group->footer(
       "Examples:\n"
-      "  palpate calibrate scale presses/ --ball-mm 3 --travel-mm 0.25,0.5,0.75,1 --out gel.json\n"
-      "  palpate calibrate photometric presses/ --ball-mm 3 --sensor gel.json --out gel.json\n"
+      "  palpate calibrate scale presses/ --ball-radius-mm 3 --travel-mm 0.25,0.5,0.75,1 --out gel.json\n"
+      "  palpate calibrate photometric presses/ --ball-radius-mm 3 --sensor gel.json --out gel.json\n"
       "  palpate calibrate force out/press --gauge gauge.csv --out pad_calibrated.json\n"
       "  palpate help calibrate force\n"
       "Each writes its own section of the sensor file and leaves the others as they are.\n");

@@ -15,12 +15,13 @@ void add_calibrate_lookup(CommandLine& group, Common& common, Command& chosen) {
   auto options = std::make_shared<BallRequest>();
   add_ball_options(*command, *options, common, "Presses: an image, a folder of images, a video, a session",
                    "pitch, crop, quad, contact.signal");
-  add_common(*command, common,
-             "  palpate calibrate lookup press.png --sensor gel.json --ball-mm 4 --background rest.png \\\n"
-             "      --out gel2.json\n"
-             "Depth 0 is the rim of the contact, where the gray begins to change. Errors are of presses that "
-             "the table did\n"
-             "not use; of one press alone, of every other of eight sectors.\n");
+  add_common(
+      *command, common,
+      "  palpate calibrate lookup press.png --sensor gel.json --ball-radius-mm 4 --background rest.png \\\n"
+      "      --out gel2.json\n"
+      "Depth 0 is the rim of the contact, where the gray begins to change. Errors are of presses that "
+      "the table did\n"
+      "not use; of one press alone, of every other of eight sectors.\n");
   command->callback([&common, &chosen, options] {
     chosen = [&common, options] { return report_of(calibrate_lookup, *options, common); };
   });

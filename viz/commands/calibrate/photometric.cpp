@@ -32,9 +32,10 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
   command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
   add_common(
       *command, common,
-      "  palpate calibrate photometric presses/ --sensor gel.json --ball-mm 3 \\\n"
+      "  palpate calibrate photometric presses/ --sensor gel.json --ball-radius-mm 3 \\\n"
       "      --background presses/untouched.png --out gel_calibrated.json\n"
-      "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json --ball-mm 8 \\\n"
+      "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json --ball-radius-mm 8 "
+      "\\\n"
       "      --out out.json\n"
       "In a table of balls `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or "
       "the frame's\n"

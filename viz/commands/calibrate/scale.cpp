@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "capture/calibrate/workflow/workflow.h"
+#include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
 #include "viz/commands/support/options.h"
@@ -32,11 +33,10 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_option("--ring-mm", options->ring_mm, "Outer diameter of a ring or disc pressed into the pad")
       ->check(Check::range(1e-3, 1000.0));
-  command->add_option("--ball-mm", options->ball_mm, "Radius of a ball pressed several times")
-      ->check(Check::range(1e-3, 1000.0));
+  add_ball_size(*command, options->ball, "ball that is pressed several times");
   command
       ->add_option("--travel-mm", options->travel_mm,
-                   "Depth of each press of the ball, mm, in order, from any zero")
+                   "Depth of the ball in each picture in which it is pressed, mm, in order, from any zero")
       ->delimiter(',');
   command
       ->add_option("--background", options->background,
@@ -50,7 +50,8 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
       "  palpate calibrate scale grid/ --grid 9x6 --spacing-mm 2 --sensor pad.json --out pad.json\n"
       "  palpate calibrate scale pegs.png --background rest.png --grid 9x7 --pattern dots \\\n"
       "      --spacing-mm 2.5 --sensor pad.json --out pad.json\n"
-      "  palpate calibrate scale presses/ --ball-mm 3 --travel-mm 0.25,0.5,0.75,1 --background rest.png \\\n"
+      "  palpate calibrate scale presses/ --ball-radius-mm 3 --travel-mm 0.25,0.5,0.75,1 --background "
+      "rest.png \\\n"
       "      --sensor gel.json --out gel.json\n"
       "A grid also sets lens, quad_px and size_px: the frame becomes what the first picture shows whole. A "
       "ball alone\n"

@@ -1,5 +1,7 @@
 #include "viz/commands/support/sensor_setup.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <utility>
 #include <vector>
@@ -150,7 +152,9 @@ SensorSetup::Calibrated SensorSetup::calibrate(SetupStep& step, std::vector<std:
     step.done = done.exit_code == 0;
     return {done.json.empty() ? json::Value() : json::parse(done.json), done.text};
   } catch (const Error& error) {
+    // The remedy is this step's own, in options of setup; that of another sensor's command misleads.
     step.known = error.what();
+    step.known.resize(std::min(step.known.size(), step.known.find("; try palpate ")));
     return {};
   }
 }
@@ -199,9 +203,16 @@ SetupStep SensorSetup::touch(const SetupInputs& inputs) {
     return step;
   }
   Sensor sensor = load_sensor(out_);
-  const UntouchedRecording found =
-      judge_touches(inputs.recording, sensor, [](uint64_t) { return !palpate::interrupted(); });
+  const auto judge = [&](const std::string& input) {
+    return judge_touches(input, sensor, [](uint64_t) { return !palpate::interrupted(); });
+  };
+  UntouchedRecording found = judge(inputs.recording);
+  if (found.touched_frames == 0 && !inputs.balls.empty() && inputs.ball_table.empty())
+    found = judge(inputs.balls.string());
   if (found.touched_frames == 0) {
+    colour_ = false;
+    sensor.threshold_gray = std::max(sensor.threshold_gray, found.threshold_gray);
+    save_sensor(sensor, out_);
     step.missing = "a recording in which something touches the pad";
     return step;
   }
@@ -211,13 +222,17 @@ SetupStep SensorSetup::touch(const SetupInputs& inputs) {
   if (!colour_ && sensor.channels == 3) sensor.channels = 1;
   sensor.threshold_gray = found.threshold_gray;
   save_sensor(sensor, out_);
-  step.known =
-      text("%s: touch changes the picture %s; threshold %.1f gray",
-           colour_                             ? "a gel that shows slopes by colour"
-           : sensor.signal == Signal::Brighter ? "a pad that lights up"
-                                               : "a gray gel",
-           sensor.signal == Signal::Either ? "both ways" : to_string(sensor.signal), sensor.threshold_gray);
+  step.known = touch_text(sensor);
   return step;
+}
+
+std::string SensorSetup::touch_text(const Sensor& sensor) const {
+  return text("%s: touch changes the picture %s; threshold %.1f gray",
+              colour_                             ? "a gel that shows slopes by colour"
+              : sensor.signal == Signal::Brighter ? "a pad that lights up"
+                                                  : "a gray gel",
+              sensor.signal == Signal::Either ? "both ways" : to_string(sensor.signal),
+              sensor.threshold_gray);
 }
 
 SetupStep SensorSetup::scale(const SetupInputs& inputs) {
@@ -249,28 +264,42 @@ SetupStep SensorSetup::scale(const SetupInputs& inputs) {
 SetupStep SensorSetup::surface(const SetupInputs& inputs) {
   SetupStep step;
   const bool scaled = has_scale(load_sensor(out_));
-  const bool ball = inputs.ball_mm > 0 || !inputs.ball_table.empty();
-  if (ball && scaled) {
+  const std::array<std::pair<const char*, double>, 3> sizes{{{"--ball-radius-mm", inputs.ball_radius_mm},
+                                                             {"--ball-diameter-mm", inputs.ball_diameter_mm},
+                                                             {"--ball-mm", inputs.ball_mm}}};
+  const auto* const size = std::ranges::find_if(sizes, [](const auto& s) { return s.second > 0; });
+  const bool ball = size != sizes.end() || !inputs.ball_table.empty();
+  const bool kind_known =
+      this->step(Part::Touch).done || inputs.surface != "auto" || !inputs.ball_table.empty();
+  if (ball && scaled && kind_known) {
     const bool by_colour = inputs.surface == "photometric" || !inputs.ball_table.empty() ||
                            (inputs.surface == "auto" && colour_);
     const std::string presses = inputs.balls.empty() ? inputs.recording : inputs.balls.string();
     std::vector<std::string> words = {by_colour ? "photometric" : "lookup", presses};
     if (inputs.ball_table.empty())
-      words.insert(words.end(), {"--ball-mm", text("%g", inputs.ball_mm)});
+      words.insert(words.end(), {size->first, text("%g", size->second)});
     else
       words.insert(words.end(), {"--balls", inputs.ball_table.string()});
     const json::Value found = calibrate(step, words).json;
     step.presses = presses_of(found);
     if (step.done)
-      step.known = text("%s, depth %.3f mm RMS on presses held out",
-                        by_colour ? "slopes by colour" : "depth by brightness",
-                        found.at("depth_rmse_held_out_mm").number());
+      step.known = (by_colour ? "slopes by colour: " : "by brightness: ") + found.at("verdict").text() +
+                   "; " + found.at("selection_text").text();
+    if (step.done && !found.at("doubt").text().empty()) step.missing = found.at("doubt").text();
+    if (step.done) refresh_touch();
   }
   if (!step.done)
-    step.missing = !ball    ? "presses of a ball: --ball-mm RADIUS [--balls FOLDER]"
-                   : scaled ? "presses in which the ball is seen whole, away from the border"
-                            : "the scale, before presses of a ball tell depth";
+    step.missing = !ball         ? "presses of a ball: --ball-radius-mm RADIUS [--balls FOLDER]"
+                   : !scaled     ? "the scale, before presses of a ball tell depth"
+                   : !kind_known ? "what a touch changes, before presses of a ball tell depth"
+                                 : "presses of one ball of known size that are seen whole, see above";
   return step;
+}
+
+/// Presses of a ball set signal and threshold anew: the sentence of that step is made from the file again.
+void SensorSetup::refresh_touch() {
+  SetupStep& touch = steps_[static_cast<size_t>(Part::Touch)];
+  if (touch.done) touch.known = touch_text(load_sensor(out_));
 }
 
 SetupStep SensorSetup::force(const SetupInputs& inputs) {

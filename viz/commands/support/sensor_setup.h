@@ -10,6 +10,8 @@
 
 namespace palpate {
 
+struct Sensor;
+
 /// What is known from outside the recordings. Empty or 0: nothing.
 struct SetupInputs {
   using Quad = std::array<std::array<double, 2>, 4>;
@@ -21,8 +23,9 @@ struct SetupInputs {
   double pitch_mm_per_px = 0;
   std::filesystem::path grid_pictures, grid_rest;
   std::string grid, pattern = "dots";
-  double spacing_mm = 0;             ///< of the grid
-  double ball_mm = 0;                ///< radius
+  double spacing_mm = 0;  ///< of the grid
+  double ball_mm = 0;     ///< radius, by the older option; refused where it is the diameter
+  double ball_radius_mm = 0, ball_diameter_mm = 0;
   std::filesystem::path balls;       ///< recording of its presses; empty: `recording`
   std::filesystem::path ball_table;  ///< presses in `balls` by place, where a ball is not seen whole
   std::string surface = "auto";
@@ -74,6 +77,8 @@ class SensorSetup {
   SetupStep surface(const SetupInputs& inputs);
   SetupStep force(const SetupInputs& inputs);
   Calibrated calibrate(SetupStep& step, std::vector<std::string> words);
+  std::string touch_text(const Sensor& sensor) const;
+  void refresh_touch();
   const SetupStep& step(Part part) const { return steps_[static_cast<size_t>(part)]; }
 
   std::filesystem::path out_;

@@ -181,12 +181,17 @@ def shear(
     )
 
 
-def _written(answer: dict[str, Any], out: Path) -> Calibration:
-    """A calibration whose sensor file was written."""
+def _written(answer: dict[str, Any], out: Path | None) -> Calibration:
+    """A calibration whose sensor file was written, or that was made without one."""
     text = answer["text"]
-    lines = text.splitlines()
-    verdict = next((line for line in lines if line.startswith("all:")), lines[0])
-    return Calibration(Sensor(path_text(out, "out")), True, verdict, text, json.loads(answer["report"]))
+    report = json.loads(answer["report"])
+    sensor = answer["sensor"] if out is None else Sensor(path_text(out, "out"))
+    return Calibration(sensor, not report.get("doubt"), text.splitlines()[0], text, report)
+
+
+def _ball(ball_mm: float, ball_radius_mm: float, ball_diameter_mm: float) -> tuple[float, float, float]:
+    """Radius, diameter, and the older way of saying, of which one is given."""
+    return ball_radius_mm, ball_diameter_mm, ball_mm
 
 
 def _named(file: Path | None) -> str:
@@ -240,7 +245,7 @@ def flat(
 def scale(
     source: Path,
     *,
-    out: Path,
+    out: Path | None = None,
     sensor: Path | None = None,
     background: Path | None = None,
     grid: tuple[int, int] | None = None,
@@ -248,21 +253,24 @@ def scale(
     spacing_mm: float = 0.0,
     spacing_sd: float = 0.002,
     ring_mm: float = 0.0,
+    ball_radius_mm: float = 0.0,
+    ball_diameter_mm: float = 0.0,
     ball_mm: float = 0.0,
     travel_mm: Iterable[float] = (),
 ) -> Calibration:
     """mm per pixel and lens distortion, from pictures of a grid, a ring or a ball.
 
     Args:
-        out: the sensor file to write.
+        out: the sensor file to write; by default none: the sensor is in the answer.
         sensor: a sensor file to start from; by default only what the pictures say.
         background: the untouched image; a grid is then looked for in the change.
         grid: columns and rows of inner corners, or of dots.
         pattern: ``chessboard`` or ``dots``.
         spacing_mm, spacing_sd: from one point of the grid to the next; its relative standard error.
         ring_mm: outer diameter of a ring or disc pressed into the pad.
-        ball_mm: radius of a ball pressed several times.
-        travel_mm: how deep each press of the ball went, any zero.
+        ball_radius_mm, ball_diameter_mm: one of them, of a ball pressed several times; ``ball_mm``: its radius,
+            by the older name.
+        travel_mm: how deep the ball is in each picture in which it is pressed, any zero.
     """
     if pattern not in ("chessboard", "dots"):
         raise ArgumentError("pattern=chessboard or dots", repr(pattern), "chessboard")
@@ -270,13 +278,13 @@ def scale(
         path_text(source, "source"),
         _named(sensor),
         _named(background),
-        path_text(out, "out"),
+        _named(out),
         "" if grid is None else f"{grid[0]}x{grid[1]}",
         pattern == "dots",
         spacing_mm,
         spacing_sd,
         ring_mm,
-        ball_mm,
+        _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
         [float(way) for way in travel_mm],
     )
     return _written(answer, out)
@@ -285,7 +293,9 @@ def scale(
 def photometric(
     source: Path,
     *,
-    out: Path,
+    out: Path | None = None,
+    ball_radius_mm: float = 0.0,
+    ball_diameter_mm: float = 0.0,
     ball_mm: float = 0.0,
     balls: Path | None = None,
     sensor: Path | None = None,
@@ -301,8 +311,10 @@ def photometric(
 
     Args:
         source: an image, a folder of images, a video, a session.
-        out: the sensor file to write.
-        ball_mm: radius of the ball, whose contacts are found; or
+        out: the sensor file to write; by default none: the sensor is in the answer, and names ``background`` where
+            it lies.
+        ball_radius_mm, ball_diameter_mm: one of them, of the ball whose contacts are found. ``ball_mm`` is its
+            radius by the older name, refused where the pictures show that it is the diameter; or
         balls: a table of presses: image, center_x_px, center_y_px, contact_radius_px, ball_radius_mm.
         sensor: a sensor file to start from; by default only what the pictures say.
         background: the untouched image; kept beside ``out``.
@@ -318,8 +330,8 @@ def photometric(
         _named(sensor),
         _named(balls),
         _named(background),
-        path_text(out, "out"),
-        ball_mm,
+        _named(out),
+        _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
         pitch_mm_per_px,
         every or 0,
         rest_weight,
@@ -333,7 +345,9 @@ def photometric(
 def lookup(
     source: Path,
     *,
-    out: Path,
+    out: Path | None = None,
+    ball_radius_mm: float = 0.0,
+    ball_diameter_mm: float = 0.0,
     ball_mm: float = 0.0,
     balls: Path | None = None,
     sensor: Path | None = None,
@@ -344,15 +358,16 @@ def lookup(
     """Depth of a gray gel by a table over its change, from presses of a known ball.
 
     Args:
-        source, out, ball_mm, balls, sensor, background, pitch_mm_per_px, every: as of :func:`photometric`.
+        source, out, ball_radius_mm, ball_diameter_mm, ball_mm, balls, sensor, background, pitch_mm_per_px, every:
+            as of :func:`photometric`.
     """
     answer = _palpate.calibrate_lookup(
         path_text(source, "source"),
         _named(sensor),
         _named(balls),
         _named(background),
-        path_text(out, "out"),
-        ball_mm,
+        _named(out),
+        _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
         pitch_mm_per_px,
         every or 0,
     )
