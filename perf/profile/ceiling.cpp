@@ -15,7 +15,8 @@ namespace {
 constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kTexelBytes = 16;
 constexpr uint64_t kSmallest_bytes = uint64_t{1} << 20;
-constexpr uint64_t kMoved_bytes = uint64_t{256} << 20;  // in one sample, so that its submission weighs little
+// In one sample, so that its submission weighs little; no less than the largest buffer.
+constexpr uint64_t kMoved_bytes = uint64_t{64} << 20;
 constexpr int kMostRepeats = 64;
 constexpr double kClocksAgree = 0.1;
 

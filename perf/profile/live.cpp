@@ -1,5 +1,7 @@
 #include "perf/profile/live.h"
 
+#include <algorithm>
+
 #include "engine/gpu/context.h"
 #include "perf/profile/frames.h"
 #include "viz/live/live.h"
@@ -35,7 +37,9 @@ void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize
                   const MakeDrawer& drawer, double seconds, const Watch& watch, Profile& profile) {
   constexpr double kRates_Hz[] = {30, 60};
   gpu::Context context(device);
-  const double each_s = seconds / static_cast<double>(sizes.size() * std::size(kRates_Hz));
+  constexpr double kLeast_s = 0.5;  // 15 frames of the slower camera; 0 would be without an end
+  const double each_s =
+      std::max(kLeast_s, seconds / static_cast<double>(sizes.size() * std::size(kRates_Hz)));
   for (const FrameSize& size : sizes) {
     Scene scene = timing_scene(size.width_px, size.height_px, Reconstruction::Shading, 1);
     const DrawResult draw = drawer(context, scene.sensor);

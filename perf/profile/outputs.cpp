@@ -9,6 +9,8 @@
 namespace palpate::perf {
 namespace {
 
+constexpr size_t kLeastChoices = 2;
+
 struct Choice {
   std::string outputs;
   Reconstruction reading = Reconstruction::None;
@@ -51,14 +53,28 @@ std::vector<Choice> choices_for(Reconstruction reading) {
 void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, double seconds,
                      const Watch& watch, Profile& profile) {
   gpu::Context context(device);
+  const double end_s = wall_now_s() + seconds;
   const Reconstruction readings[] = {Reconstruction::Shading, Reconstruction::Photometric,
                                      Reconstruction::Elastic};
-  for (const Reconstruction reading : readings) {
+  double last_s = 0;
+  for (size_t r = 0; r < std::size(readings); ++r) {
+    const Reconstruction reading = readings[r];
+    const std::string what = std::string("cost of outputs, ") + to_string(reading);
+    const double begin_s = wall_now_s(), left_s = std::max(0.0, end_s - begin_s);
+    if (r > 0 && left_s < last_s / 2) {
+      skip(what, watch, profile);
+      continue;
+    }
     const std::vector<Choice> group = choices_for(reading);
     std::deque<Scene> scenes;
     std::deque<Pipeline> pipelines;
     std::vector<Contender> contenders;
     for (const Choice& choice : group) {
+      // A whole frame and one without its surface, whatever the time.
+      if (contenders.size() >= kLeastChoices && wall_now_s() > end_s) {
+        skip(what + ", all but the first " + std::to_string(kLeastChoices), watch, profile);
+        break;
+      }
       Scene& scene = scenes.emplace_back(
           timing_scene(size.width_px, size.height_px, choice.reading, choice.touched_fraction));
       Pipeline& pipeline =
@@ -66,8 +82,9 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
       pipeline.set_background(scene.background);
       contenders.push_back({choice.outputs, [&] { pipeline.process(scene.next()); }});
     }
-    if (!take_turns(contenders, {5, 200, seconds / static_cast<double>(std::size(readings))}, watch)) return;
-    for (size_t i = 0; i < group.size(); ++i) {
+    if (!take_turns(contenders, {3, 200, left_s / static_cast<double>(std::size(readings) - r)}, watch))
+      return;
+    for (size_t i = 0; i < contenders.size(); ++i) {
       std::vector<double> ratios;
       for (size_t round = 0; round < contenders[i].cpu_ms.size(); ++round)
         ratios.push_back(contenders[i].cpu_ms[round] / contenders[0].cpu_ms[round]);
@@ -85,7 +102,8 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
       figure.memory_bytes = pipelines[i].memory_bytes();
       profile.outputs.push_back(std::move(figure));
     }
-    watch.say(std::string("cost of outputs, ") + to_string(reading) + ": done");
+    last_s = wall_now_s() - begin_s;
+    watch.say(what + ": done");
   }
   watch.leave(context);
 }

@@ -81,7 +81,7 @@ struct SizeFigure {
   Distribution latency;  ///< of Pipeline::process, host clock, no timers
   Histogram histogram;   ///< of the same samples
   double cpu_ms = 0;     ///< median CPU time of the process in one frame, all threads, the driver's included
-  double frames_per_s = 0;  ///< with three frames in flight
+  double frames_per_s = 0;  ///< with three frames in flight; median of blocks between the single frames
   uint64_t memory_bytes = 0;
   double setup_ms = 0;  ///< building the pipeline
   std::vector<StageFigure> stages;

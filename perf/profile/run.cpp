@@ -1,7 +1,7 @@
 #include "perf/profile/run.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <limits>
 
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
@@ -14,18 +14,44 @@ namespace palpate::perf {
 namespace {
 
 constexpr double kBudget_s = 180, kQuickBudget_s = 20;
-// Fractions of the budget.
-constexpr double kCeiling = 0.06, kSizes = 0.45, kSolvers = 0.22, kOutputs = 0.18, kLive = 0.09;
+// Fractions of the budget; the rest is for plots and the report. What a part leaves goes to those after it.
+constexpr double kCeiling = 0.06, kSizes = 0.43, kSolvers = 0.2, kOutputs = 0.16, kLive = 0.08,
+                 kReport = 0.07;
+// Frames and pipelines that the least of a part takes.
+constexpr double kSolverFrames = 60, kSolverPipelines = 8, kOutputFrames = 40, kOutputPipelines = 10;
 
-/// Errors and costs are measured where cameras are: 640 x 480, and 1392 x 1042 where the ladder goes that
-/// far.
-std::vector<FrameSize> camera_sizes(const std::vector<FrameSize>& ladder) {
-  uint64_t most = 0;
-  for (const FrameSize& size : ladder) most = std::max(most, uint64_t{size.width_px} * size.height_px);
+double pixels_of(const FrameSize& size) {
+  return static_cast<double>(size.width_px) * size.height_px;
+}
+
+/// Time of so many frames and pipelines at a size, by the slowest reading there; infinite where it was not
+/// measured.
+double cost_s(const Profile& profile, const FrameSize& size, double frames, double pipelines) {
+  double most_s = 0;
+  for (const SizeFigure& s : profile.sizes)
+    if (s.width_px == size.width_px && s.height_px == size.height_px)
+      most_s = std::max(most_s, 1e-3 * (frames * s.latency.median_ms + pipelines * s.setup_ms));
+  return most_s > 0 ? most_s : std::numeric_limits<double>::infinity();
+}
+
+/// Errors and costs are measured where cameras are: of 640 x 480 and 1392 x 1042 those that were measured and
+/// fit into the time; where neither does, the largest that does, or the smallest.
+std::vector<FrameSize> camera_sizes(const Profile& profile, std::vector<FrameSize> ladder, double frames,
+                                    double pipelines, double seconds) {
+  std::sort(ladder.begin(), ladder.end(),
+            [](const FrameSize& a, const FrameSize& b) { return pixels_of(a) < pixels_of(b); });
+  double left_s = seconds;
+  const auto fits = [&](const FrameSize& size) {
+    const double cost = cost_s(profile, size, frames, pipelines);
+    if (cost > left_s) return false;
+    left_s -= cost;
+    return true;
+  };
   std::vector<FrameSize> sizes;
   for (const FrameSize& size : {FrameSize{640, 480}, FrameSize{1392, 1042}})
-    if (uint64_t{size.width_px} * size.height_px <= most) sizes.push_back(size);
-  if (sizes.empty()) sizes.push_back(ladder.back());
+    if (fits(size)) sizes.push_back(size);
+  for (size_t i = ladder.size(); i-- > 0 && sizes.empty();)
+    if (i == 0 || fits(ladder[i])) sizes.push_back(ladder[i]);
   return sizes;
 }
 
@@ -38,7 +64,11 @@ Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& req
   profile.budget_s = request.budget_s > 0 ? request.budget_s : request.quick ? kQuickBudget_s : kBudget_s;
   profile.machine = describe_machine(gpu::Context(device));
   const std::vector<FrameSize> sizes = request.sizes.empty() ? default_sizes(request.quick) : request.sizes;
-  const std::vector<FrameSize> cameras = camera_sizes(sizes);
+  // A part's fraction of what is left, of the fractions of the parts that are left.
+  const auto seconds_of = [&](double part, double later) {
+    const double left_s = profile.budget_s - (wall_now_s() - start_s);
+    return std::max(0.0, left_s * part / (part + later + kReport));
+  };
 
   const auto finished = [&] {
     profile.elapsed_s = wall_now_s() - start_s;
@@ -51,13 +81,19 @@ Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& req
                                 profile.ceiling.GB_per_s, profile.ceiling.clock.c_str());
   watch.say(line);
   if (!finished()) return profile;
-  measure_sizes(device, sizes, request.readings, kSizes * profile.budget_s, watch, profile);
+  measure_sizes(device, sizes, request.readings, seconds_of(kSizes, kSolvers + kOutputs + kLive), watch,
+                profile);
   if (!finished()) return profile;
-  measure_solvers(device, cameras, kSolvers * profile.budget_s, watch, profile);
+  double seconds = seconds_of(kSolvers, kOutputs + kLive);
+  measure_solvers(device, camera_sizes(profile, sizes, kSolverFrames, kSolverPipelines, seconds), seconds,
+                  watch, profile);
   if (!finished()) return profile;
-  measure_outputs(device, cameras.back(), kOutputs * profile.budget_s, watch, profile);
+  seconds = seconds_of(kOutputs, kLive);
+  measure_outputs(device, camera_sizes(profile, sizes, kOutputFrames, kOutputPipelines, seconds).back(),
+                  seconds, watch, profile);
   if (!finished()) return profile;
-  measure_live(device, cameras, request.drawer, kLive * profile.budget_s, watch, profile);
+  seconds = seconds_of(kLive, 0);
+  measure_live(device, camera_sizes(profile, sizes, 0, 2, seconds), request.drawer, seconds, watch, profile);
   profile.complete = !watch.stopped();
   finished();
   return profile;

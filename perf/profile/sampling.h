@@ -22,6 +22,9 @@ struct Watch {
   };  ///< called with each device when done with it
 };
 
+/// Notes, and says, that something was not measured as its time is used up.
+void skip(const std::string& what, const Watch& watch, Profile& profile);
+
 /// One way to do the work, and its samples: one for each run.
 struct Contender {
   std::string name;

@@ -17,7 +17,8 @@
 namespace palpate::perf {
 namespace {
 
-constexpr Rounds kLatencyRounds{10, 500, 0};
+// Single frames and frames in flight take turns in blocks, so that a machine that drifts drifts for both.
+constexpr int kSingleFrames = 5, kFlowFrames = 6, kLeastBlocks = 2, kMostBlocks = 100;
 constexpr int kStageFrames = 60;
 constexpr int kLeastStageFrames = 5;
 constexpr size_t kHistogramBins = 24;
@@ -68,22 +69,24 @@ class SizeMeter {
     figure.setup_ms = (wall_now_s() - start_s) * 1e3;
     figure.memory_bytes = pipeline.memory_bytes();
     std::vector<Contender> frames{{"frame", [&] { pipeline.process(scene.next()); }}};
-    Rounds rounds = kLatencyRounds;
-    rounds.seconds = seconds / 2;
-    if (!take_turns(frames, rounds, watch_)) return false;
+    std::vector<double> rates;
+    const double first_s = wall_now_s();
+    for (int block = 0; block < kMostBlocks; ++block) {
+      if (block >= kLeastBlocks && wall_now_s() - first_s > 3 * seconds / 4) break;
+      if (!take_turns(frames, {kSingleFrames, kSingleFrames, 0, false, block == 0}, watch_)) return false;
+      const double flow_s = wall_now_s();
+      for (int i = 0; i < kFlowFrames; ++i) {
+        if (watch_.stopped()) return false;
+        while (!pipeline.submit(scene.next())) pipeline.wait();
+      }
+      while (pipeline.wait()) {
+      }
+      rates.push_back(kFlowFrames / (wall_now_s() - flow_s));
+    }
     figure.latency = distribution_of(frames[0].wall_ms);
     figure.histogram = histogram_of(frames[0].wall_ms, kHistogramBins);
     figure.cpu_ms = quantile(frames[0].cpu_ms, 0.5);
-
-    const auto count = std::clamp(static_cast<int>(seconds / 4 * 1e3 / figure.latency.median_ms), 6, 300);
-    const double flow_s = wall_now_s();
-    for (int i = 0; i < count; ++i) {
-      if (watch_.stopped()) return false;
-      while (!pipeline.submit(scene.next())) pipeline.wait();
-    }
-    while (pipeline.wait()) {
-    }
-    figure.frames_per_s = count / (wall_now_s() - flow_s);
+    figure.frames_per_s = quantile(rates, 0.5);
     return true;
   }
 
@@ -135,10 +138,9 @@ double pixels_of(const FrameSize& size) {
 /// Time that the least number of frames would take at `size`, building everything twice, judged by a smaller
 /// one.
 double least_s(const SizeFigure& smaller, const FrameSize& size) {
-  constexpr int kFlowFrames = 8;
-  const int frames = kLatencyRounds.least + kLeastStageFrames + kFlowFrames;
-  const double ms = 2 * smaller.setup_ms + frames * smaller.latency.median_ms;
-  return ms * 1e-3 * std::max(1.0, pixels_of(size) / static_cast<double>(smaller.pixels()));
+  const int frames = 1 + kLeastBlocks * (kSingleFrames + kFlowFrames) + 1 + kLeastStageFrames;
+  const double larger = std::max(1.0, pixels_of(size) / static_cast<double>(smaller.pixels()));
+  return 1e-3 * (2 * smaller.setup_ms + frames * smaller.latency.median_ms * larger);
 }
 
 /// Why a size is not worth starting, judged by the last one measured; empty: nothing against it.

@@ -145,16 +145,22 @@ void measure_solvers(const gpu::ContextOptions& device, const std::vector<FrameS
     const std::string what = "error against run time at " + size_text(sizes[i].width_px, sizes[i].height_px);
     const double left_s = end_s - wall_now_s();
     if (i > 0 && left_s <= 0) {
-      profile.skipped.push_back({what, "the time budget is used up"});
-      watch.say(what + ": skipped, the time budget is used up");
+      skip(what, watch, profile);
       continue;
     }
     Ways ways(context, sizes[i]);
     const std::vector<Truth> truths = make_truths(sizes[i]);
     const double share_s =
         std::max(0.0, end_s - wall_now_s()) / static_cast<double>((sizes.size() - i) * truths.size());
-    for (const Truth& truth : truths) {
-      if (!ways.measure(truth, share_s, watch, profile.solvers)) return;
+    double last_s = 0;
+    for (size_t t = 0; t < truths.size(); ++t) {
+      const double begin_s = wall_now_s();
+      if (t > 0 && end_s - begin_s < last_s / 2) {
+        skip(what + ", truth " + truths[t].name, watch, profile);
+        continue;
+      }
+      if (!ways.measure(truths[t], share_s, watch, profile.solvers)) return;
+      last_s = wall_now_s() - begin_s;
     }
     watch.say(what + ": done");
   }

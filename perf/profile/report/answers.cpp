@@ -35,7 +35,14 @@ std::string headline(const Profile& profile) {
     if (i > 0) words += i + 1 == readings.size() ? " and " : ", ";
     const SizeFigure* size = largest_of(profile, readings[i], kCamera_Hz);
     words += readings[i];
-    words += size ? " up to " + size_text(size->width_px, size->height_px) : " at no size that was measured";
+    if (!size) {
+      words += " at no size that was measured";
+      continue;
+    }
+    // Only a larger size that was measured and is slower is a limit.
+    const bool limit = size != largest_of(profile, readings[i]);
+    words += (limit ? " up to " : " at ") + size_text(size->width_px, size->height_px);
+    if (!limit) words += " (larger frames were not tried)";
   }
   return words + ".";
 }

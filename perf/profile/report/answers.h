@@ -11,7 +11,8 @@ namespace palpate::perf {
 /// In the order in which they were measured.
 std::vector<std::string> readings_of(const Profile& profile);
 
-/// The largest frames of each reading that reach 30 a second.
+/// The largest frames of each reading that reach 30 a second: "up to" where larger ones were measured and do
+/// not, else "at", as larger ones were not tried.
 std::string headline(const Profile& profile);
 /// Of the largest frame of a reading: the stage that takes most of it.
 std::string slowest_stage(const Profile& profile, const std::string& reading);
