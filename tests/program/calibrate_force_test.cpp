@@ -6,9 +6,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "capture/open_source.h"
+#include "capture/run/input.h"
 #include "palpate/sensor.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -114,6 +117,33 @@ TEST_F(CalibrateForce, RefusesWhatItCannotUse) {
             std::string::npos);
   EXPECT_NE(refusal("calibrate shear " + small + " --gauge truth" + to).find("none along x"),
             std::string::npos);
+}
+
+TEST_F(CalibrateForce, ShearOfAGaugeThatWasNotTared) {
+  const auto recorded = [&](const std::string& scene) {
+    const std::string input = "synthetic:" + scene + "?seed=5&" + kSmall;
+    const std::unique_ptr<Source> source = open_source(input, find_input(1, input, {}).sensor);
+    std::ofstream table(folder_ / (scene + ".csv"));
+    table << "frame,force_N,fx_N,fy_N\n";
+    for (uint64_t i = 0; i < source->frame_count().value_or(0); ++i) {
+      const Truth truth = *source->truth(i);
+      table << i << ',' << truth.force_N + 0.5 << ',' << truth.shear_x_N + 0.7 << ',' << truth.shear_y_N - 0.4
+            << '\n';
+    }
+    return "'" + input + "' ";
+  };
+  const std::string inputs = recorded("pull") + recorded("slide");
+  ASSERT_EQ(run("calibrate shear " + inputs + "--gauge truth --quiet --out '" + at("right.json") + "'"), 0);
+  ASSERT_EQ(run("calibrate shear " + inputs + "--gauge '" + at("pull.csv") + "' --gauge '" + at("slide.csv") +
+                "' --quiet --out '" + at("out.json") + "'"),
+            0)
+      << text("stderr");
+  for (const char* part : {"fx of ", "reads +0.7 +- ", "fy of ", "reads -0.4 +- ", "reads +0.5 +- "})
+    EXPECT_NE(text("stdout").find(part), std::string::npos) << part << "\n" << text("stdout");
+  const Sensor found = load_sensor(folder_ / "out.json"), right = load_sensor(folder_ / "right.json");
+  EXPECT_NEAR(found.shear->kx_N_per_mm, right.shear->kx_N_per_mm, 1e-3 * right.shear->kx_N_per_mm);
+  EXPECT_NEAR(found.shear->ky_N_per_mm, right.shear->ky_N_per_mm, 1e-3 * right.shear->ky_N_per_mm);
+  EXPECT_NEAR(found.shear->friction, right.shear->friction, 1e-3);
 }
 
 TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
