@@ -16,8 +16,9 @@ namespace {
 constexpr double kLeastOverlap = 0.6;
 constexpr double kLeastCorrelation = 0.8;
 constexpr double kRivalExplains = 1.5;  // times the best offset's unexplained share
-constexpr double kValley = 0.05;        // a peak of its own has this much lower ground around it
-constexpr size_t kCoarse = 2000;        // samples, and steps of the offset
+constexpr double kOppositeExplains = 0.5;
+constexpr double kValley = 0.05;  // a peak of its own has this much lower ground around it
+constexpr size_t kCoarse = 2000;  // samples, and steps of the offset
 
 std::string number(double value, const char* format = "%.4g") {
   const std::string line = text(format, value);
@@ -232,16 +233,34 @@ double refine_offset(const Matcher& matcher, const Series& all, double at, doubl
   return at;
 }
 
+/// Lowest correlation of the scan: a second of the other sign goes best with the first's opposite.
+void find_opposite(const Scan& scan, TimeAlignment& found) {
+  for (size_t i = 0; i < scan.score.size(); ++i)
+    if (scan.score[i] >= -1.001 && scan.score[i] < found.opposite) {
+      found.opposite = scan.score[i];
+      found.opposite_s = scan.offset_s(i);
+    }
+}
+
+double unexplained(double correlation) {
+  return 1 - std::max(correlation, 0.0) * std::max(correlation, 0.0);
+}
+
 }  // namespace
 
 void check_alignment(const TimeAlignment& found, const std::string& recording) {
+  if (-found.opposite >= kLeastCorrelation &&
+      unexplained(-found.opposite) <= kOppositeExplains * unexplained(found.correlation))
+    throw Error(Failure::Input, "a gauge that reads more where more is pressed in " + recording,
+                "one that reads less there (correlation " + number(found.opposite, "%.4f") +
+                    " at an offset of " + number(found.opposite_s) + " s)",
+                "the gauge's table with its sign turned, or that of this recording");
   if (!(found.correlation >= kLeastCorrelation))
     throw Error(
         Failure::Input,
         "a gauge that goes with " + recording + " (correlation " + number(kLeastCorrelation) + " or more)",
         number(found.correlation, "%.3f") + " at best, at an offset of " + number(found.offset_s) + " s",
         "the gauge's table of this recording, or --align SECONDS where the offset is known");
-  const auto unexplained = [](double r) { return 1 - std::max(r, 0.0) * std::max(r, 0.0); };
   if (found.rival > 0 && unexplained(found.rival) < kRivalExplains * unexplained(found.correlation))
     throw Error(Failure::Input, "one offset between the clocks of " + recording + " and its gauge",
                 "two that fit alike: " + number(found.offset_s) + " s (correlation " +
@@ -263,6 +282,7 @@ TimeAlignment find_in_time(std::span<const double> first_time_s, std::span<const
                 "the gauge's table of this recording");
   TimeAlignment found;
   find_rival(scan, found);
+  find_opposite(scan, found);
   const Series all = centred(first_time_s, first);
   const double at = refine_offset(matcher, all, scan.offset_s(scan.best), scan.step_s, frame_s);
   const Fit fit = matcher.fit(all, at, 3);

@@ -13,6 +13,8 @@ struct TimeAlignment {
   double correlation = 0;  ///< of the two at that offset, -1 to 1
   double rival = 0;        ///< at the next best offset that is a peak of its own; -1: there is none
   double rival_s = 0;      ///< where that lies
+  double opposite = 0;     ///< the lowest correlation at any offset, 0 where none is negative
+  double opposite_s = 0;   ///< where that lies
 };
 
 /// The offset at which `second` (values at rising times on its own clock, straight between) goes best with
@@ -25,8 +27,8 @@ TimeAlignment find_in_time(std::span<const double> first_time_s, std::span<const
                            std::span<const std::pair<double, double>> breaks = {},
                            const std::string& recording = "the recording");
 
-/// Throws Error(Failure::Input) where the correlation is below 0.8, and where another offset explains nearly
-/// as much.
+/// Throws Error(Failure::Input) where the correlation is below 0.8, where the second's opposite goes much
+/// better with the first, and where another offset explains nearly as much.
 void check_alignment(const TimeAlignment& found, const std::string& recording = "the recording");
 
 /// Both.

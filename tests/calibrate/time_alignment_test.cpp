@@ -87,6 +87,15 @@ std::string refusal(const Records& r) {
   return "not refused";
 }
 
+TEST(TimeAlignment, TheOtherSignIsNamed) {
+  for (const double zero_N : {0.0, 3.0}) {
+    Records r = record(0.4, 0.01, 4);
+    for (double& f : r.gauge_N) f = zero_N - f;
+    EXPECT_NE(refusal(r).find("reads less there (correlation -0.9"), std::string::npos) << refusal(r);
+    EXPECT_NE(refusal(r).find("sign turned"), std::string::npos) << refusal(r);
+  }
+}
+
 TEST(TimeAlignment, RefusesWhatIsNotOneOffset) {
   // The same press every second: any whole second fits.
   const Records periodic = record(0.2, 0.01, 3, [](double t) { return 1 - std::cos(2 * M_PI * t); });
