@@ -33,7 +33,10 @@ std::string lower(std::string text) {
 
 std::string joined(const std::vector<std::string>& names) {
   std::string line;
-  for (const std::string& name : names) line += (line.empty() ? "" : ",") + name;
+  for (const std::string& name : names) {
+    const std::string quoted = printable(name);
+    line += (line.empty() ? "" : ",") + quoted.substr(1, quoted.size() - 2);
+  }
   return line;
 }
 
@@ -152,7 +155,7 @@ void CsvTable::choose_separator() {
 std::optional<size_t> CsvTable::find(std::string_view name) const {
   const auto count = std::count(columns_.begin(), columns_.end(), name);
   if (count > 1)
-    throw Error(Failure::Input, "one column '" + std::string(name) + "' in " + file_.string(),
+    throw Error(Failure::Input, "one column " + printable(std::string(name)) + " in " + file_.string(),
                 std::to_string(count), "a name of its own for each column");
   if (count == 0) return std::nullopt;
   return static_cast<size_t>(std::find(columns_.begin(), columns_.end(), name) - columns_.begin());
@@ -165,7 +168,7 @@ std::vector<size_t> CsvTable::require(const std::vector<std::string>& names) con
   for (const std::string& name : names) {
     const std::optional<size_t> column = find(name);
     if (column) indices.push_back(*column);
-    if (!column) missing += (count++ > 0 ? " and '" : "'") + name + "'";
+    if (!column) missing += (count++ > 0 ? " and " : "") + printable(name);
   }
   if (count > 0)
     throw Error(Failure::Input,

@@ -1,7 +1,8 @@
 #include "capture/files/event_log.h"
 
 #include <cerrno>
-#include <cstdlib>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -29,6 +30,14 @@ std::string quoted(const std::string& text) {
     }
   }
   return cell + "\"";
+}
+
+/// False where the whole cell is no number of that kind.
+template <typename Number>
+bool read_number(const std::string& cell, Number& number) {
+  const char* const end = cell.data() + cell.size();
+  const auto read = std::from_chars(cell.data(), end, number);
+  return read.ec == std::errc() && read.ptr == end;
 }
 
 }  // namespace
@@ -62,11 +71,9 @@ std::vector<Event> read_events(const std::filesystem::path& folder) {
   while (table.next()) {
     const std::vector<std::string>& cells = table.cells();
     if (cells.size() < 4) continue;
-    char* end = nullptr;
-    const unsigned long long frame = std::strtoull(cells[0].c_str(), &end, 10);
-    if (end == cells[0].c_str() || *end != 0) continue;
-    const double time_s = std::strtod(cells[1].c_str(), &end);
-    if (end == cells[1].c_str() || *end != 0) continue;
+    uint64_t frame = 0;
+    double time_s = 0;
+    if (!read_number(cells[0], frame) || !read_number(cells[1], time_s) || !std::isfinite(time_s)) continue;
     events.push_back({frame, time_s, cells[2], cells[3]});
   }
   return events;

@@ -40,8 +40,9 @@ void find_quantity(const CsvTable& table, const std::string& name, const std::st
   q.low = table.find(prefix + "low");
   q.high = table.find(prefix + "high");
   if (q.low.has_value() != q.high.has_value())
-    throw Error(Failure::Input, "both columns '" + prefix + "low' and '" + prefix + "high'", "one of them",
-                kColumns);
+    throw Error(Failure::Input,
+                "both columns " + printable(prefix + "low") + " and " + printable(prefix + "high"),
+                "one of them", kColumns);
   columns.names.push_back(name);
   columns.quantities.push_back(q);
 }
@@ -129,8 +130,9 @@ judge::Condition take_condition(const std::string& name, const std::vector<std::
     if (added) condition.labels.push_back(cells[i]);
     value = static_cast<double>(at->second);
     if (condition.labels.size() > kMostWords)
-      throw Error(Failure::Input, text("at most %zu different words in column '", kMostWords) + name + "'",
-                  "more", "--by with other columns");
+      throw Error(Failure::Input,
+                  text("at most %zu different words in column ", kMostWords) + printable(name), "more",
+                  "--by with other columns");
   }
   return condition;
 }

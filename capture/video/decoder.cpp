@@ -86,7 +86,7 @@ class Decoder final : public VideoDecoder {
   PacketPtr packet_;
   FramePtr image_, bgr_;
   std::unique_ptr<SwsContext, FreeScaler> scaler_;
-  int scaled_width_ = 0, scaled_height_ = 0;
+  int scaled_width_ = 0, scaled_height_ = 0, scaled_format_ = -1;
   int turn_deg_ = 0;  ///< clockwise
   fs::path file_;
   mutable std::optional<Ticks> ticks_;
@@ -299,7 +299,9 @@ bool Decoder::seek(uint64_t index) {
 
 /// The whole coded picture, whose border the visible one may lack: the conversion looks at neighbours.
 bool Decoder::fit_scaler() {
-  if (scaler_ && scaled_width_ == codec_->width && scaled_height_ == codec_->height) return true;
+  if (scaler_ && scaled_width_ == codec_->width && scaled_height_ == codec_->height &&
+      scaled_format_ == image_->format)
+    return true;
   const int width = codec_->coded_width, height = codec_->coded_height;
   scaler_.reset(sws_getCachedContext(scaler_.release(), width, height,
                                      static_cast<AVPixelFormat>(image_->format), width, height,
@@ -312,13 +314,15 @@ bool Decoder::fit_scaler() {
   if (av_frame_get_buffer(bgr_.get(), 0) < 0) return false;
   scaled_width_ = codec_->width;
   scaled_height_ = codec_->height;
+  scaled_format_ = image_->format;
   return true;
 }
 
 std::optional<BgrView> Decoder::picture() {
   if (!image_->data[0] || !fit_scaler()) return std::nullopt;
-  sws_scale(scaler_.get(), image_->data, image_->linesize, 0, codec_->coded_height, bgr_->data,
-            bgr_->linesize);
+  if (sws_scale(scaler_.get(), image_->data, image_->linesize, 0, codec_->coded_height, bgr_->data,
+                bgr_->linesize) <= 0)
+    return std::nullopt;
   return upright({bgr_->data[0], width_px(), height_px(), static_cast<size_t>(bgr_->linesize[0])});
 }
 

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <unordered_map>
 #include <utility>
 
 namespace palpate::json {
@@ -277,7 +278,7 @@ class Builder {
     return close();
   }
   bool key(std::string& key) {
-    if (options_.unique_keys && open_.back().contains(key)) throw KeyTwice(key);
+    if (options_.unique_keys && places_.back().contains(key)) throw KeyTwice(key);
     keys_.back() = std::move(key);
     return true;
   }
@@ -291,29 +292,43 @@ class Builder {
     if (open_.empty())
       whole_ = std::move(value);
     else if (open_.back().is_object())
-      open_.back()[keys_.back()] = std::move(value);
+      set(keys_.back(), std::move(value));
     else
       open_.back().push_back(std::move(value));
     return true;
+  }
+  /// As the object's operator[], without a look at all of its keys: files may have a million.
+  void set(std::string& key, Value value) {
+    Value& object = open_.back();
+    const auto [place, is_new] = places_.back().try_emplace(key, object.items_.size());
+    if (!is_new) {
+      object.items_[place->second] = std::move(value);
+      return;
+    }
+    object.keys_.push_back(std::move(key));
+    object.items_.push_back(std::move(value));
   }
   bool open(Value value) {
     if (options_.deepest != 0 && open_.size() >= options_.deepest)
       throw TooDeep("arrays and objects nest deeper than " + std::to_string(options_.deepest));
     open_.push_back(std::move(value));
     keys_.emplace_back();
+    places_.emplace_back();
     return true;
   }
   bool close() {
     Value value = std::move(open_.back());
     open_.pop_back();
     keys_.pop_back();
+    places_.pop_back();
     return put(std::move(value));
   }
 
   const ParseOptions& options_;
   Value whole_;
   std::vector<Value> open_;
-  std::vector<std::string> keys_;  // one for each open value
+  std::vector<std::string> keys_;                                // one for each open value
+  std::vector<std::unordered_map<std::string, size_t>> places_;  // of its keys
 };
 
 Value parse(std::string_view text, ParseOptions options) {

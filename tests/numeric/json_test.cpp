@@ -168,6 +168,18 @@ TEST(Json, EqualValuesAreEqualWhateverTheyAreWrittenAs) {
   EXPECT_TRUE(parse("3") == 3 && parse("\"pad\"") == "pad");
 }
 
+// Reading takes a time that grows with their number, not with its square: this would take minutes.
+TEST(Json, ManyKeysAreReadAtOnce) {
+  constexpr int kKeys = 400'000;
+  std::string text = "{";
+  for (int i = 0; i < kKeys; ++i) text += "\"k" + std::to_string(i) + "\":" + std::to_string(i) + ",";
+  const Value value = parse(text + "\"k7\":-1}");
+  EXPECT_EQ(value.size(), size_t{kKeys});
+  EXPECT_EQ(value["k7"], -1) << "the last value of a key counts";
+  EXPECT_EQ(value.keys().back(), "k399999");
+  EXPECT_THROW(static_cast<void>(parse(text + "\"k7\":-1}", {.unique_keys = true})), KeyTwice);
+}
+
 TEST(Json, NestingIsRefusedWhereItIsLimited) {
   EXPECT_NO_THROW(static_cast<void>(parse("[[1]]", {.deepest = 2})));
   EXPECT_THROW(static_cast<void>(parse("[[{}]]", {.deepest = 2})), TooDeep);

@@ -1,16 +1,12 @@
-// palpate_fuzz: thousands of random cases against the plain CPU versions, and thousands of damaged files.
+// palpate_fuzz: thousands of random cases against the plain CPU versions.
 // Prints seed and place of a difference and the smallest case that still shows it.
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "tests/pipeline/fuzz_cases.h"
-#include "tests/pipeline/fuzz_files.h"
 #include "viz/commands/support/options.h"
 
 namespace {
@@ -22,7 +18,7 @@ struct Options {
   uint64_t cases = 1000;
   uint64_t seed = 1;
   std::string stage, device;
-  bool files = false, validation = false;
+  bool validation = false;
 };
 
 const std::map<std::string, Stage> kStages = {{"contact", Stage::Contact},
@@ -35,26 +31,6 @@ void progress(uint64_t done, uint64_t all) {
   if (done % 100 == 0)
     std::fprintf(stderr, "%llu of %llu\n", static_cast<unsigned long long>(done),
                  static_cast<unsigned long long>(all));
-}
-
-int fuzz_files(const Options& options) {
-  const auto folder = std::filesystem::temp_directory_path() / ("palpate-fuzz-" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
-  std::printf("the file under test is in %s\n", folder.c_str());
-  for (uint64_t i = 0; i < options.cases; ++i) {
-    for (const Kind kind : kKinds) {
-      const std::string trouble = file_trouble(kind, options.seed + i, folder);
-      if (trouble.empty()) continue;
-      std::printf("%s, seed %llu: %s\n", to_string(kind), static_cast<unsigned long long>(options.seed + i),
-                  trouble.c_str());
-      return 1;
-    }
-    progress(i + 1, options.cases);
-  }
-  std::filesystem::remove_all(folder);
-  std::printf("%llu files of each of %zu kinds: read or refused with one line\n",
-              static_cast<unsigned long long>(options.cases), std::size(kKinds));
-  return 0;
 }
 
 int fuzz_stages(const Options& options) {
@@ -93,20 +69,18 @@ int fuzz_stages(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CommandLine program("palpate_fuzz: random cases against plain loops; damaged files against their readers.",
-                      "palpate_fuzz");
+  CommandLine program("palpate_fuzz: random cases against plain loops.", "palpate_fuzz");
   Options options;
-  program.add_option("--cases", options.cases, "How many (files: of each kind)")->capture_default_str();
+  program.add_option("--cases", options.cases, "How many")->capture_default_str();
   program.add_option("--seed", options.seed, "Of the first case; the others follow it")
       ->capture_default_str();
   program.add_option("--stage", options.stage, "contact, slope, surface or pipeline (default: a mixture)")
       ->check(Check::one_of(std::vector<std::string>{"contact", "pipeline", "slope", "surface"}));
-  program.add_flag("--files", options.files, "Damaged files instead of stages");
   program.add_option("--device", options.device, "Index or part of a name");
   program.add_flag("--validation", options.validation, "Under the Vulkan validation layer");
   if (const std::optional<int> code = program.parse_or_exit(argc, argv)) return *code;
   try {
-    return options.files ? fuzz_files(options) : fuzz_stages(options);
+    return fuzz_stages(options);
   } catch (const Error& error) {
     std::fprintf(stderr, "palpate_fuzz: %s\n", error.what());
     return error.exit_code();

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <opencv2/core.hpp>
@@ -28,6 +29,16 @@ struct Bitmap {
   std::array<Colour, 256> palette{};
   bool gray = false;
 
+  size_t row_bytes() const { return (static_cast<size_t>(width) * bits + 31) / 32 * 4; }
+  /// Whether the file is long enough for all rows, asked before memory is taken for them. Runs may leave rows
+  /// out: then it is a matter of what is worth its memory.
+  bool may_be_whole() const {
+    const size_t left = bytes.size() - std::min(pixels_at, bytes.size()), rows = static_cast<size_t>(height);
+    constexpr size_t kLarge_px = size_t{1} << 22, kEndOfRow_bytes = 2;
+    if (packing == kRuns8 || packing == kRuns4)
+      return rows * static_cast<size_t>(width) <= kLarge_px || left / kEndOfRow_bytes >= rows;
+    return left / row_bytes() >= rows;
+  }
   int row(int stored) const { return upwards ? height - 1 - stored : stored; }
 };
 
@@ -48,10 +59,7 @@ void put(cv::Mat& image, int x, int y, const Colour& colour) {
 
 /// Rows of 1, 4 or 8 bits a pixel that number a colour, or of 16, 24 and 32 that are one.
 bool decode_plain(const Bitmap& b, cv::Mat& image) {
-  const size_t row_bytes = (static_cast<size_t>(b.width) * b.bits + 31) / 32 * 4;
-  if (b.pixels_at > b.bytes.size() ||
-      (b.bytes.size() - b.pixels_at) / row_bytes < static_cast<size_t>(b.height))
-    return false;
+  const size_t row_bytes = b.row_bytes();
   const bool five_five_five = b.packing != kMasks || number(b.bytes, 58, 4) == 0x3e0;
   for (int stored = 0; stored < b.height; ++stored) {
     const uint8_t* from = b.bytes.data() + b.pixels_at + static_cast<size_t>(stored) * row_bytes;
@@ -78,8 +86,7 @@ bool decode_plain(const Bitmap& b, cv::Mat& image) {
 
 /// Runs of one number, literal stretches and jumps; what a jump passes over has the first colour.
 bool decode_runs(const Bitmap& b, cv::Mat& image) {
-  for (int y = 0; y < b.height; ++y)
-    for (int x = 0; x < b.width; ++x) put(image, x, y, b.palette[0]);
+  image.setTo(cv::Scalar(b.palette[0][0], b.palette[0][1], b.palette[0][2]));
   const bool four = b.packing == kRuns4;
   size_t at = b.pixels_at;
   int x = 0, y = 0;
@@ -144,6 +151,7 @@ cv::Mat decode_bmp(Bytes bytes) {
   } else if (b.bits != 16 && b.bits != 24 && b.bits != 32) {
     return {};
   }
+  if (!b.may_be_whole()) return {};
   cv::Mat image(b.height, b.width, b.gray ? CV_8UC1 : CV_8UC3);
   bool whole = false;
   if (b.packing == kPlain || (b.packing == kMasks && known_masks(b)))

@@ -58,6 +58,10 @@ bool decode(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& image) {
   jpeg_read_header(&d.jpeg, TRUE);
   const bool gray = d.jpeg.jpeg_color_space == JCS_GRAYSCALE;
   if (!gray && d.jpeg.jpeg_color_space != JCS_YCbCr && d.jpeg.jpeg_color_space != JCS_RGB) return false;
+  // Before memory is taken: a block of 8 x 8 px has one bit at least, but for arithmetic coding.
+  constexpr uint64_t kMostPixels = 512;
+  if (!d.jpeg.arith_code && uint64_t{d.jpeg.image_width} * d.jpeg.image_height / kMostPixels > bytes.size())
+    return false;
   d.jpeg.out_color_space = gray ? JCS_GRAYSCALE : JCS_EXT_BGR;
   jpeg_start_decompress(&d.jpeg);
   image.create(static_cast<int>(d.jpeg.output_height), static_cast<int>(d.jpeg.output_width),

@@ -40,6 +40,11 @@ bool decode(png_structp png, png_infop info, cv::Mat& image, std::vector<png_byt
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_read_info(png, info);
   const int kind = png_get_color_type(png, info), bits = png_get_bit_depth(png, info);
+  // Before memory is taken: deflate makes at most 1032 bytes of one.
+  constexpr uint64_t kMostPacked = 1032;
+  if (uint64_t{png_get_rowbytes(png, info)} * png_get_image_height(png, info) / kMostPacked >
+      static_cast<Unread*>(png_get_io_ptr(png))->left)
+    return false;
   const bool transparent = png_get_valid(png, info, PNG_INFO_tRNS) != 0;
   const bool gray = kind == PNG_COLOR_TYPE_GRAY, palette = kind == PNG_COLOR_TYPE_PALETTE;
   const bool alpha = (kind & PNG_COLOR_MASK_ALPHA) != 0 || (palette && transparent);

@@ -98,6 +98,8 @@ cv::Mat decode_pnm(std::span<const uint8_t> bytes) {
   const auto width = text.number(), height = text.number();
   const auto largest = bits ? std::optional<uint32_t>(1) : text.number();
   if (!width || !height || !largest || *largest == 0 || *largest > 65535) return {};
+  // Before memory is taken: a number in text has a digit at least.
+  if (!binary && uint64_t{*width} * *height > bytes.size()) return {};
   cv::Mat image(static_cast<int>(*height), static_cast<int>(*width),
                 CV_MAKETYPE(*largest > 255 ? CV_16U : CV_8U, kind == 3 || kind == 6 ? 3 : 1));
   if (image.empty()) return {};

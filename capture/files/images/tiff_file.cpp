@@ -28,6 +28,17 @@ Layout layout_of(TIFF* tiff) {
   return l;
 }
 
+/// Whether `count` bytes can be all that so many bytes of a file hold: asked before memory is taken for them.
+bool can_hold(TIFF* tiff, size_t file_bytes, uint64_t count) {
+  uint16_t packing = COMPRESSION_NONE;
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &packing);
+  // Bytes that one byte of the file can make: codes of nine bits and more for up to 4096 bytes, a bit for a
+  // row of fax.
+  constexpr uint64_t kLzw = 4096, kOther = 65536;
+  const uint64_t most = packing == COMPRESSION_NONE ? 1 : packing == COMPRESSION_LZW ? kLzw : kOther;
+  return count / most <= file_bytes;
+}
+
 /// Up to 8 bits: libtiff knows palettes, bits and colour spaces.
 cv::Mat decode_small(TIFF* tiff, const Layout& l) {
   std::vector<uint32_t> pixels(size_t{l.width} * l.height);
@@ -55,7 +66,7 @@ int depth_of(const Layout& l) {
 }
 
 /// Strips or tiles as they are stored, values as they are.
-bool read_blocks(TIFF* tiff, cv::Mat& image) {
+bool read_blocks(TIFF* tiff, size_t file_bytes, cv::Mat& image) {
   const bool tiled = TIFFIsTiled(tiff) != 0;
   uint32_t block_width = static_cast<uint32_t>(image.cols), block_height = static_cast<uint32_t>(image.rows);
   if (tiled) {
@@ -71,6 +82,7 @@ bool read_blocks(TIFF* tiff, cv::Mat& image) {
   const size_t row_bytes = size_t{block_width} * image.elemSize();
   if (static_cast<size_t>(tiled ? TIFFTileSize(tiff) : TIFFStripSize(tiff)) != row_bytes * block_height)
     return false;
+  if (!can_hold(tiff, file_bytes, uint64_t{row_bytes} * block_height)) return false;
   std::vector<uint8_t> block(row_bytes * block_height);
   const uint32_t width = static_cast<uint32_t>(image.cols), height = static_cast<uint32_t>(image.rows);
   for (uint32_t y = 0; y < height; y += block_height)
@@ -98,13 +110,13 @@ void swap_red_and_blue(cv::Mat& image) {
   }
 }
 
-cv::Mat decode_wide(TIFF* tiff, const Layout& l) {
+cv::Mat decode_wide(TIFF* tiff, size_t file_bytes, const Layout& l) {
   const int depth = depth_of(l);
   const bool plain =
       l.gray() ? l.samples == 1 : l.photometric == PHOTOMETRIC_RGB && (l.samples == 3 || l.samples == 4);
   if (depth < 0 || !plain || (l.samples > 1 && l.planar != PLANARCONFIG_CONTIG)) return {};
   cv::Mat image(static_cast<int>(l.height), static_cast<int>(l.width), CV_MAKETYPE(depth, l.samples));
-  if (!read_blocks(tiff, image)) return {};
+  if (!read_blocks(tiff, file_bytes, image)) return {};
   if (l.samples >= 3) {
     const size_t bytes = image.elemSize1();
     bytes == 2   ? swap_red_and_blue<uint16_t>(image)
@@ -125,7 +137,9 @@ cv::Mat decode_tiff(std::span<const uint8_t> bytes) {
   if (!tiff) return {};
   const Layout l = layout_of(tiff.get());
   if (l.width == 0 || l.height == 0 || l.orientation > ORIENTATION_BOTLEFT) return {};
-  return l.bits <= 8 ? decode_small(tiff.get(), l) : decode_wide(tiff.get(), l);
+  const uint64_t row_bits = uint64_t{l.width} * l.samples * l.bits;
+  if (!can_hold(tiff.get(), bytes.size(), (row_bits + 7) / 8 * l.height)) return {};
+  return l.bits <= 8 ? decode_small(tiff.get(), l) : decode_wide(tiff.get(), bytes.size(), l);
 }
 
 std::vector<uint8_t> encode_tiff(const ImageView& image) {

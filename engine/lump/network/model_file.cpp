@@ -291,7 +291,11 @@ Network Network::parse(const std::string& bytes, const std::string& name) {
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    refuse(std::string("which has other contents: ") + error.what());
+    std::string what = error.what();
+    for (char& c : what)
+      if (c < ' ' || c > '~') c = '?';  // a damaged file's bytes are no text
+    constexpr size_t kLongest = 160;
+    refuse("which has other contents: " + (what.size() > kLongest ? what.substr(0, kLongest) + "..." : what));
   }
   return Network(nullptr);
 }
