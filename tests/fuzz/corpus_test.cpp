@@ -3,15 +3,19 @@
 #include "tests/fuzz/readers.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <ostream>
 #include <random>
 #include <vector>
 
+#include "capture/files/event_log.h"
 #include "capture/files/video.h"
+#include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/thorough.h"
@@ -26,11 +30,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+fs::path corpus() {
+  return fs::path(PALPATE_SOURCE_DIR) / "tests" / "fuzz" / "corpus";
+}
+
 std::vector<fs::path> corpus_of(const Reader& reader) {
   std::vector<fs::path> files;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "tests" / "fuzz" / "corpus" / reader.name))
-    files.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(corpus() / reader.name)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -40,13 +46,16 @@ std::vector<uint8_t> bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-class Readers : public testing::TestWithParam<Reader> {
+class ReadersFolder : public testing::Test {
  protected:
   void SetUp() override { folder_ = test_folder("readers"); }
   void TearDown() override { fs::remove_all(folder_); }
 
   fs::path folder_;
 };
+
+class Readers : public ReadersFolder, public testing::WithParamInterface<Reader> {};
+class ReadersOfImages : public ReadersFolder {};
 
 TEST_P(Readers, ReadOrRefuseEveryFileOfTheCorpus) {
   const std::vector<fs::path> files = corpus_of(GetParam());
@@ -73,12 +82,42 @@ TEST_P(Readers, ReadOrRefuseWhatIsCutAndChanged) {
   }
 }
 
+// Files of a few hundred bytes that claim the largest image there may be.
+TEST_F(ReadersOfImages, RefuseHugeClaimsBeforeTheyTakeMemory) {
+  const auto most_kB = [] {
+    rusage used{};
+    getrusage(RUSAGE_SELF, &used);
+    return used.ru_maxrss;
+  };
+  const long before_kB = most_kB();
+  for (const char* file : {"tiff/huge8.tif", "tiff/huge16.tif", "tiff/hugetile.tif", "png/huge.png",
+                           "jpeg/huge.jpg", "bmp/huge.bmp", "pnm/hugebits.pbm", "pnm/huge3.ppm"}) {
+    const std::string kind(file, std::strchr(file, '/'));
+    EXPECT_EQ(trouble_of(reader(kind), bytes_of(corpus() / file), folder_), "");
+    EXPECT_THROW(reader(kind).read(folder_ / "image"), Error) << file;
+  }
+  EXPECT_LT(most_kB() - before_kB, 300'000);
+}
+
+TEST(ReadersOfEvents, LeaveOutWhatIsNoEvent) {
+  const fs::path folder = test_folder("events");
+  std::ofstream(folder / "events.csv")
+      << "frame,time_s,event,text\n7,0.5,mark,a\n-1,0.5,mark,b\n8,1e999,mark,c\n"
+         "9,nan,mark,d\n18446744073709551616,1,mark,e\n0x10,1,mark,f\n";
+  const std::vector<viz::Event> events = viz::read_events(folder);
+  fs::remove_all(folder);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].frame, 7u);
+  EXPECT_EQ(events[0].time_s, 0.5);
+  EXPECT_EQ(events[0].text, "a");
+}
+
 std::vector<std::vector<uint8_t>> pictures_of(const char* film) {
   Sensor sensor;
   sensor.name = "any";
   sensor.pitch_mm_per_px = 0.1;
   sensor.channels = 3;
-  VideoFile file(fs::path(PALPATE_SOURCE_DIR) / "tests" / "fuzz" / "corpus" / "film" / film, sensor);
+  VideoFile file(corpus() / "film" / film, sensor);
   std::vector<std::vector<uint8_t>> pictures;
   for (Frame frame; file.next(frame);) pictures.push_back(frame.bytes);
   return pictures;
