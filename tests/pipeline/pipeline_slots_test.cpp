@@ -117,16 +117,18 @@ TEST_F(PipelineTest, PollNeverWaits) {
   Pipeline pipeline = scene.pipeline(context(), force_only(3));
   std::vector<Frame> frames;
   for (uint64_t k = 0; k < 6; ++k) frames.push_back(scene.frame(100 + k));
-  uint64_t wanted = 100;
   int empty = 0;
-  for (const Frame& frame : frames) {
+  // A machine that is busy elsewhere may look only when all is done; not every time.
+  for (uint64_t k = 0; k < frames.size() || (empty == 0 && k < 500); ++k) {
+    Frame& frame = frames[k % frames.size()];
+    frame.sequence = 100 + k;
     ASSERT_TRUE(pipeline.submit(frame));
     std::optional<Result> result;
     while (!(result = pipeline.poll())) {
       ++empty;
       std::this_thread::yield();
     }
-    EXPECT_EQ(result->touch.sequence, wanted++);
+    EXPECT_EQ(result->touch.sequence, 100 + k);
   }
   EXPECT_GT(empty, 0) << "every poll found a finished frame: it waited for it";
 }
