@@ -283,7 +283,10 @@ class Builder {
     return true;
   }
   [[noreturn]] bool parse_error(size_t, const std::string&, const nlohmann::detail::exception& error) {
-    throw Error(error.what());
+    std::string what = error.what();
+    for (char& c : what)
+      if (c < ' ' || c > '~') c = '?';  // it quotes the bytes, which may be no text
+    throw Error(what);
   }
   Value take() { return std::move(whole_); }
 

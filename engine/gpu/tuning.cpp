@@ -103,7 +103,7 @@ Json entries_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream bytes;
   bytes << in.rdbuf();
-  const Json whole = json::parse(bytes.str());
+  const Json whole = json::parse(bytes.str(), {.deepest = 16});
   if (!(whole.at("palpate_tuning") == kVersion) || !whole.at("devices").is_array())
     refuse("a tuning file of version " + std::to_string(kVersion), "another one");
   return whole.at("devices");

@@ -135,6 +135,17 @@ TEST(Json, ErrorsTellWhere) {
   EXPECT_THROW(static_cast<void>(parse("\"a\"").number()), Error);
 }
 
+TEST(Json, ErrorsArePrintableWhateverTheBytesAre) {
+  for (const char* text : {"[1,\x7f", "[1,\xff\xfe", "{\"a\x01", "[1,\n\n\x80"}) {
+    try {
+      static_cast<void>(parse(text));
+      ADD_FAILURE() << "taken as JSON";
+    } catch (const Error& error) {
+      for (const char* c = error.what(); *c; ++c) EXPECT_TRUE(*c >= ' ' && *c <= '~') << error.what();
+    }
+  }
+}
+
 TEST(Json, ValuesAreTakenAsTypes) {
   const Value value =
       parse(R"({"w": [1, 2.5], "n": 7, "low": -3, "t": "pad", "yes": true, "big": 18446744073709551615})");

@@ -192,7 +192,7 @@ LoadedSettings load_settings(const fs::path& file) {
   bytes << in.rdbuf();
   Json json;
   try {
-    json = json::parse(bytes.str());
+    json = json::parse(bytes.str(), {.deepest = 16});
   } catch (const json::Error&) {
     json = nullptr;
   }

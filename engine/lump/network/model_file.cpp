@@ -287,7 +287,8 @@ Network Network::parse(const std::string& bytes, const std::string& name) {
   if (sum != check_sum(bytes.data(), end)) refuse("which is damaged: its checksum differs");
   try {
     Taken weights(bytes.data() + line + 1, end - line - 1);
-    return Network(read_model(json::parse(std::string_view(bytes).substr(magic, line - magic)), weights));
+    return Network(read_model(
+        json::parse(std::string_view(bytes).substr(magic, line - magic), {.deepest = 16}), weights));
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
