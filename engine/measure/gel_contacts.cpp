@@ -76,7 +76,7 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
     pieces->before.assign(cells, 0);
     pieces->owner.reserve(2 * kMostContacts + 1);
   }
-  for (auto* numbers : {&seen_piece_, &confirmed_, &number_of_, &lineage_of_})
+  for (auto* numbers : {&seen_piece_, &confirmed_, &number_of_, &lineage_of_, &foot_of_})
     numbers->reserve(2 * kMostContacts + 1);
   parts_.reserve(cells);
   label_.assign(cells, 0);
@@ -86,8 +86,8 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   heir_.reserve(kMostContacts + 1);
   shared_px_.reserve(kSeen + 1);
   moments_.resize(2 * kMostContacts + 1);
+  outlines_.reserve(2 * kMostContacts + 1), outline_of_.reserve(2 * kMostContacts + 1);
   for (auto* numbers : {&lineage_, &lineage_before_}) numbers->assign(kMostContacts + 1, 0);
-  foot_of_.reserve(2 * kMostContacts + 1);
   edge_.reserve(cells);
   for (uint32_t y = 0; y < cells_y_; ++y)
     for (uint32_t x = 0; x < cells_x_; ++x)
@@ -115,6 +115,7 @@ void GelContacts::restart() {
   before_.assign(before_.size(), 0);
   for (Pieces* pieces : {&by_depth_, &by_structure_})
     std::fill(pieces->of_cell.begin(), pieces->of_cell.end(), 0u);
+  trust_.restart();
   frames_ = 0;
 }
 
@@ -160,6 +161,7 @@ void GelContacts::find(std::span<const shared::CellChange> cells, std::span<cons
 
 void GelContacts::estimate_light(std::span<const shared::CellChange> cells) {
   light_known_ = true;
+  double share = 1;
   for (uint32_t colour = 0; colour < 3; ++colour) {
     for (size_t i = 0; i < pixels_.size(); ++i)
       means_[colour][i] = static_cast<float>(sum_of(cells[i], colour)) / pixels_[i];
@@ -169,7 +171,9 @@ void GelContacts::estimate_light(std::span<const shared::CellChange> cells) {
     }
     light_[colour] = estimate_.find(sample_, sample_rest_);
     light_known_ = light_known_ && light_[colour].known;
+    share = std::min(share, light_[colour].share);
   }
+  light_trusted_ = trust_.enough(share);
 }
 
 void GelContacts::compare(std::span<const shared::CellChange> cells) {
@@ -333,13 +337,18 @@ uint32_t GelContacts::number_contacts() {
   std::swap(lineage_, lineage_before_);
   lineage_.assign(1, 0);
   foot_of_.assign(1, 0);
+  float clearest = 0;
+  for (uint32_t i = 0; i < feet_.size(); ++i)
+    if (counts(feet_[i], i)) clearest = std::max(clearest, feet_[i].strongest);
   uint32_t count = 0;
   for (uint32_t i = 0; i < feet_.size(); ++i) {
     Foot& foot = feet_[i];
+    if (count >= kMostContacts || !counts(foot, i)) continue;
+    // A press changes the light at the pad's sides too; that has no structure.
+    if (foot.at_border && double{foot.strongest} < kFaint &&
+        double{clearest} >= kClearer * double{foot.strongest})
+      continue;
     const bool goes_on = foot.before != 0 && heir_[foot.before] == i + 1;
-    const bool begins = double{foot.highest} >= (foot.was_seen || frames_ == 0 ? kOnset : kSureOnset);
-    if (foot.area_px < least_px_ || count >= kMostContacts) continue;
-    if (!begins && !(goes_on && double{foot.highest} >= kCore)) continue;
     foot.contact = ++count;
     lineage_.push_back(goes_on ? lineage_before_[foot.before] : ++last_lineage_);
     foot_of_.push_back(count);
@@ -357,12 +366,23 @@ uint32_t GelContacts::number_contacts() {
   return count;
 }
 
+// Whether a foot begins a contact, or goes on with one.
+bool GelContacts::counts(const Foot& foot, uint32_t index) const {
+  if (foot.area_px < least_px_) return false;
+  const bool goes_on = foot.before != 0 && heir_[foot.before] == index + 1;
+  const bool begins = double{foot.highest} >= (foot.was_seen || frames_ == 0 ? kOnset : kSureOnset);
+  return begins || (goes_on && double{foot.highest} >= kCore);
+}
+
 // Of the cells that edge_ holds.
 GelContacts::Foot GelContacts::foot_of_edge() {
   Foot foot;
   shared_px_.assign(kSeen + 1, 0);
   for (const uint32_t one : edge_) {
     foot.highest = std::max(foot.highest, raised_[one]);
+    foot.strongest = std::max(foot.strongest, strength_[one]);
+    const uint32_t x = one % cells_x_, y = one / cells_x_;
+    foot.at_border = foot.at_border || x == 0 || y == 0 || x + 1 == cells_x_ || y + 1 == cells_y_;
     foot.area_px += double{pixels_[one]};
     shared_px_[before_[one]] += double{pixels_[one]};
   }
@@ -391,7 +411,10 @@ float GelContacts::level_of_sorted() {
 void GelContacts::collect(std::vector<ContactTouch>& found) {
   count_ = number_contacts();
   mark_outlines();
-  if (split_by_structure()) mark_outlines();
+  if (split_by_structure()) {
+    mark_outlines();
+    if (join_what_one_makes()) mark_outlines();
+  }
   set_shapes(found);
 }
 
@@ -459,15 +482,6 @@ void GelContacts::spread(const std::vector<uint8_t>& from, std::vector<uint8_t>&
   };
   along(from, rows, cells_y_, cells_x_, cells_x_, 1);
   along(rows, to, cells_x_, cells_y_, 1, cells_x_);
-}
-
-void GelContacts::find_rest() {
-  // Among printed markers structure is seen too badly for an outline to be sure.
-  for (size_t i = 0; i < foot_.size(); ++i)
-    at_rest_[i] =
-        (foot_[i] != 0 && owner_[i] != 0) || (patterned_ && raised_[i] >= static_cast<float>(kCore));
-  spread(at_rest_, near_, at_rest_, margin_);
-  for (uint8_t& rest : at_rest_) rest = rest == 0 && light_known_;
 }
 
 void GelContacts::add_gray(std::span<const ContactTouch> gray, std::vector<ContactTouch>& found) {

@@ -1,6 +1,7 @@
 // Contacts of a colour gel: regions where the image, and so the slope, changes by more than its noise.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -39,8 +40,12 @@ class GelContacts {
   static constexpr double kApart_mm = 10;    ///< from that outline: there another object is told by itself,
   static constexpr double kLeastApart_mm2 = 53;  ///< if its outline is so large
   static constexpr double kClearPart = 6;        ///< of its structure over the noise
-  static constexpr double kLeast_mm2 = 2;        ///< area of a contact's foot
+  static constexpr double kFaint = 2;  ///< structure of what is no contact at the border, next to one whose
+  static constexpr double kClearer = 2.5;  ///< structure is so many times as strong
+  static constexpr double kBand = 1.25;    ///< length over width of what reaches across the picture
+  static constexpr double kLeast_mm2 = 2;  ///< area of a contact's foot
   static constexpr double kRestMargin_mm = 2;
+  static constexpr double kDented = 0.1;  ///< of the deepest point, from which the pad counts as dented
   static constexpr uint32_t kMostContacts = 64;
 
   /// Frames of three colours and 8 bits.
@@ -59,6 +64,15 @@ class GelContacts {
   /// them, as far as is known.
   void split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
              std::vector<ContactTouch>& found);
+  /// The area in contact of each contact that the last call of split() left, in place of its outline: what
+  /// lies deeper than the level at which the sides of its dent are steepest, since a pad follows an object as
+  /// far as they touch and rises less steeply beyond (Hertz). Area, centroid and ellipse are then its; box
+  /// and border stay those of the outline, and the outline itself where the dent does not stand out of the
+  /// noise. Arguments as of split().
+  void shrink_to_depth(std::span<const float> depth_mm, std::span<const ContactTouch> gray,
+                       std::vector<ContactTouch>& found);
+  /// Area dented, px: cells deeper than kDented of the deepest and than three times the noise at rest.
+  double dented_px(std::span<const float> depth_mm) const;
   /// All contacts of the last frame as one shape; area 0 without any.
   const ContactTouch& whole() const { return whole_; }
   /// Whether each cell of the last frame is surely not touched: kRestMargin_mm from any contact's outline.
@@ -67,6 +81,8 @@ class GelContacts {
   const std::array<LightChange, 3>& light() const { return light_; }
   /// Whether enough of the last frame was untouched to tell them.
   bool light_known() const { return light_known_; }
+  /// Whether enough of it was, see LightTrust: else the untouched image may be another pad's.
+  bool light_trusted() const { return light_trusted_; }
 
  private:
   /// Connected cells that are raised.
@@ -76,6 +92,8 @@ class GelContacts {
     uint32_t before = 0;    ///< the contact of the last frame that it shares most with, or 0
     double shared_px = 0;   ///< with that
     bool was_seen = false;  ///< there was an onset at its place already
+    float strongest = 0;    ///< structure
+    bool at_border = false;
     uint32_t contact = 0;
   };
   /// Connected cells within an outline.
@@ -84,6 +102,15 @@ class GelContacts {
     double area_px = 0;
     float strongest = 0;  ///< structure
     uint32_t piece = 0;
+    uint32_t left = UINT32_MAX, top = UINT32_MAX, right = 0, bottom = 0;  ///< first and last cells
+
+    void add(uint32_t x, uint32_t y) {
+      left = std::min(left, x), right = std::max(right, x);
+      top = std::min(top, y), bottom = std::max(bottom, y);
+    }
+    bool surrounds(const Part& other) const {
+      return left <= other.left && top <= other.top && right >= other.right && bottom >= other.bottom;
+    }
   };
   /// What contacts may fall into: of each cell, in this frame and the last, and of each piece its contact.
   struct Pieces {
@@ -98,6 +125,7 @@ class GelContacts {
   void blur_rows(const std::vector<float>& values, uint32_t radius);
   void blur_columns(std::vector<float>& values, uint32_t radius);
   Foot foot_of_edge();
+  bool counts(const Foot& foot, uint32_t index) const;
   float outline_level(uint32_t contact);
   void learn();
   void mark_foot();
@@ -108,11 +136,16 @@ class GelContacts {
   uint32_t number_contacts();
   void mark_outlines();
   bool split_by_structure();
+  bool join_what_one_makes();
   void find_parts();
+  bool is_band(const Part& part) const;
+  bool is_object(const Part& part, const Part& other) const;
   void add_parts();
   void find_far_parts(uint32_t contact, uint32_t first);
   float level_of_sorted();
   void spread_pieces();
+  float contact_level(uint32_t contact, std::span<const float> depth_mm, double noise_mm) const;
+  double rest_noise_mm(std::span<const float> depth_mm) const;
   void set_shapes(std::vector<ContactTouch>& found);
   void spread(const std::vector<uint8_t>& from, std::vector<uint8_t>& rows, std::vector<uint8_t>& to,
               uint32_t reach) const;
@@ -148,18 +181,20 @@ class GelContacts {
   std::vector<uint32_t> edge_;  // what a flood has reached
   std::vector<float> edges_;    // of each contact: smoothed change at its outline
   std::vector<ContactMoments> moments_;
+  std::vector<ContactTouch> outlines_;
   DepthBasins basins_;
   bool patterned_ = false;                          // a pattern printed on the whole skin
   std::vector<uint32_t> lineage_, lineage_before_;  // of each contact that find() saw, from 1
   std::vector<uint32_t> foot_of_;                   // of each contact: the one that find() saw
   Pieces by_depth_, by_structure_;
-  std::vector<Part> parts_;
+  std::vector<Part> parts_, outline_of_;                       // the latter of each contact: its sides only
   std::vector<uint32_t> number_of_;                            // of each piece: the contact that it becomes
   std::vector<uint32_t> seen_piece_, confirmed_, lineage_of_;  // of each contact before
   uint32_t last_lineage_ = 0;
   uint32_t count_ = 0;
   std::array<LightChange, 3> light_{};
-  bool light_known_ = true;
+  bool light_known_ = true, light_trusted_ = true;
+  LightTrust trust_;
   uint64_t frames_ = 0;
   ContactTouch whole_;
 };

@@ -37,20 +37,20 @@ bool GelContacts::split_by_structure() {
       by_structure_.owner.push_back(contact);
       any = ++own > 1 || any;
     };
+    for (uint32_t i = 0; i < parts_.size() && first == 0; ++i)
+      if (parts_[i].owner == contact && parts_[i].area_px == largest_px) first = i + 1;
+    if (first != 0) take(parts_[first - 1]);
     for (uint32_t i = 0; i < parts_.size(); ++i) {
       Part& part = parts_[i];
-      if (part.owner != contact) continue;
-      const bool largest = part.area_px == largest_px && first == 0;
-      if (largest) first = i + 1;
-      if (largest || (part.area_px >= kLargePart * largest_px && part.area_px >= least_px_ &&
-                      double{part.strongest} >= kClearPart))
+      if (part.owner != contact || i + 1 == first) continue;
+      if (part.area_px >= std::max(kLargePart * largest_px, least_px_) && is_object(part, parts_[first - 1]))
         take(part);
     }
     if (own == 1 && apart_ > 0) {
       const size_t before = parts_.size();
       find_far_parts(contact, first);
       for (size_t i = before; i < parts_.size(); ++i)
-        if (parts_[i].area_px >= far_px_ && double{parts_[i].strongest} >= kClearPart) take(parts_[i]);
+        if (parts_[i].area_px >= far_px_ && is_object(parts_[i], parts_[first - 1])) take(parts_[i]);
     }
     if (own > 0) continue;
     by_structure_.owner.push_back(contact);  // without an outline
@@ -89,6 +89,50 @@ void GelContacts::find_far_parts(uint32_t contact, uint32_t first) {
   add_parts();
 }
 
+// Pieces of one foot whose outlines, each by its own level, turn out to be a band, or one a ring around the
+// other, become one again; returns whether there were any.
+bool GelContacts::join_what_one_makes() {
+  outline_of_.assign(count_ + 1, {});
+  for (uint32_t cell = 0; cell < owner_.size(); ++cell)
+    if (foot_[cell] != 0 && owner_[cell] != 0)
+      outline_of_[owner_[cell]].add(cell % cells_x_, cell / cells_x_);
+  number_of_.assign(count_ + 1, 0);
+  lineage_of_ = foot_of_;
+  foot_of_.assign(1, 0);
+  uint32_t count = 0;
+  for (uint32_t one = 1; one <= count_; ++one) {
+    for (uint32_t other = 1; other < one && number_of_[one] == 0; ++other) {
+      const Part &a = outline_of_[one], &b = outline_of_[other];
+      if (lineage_of_[one] == lineage_of_[other] &&
+          (is_band(a) || is_band(b) || a.surrounds(b) || b.surrounds(a)))
+        number_of_[one] = number_of_[other];
+    }
+    if (number_of_[one] != 0) continue;
+    number_of_[one] = ++count;
+    foot_of_.push_back(lineage_of_[one]);
+  }
+  if (count == count_) return false;
+  for (uint32_t& owner : owner_) owner = number_of_[owner];
+  count_ = count;
+  return true;
+}
+
+// Whether a part is an object's of its own: clear, and neither a band, nor a ring around the other or within
+// one, nor beside a band, all of which one object makes where it covers much of the gel.
+bool GelContacts::is_object(const Part& part, const Part& other) const {
+  return double{part.strongest} >= kClearPart && !is_band(part) && !is_band(other) &&
+         !part.surrounds(other) && !other.surrounds(part);
+}
+
+// Whether it reaches across the whole picture and is longer that way than wide: no outline of an object, but
+// where the gel around one bulges, or an edge of what covers the picture.
+bool GelContacts::is_band(const Part& part) const {
+  const double width = part.right - part.left + 1, height = part.bottom - part.top + 1;
+  const bool down = part.top == 0 && part.bottom + 1 == cells_y_;
+  const bool across = part.left == 0 && part.right + 1 == cells_x_;
+  return (down && height > kBand * width) || (across && width > kBand * height);
+}
+
 // Connected cells within outlines; label_ tells which of parts_, from 1, a cell belongs to.
 void GelContacts::find_parts() {
   std::fill(label_.begin(), label_.end(), 0u);
@@ -105,6 +149,7 @@ void GelContacts::add_parts() {
     for (const uint32_t one : edge_) {
       part.area_px += double{pixels_[one]};
       part.strongest = std::max(part.strongest, strength_[one]);
+      part.add(one % cells_x_, one / cells_x_);
     }
   }
 }

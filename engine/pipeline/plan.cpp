@@ -43,11 +43,10 @@ bool needs_skin(const Sensor& sensor, uint32_t outputs) {
   return follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force));
 }
 
-// Where printed markers would be taken for slopes.
+// Where printed markers would be taken for slopes, and moved ones for contacts.
 bool needs_markers(const Sensor& sensor, const FrameFormat& format) {
-  return sensor.skin && sensor.skin->kind == SkinKind::Markers &&
-         sensor.reconstruction == Reconstruction::Photometric &&
-         sensor.background.kind == BackgroundKind::Untouched && format.channels == 3 && format.bit_depth == 8;
+  return sensor.skin && sensor.skin->kind == SkinKind::Markers && has_gel_contacts(sensor) &&
+         format.channels == 3 && format.bit_depth == 8;
 }
 
 // Where they are asked for, and where pressure is looked for in them: in a whole frame of slopes their errors
@@ -76,7 +75,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.background = sensor.background.kind == BackgroundKind::Untouched;
   plan.regions = needs_contacts(sensor, options.outputs);
   plan.gel_contacts = needs_gel_contacts(sensor, options.outputs);
-  plan.steady_light = has_gel_contacts(sensor) && !options.fixed_light;
+  plan.steady_light = follows_light(sensor) && !options.fixed_light;
   plan.gradient = needs_gradient(sensor, options.outputs);
   plan.separate = options.separate;
   plan.skin = !options.separate && needs_skin(sensor, options.outputs);

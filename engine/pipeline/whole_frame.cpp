@@ -162,7 +162,7 @@ void WholeFrame::set_background(const Frame& background) {
     confidence_->set_background(markers_ ? plain : background);
     if (surface_) surface_->set_confidence(*confidence_);
   }
-  if (gel_contacts_) gel_contacts_->set_background(background);
+  if (gel_contacts_) gel_contacts_->set_background(markers_ ? plain : background);
   if (skin_) find_skin(background);
   // Commands know where the skin's pattern is, how dark its markers are, and what no frame shows.
   if (skin_ || markers_ || confidence_)
@@ -254,6 +254,7 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
   }
   if (surface_) {
     surface_->measure(slot, touch);
+    if (slot.surface.was_corrected && rest_correction_) measure_areas(touch);
     const Grid& grid = surface_->grid();
     measured.surface.buffer = &slot.surface.depth.buffer;
     measured.surface.width = grid.width;
@@ -309,6 +310,7 @@ void WholeFrame::measure_gel_contacts(const FrameSlot& slot, Touch& touch) {
   std::swap(gray_regions_, touch.contacts);
   slot.cell_changes.invalidate();
   gel_contacts_->find(slot.cell_changes.as<const shared::CellChange>(), gray_regions_, touch.contacts);
+  if (markers_ && !gel_contacts_->light_trusted()) touch.light = {LightState::Unknown, 0};
   set_whole(touch);
 }
 
@@ -321,6 +323,17 @@ void WholeFrame::set_whole(Touch& touch) const {
   touch.area_mm2 = whole.area_mm2;
   touch.ellipse = whole.ellipse;
   touch.at_border = whole.at_border;
+}
+
+// The surface's own doubts, by saturated and clipped pixels, are of the outlines; that a contact reaches the
+// border stays theirs as well.
+void WholeFrame::measure_areas(Touch& touch) {
+  const std::span<const float> depth_mm = rest_correction_->depth_mm();
+  const bool at_border = touch.at_border;
+  gel_contacts_->shrink_to_depth(depth_mm, gray_regions_, touch.contacts);
+  set_whole(touch);
+  touch.at_border = at_border;
+  touch.surface->dented_mm2 = gel_contacts_->dented_px(depth_mm) * pitch_mm_per_px_ * pitch_mm_per_px_;
 }
 
 void WholeFrame::correct_rest(FrameSlot& slot, Touch& touch) {

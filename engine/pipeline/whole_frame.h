@@ -58,6 +58,7 @@ class WholeFrame : public Frames {
   void forget();
   void measure_markers(const FrameSlot& slot, Touch& touch) const;
   void correct_rest(FrameSlot& slot, Touch& touch);
+  void measure_areas(Touch& touch);
 
   gpu::Context& context_;
   FrameFormat format_;

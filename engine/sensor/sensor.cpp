@@ -281,10 +281,12 @@ uint32_t dead_gray(const Sensor& sensor) {
 }
 
 bool has_gel_contacts(const Sensor& sensor) {
-  // Printed markers hide the structure that outlines are told by.
-  const bool printed = sensor.skin && sensor.skin->kind == SkinKind::Markers;
-  return !printed && sensor.reconstruction == Reconstruction::Photometric &&
-         sensor.background.kind == BackgroundKind::Untouched && sensor.bit_depth == 8;
+  // Of printed markers the sensor file says that the pad is a gel, whatever its colours are read as; they are
+  // filled first.
+  const bool printed = sensor.skin && sensor.skin->kind == SkinKind::Markers && sensor.channels == 3;
+  const bool colours = sensor.reconstruction == Reconstruction::Photometric ||
+                       (printed && sensor.reconstruction == Reconstruction::None);
+  return colours && sensor.background.kind == BackgroundKind::Untouched && sensor.bit_depth == 8;
 }
 
 uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format) {

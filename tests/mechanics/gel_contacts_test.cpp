@@ -255,6 +255,119 @@ TEST_F(GelContactsTest, GrayOfPiecesGoesToTheirContact) {
   EXPECT_EQ(found[0].saturated_px, 2u);
 }
 
+// What one strong press does to the gel around it is no second object: a smooth band across the picture, a
+// ring around it, a change of the light alone at the border.
+TEST_F(GelContactsTest, WhatAPressDoesAroundItIsNoOther) {
+  const auto grown = [](double from, double to, double at) {
+    return std::clamp((at - from) / (to - from), 0., 1.);
+  };
+  const auto waves = [](double gray, double x, double y) {
+    return std::array{gray * std::sin(x / 7), gray * std::sin(y / 8), gray * std::sin((x + y) / 9)};
+  };
+  const Change glow = [=](double x, double) {
+    const double gray = 5 * grown(120, 200, x);
+    return std::array{gray, gray, gray};
+  };
+  const Change band = [=](double x, double y) { return waves(20 * grown(290, 310, x), x, y); };
+  const Change ring = [=](double x, double y) {
+    // Open at its right, as rings are that leave the picture.
+    const double r = std::hypot(x - 190, y - 138);
+    const bool open = x > 190 && std::abs(y - 138) < 50;
+    return waves(open ? 0 : 50 * grown(96, 102, r) * (1 - grown(122, 128, r)), x, y);
+  };
+  const Change around = [=](double x, double y) {
+    const double gray = std::hypot(x - 190, y - 138) < 128 ? 5 : 0;
+    return std::array{gray, gray, gray};
+  };
+  const Change patch = [](double x, double y) {
+    const double gray = x > 345 && y > 170 && y < 260 ? 4.5 : 0;
+    return std::array{gray, gray, gray};
+  };
+  for (const auto& [what, change] : {std::pair{"band", both(ball(100, 138, 60, 90), both(glow, band))},
+                                     {"ring", both(ball(190, 138, 50, 110), both(around, ring))},
+                                     {"patch", both(ball(120, 138, 60, 60), patch)}}) {
+    contacts_.set_background(rest_);
+    begin();
+    find(change);  // what falls apart has to be seen twice
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(find(change).size(), 1u) << what << " in frame " << i;
+  }
+  // An object is one there too.
+  contacts_.set_background(rest_);
+  begin();
+  const Change two = both(ball(100, 138, 60, 90), ball(330, 138, 45, 60));
+  find(two);
+  EXPECT_EQ(find(two).size(), 2u);
+}
+
+// Frames of another picture, or of another noise, leave nothing.
+TEST_F(GelContactsTest, ARestartForgetsTheFramesBefore) {
+  const Frame press = picture(ball(210, 130, 45), 1);
+  contacts_.restart();
+  const std::vector<ContactTouch> expected = find(press);
+  ASSERT_EQ(expected.size(), 1u);
+  for (int i = 0; i < 20; ++i) find(picture(ball(100, 100, 30), 4));
+  contacts_.restart();
+  const std::vector<ContactTouch> found = find(press);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].area_px, expected[0].area_px);
+  EXPECT_EQ(found[0].centroid_x_px, expected[0].centroid_x_px);
+}
+
+// A ball on an elastic pad: it touches up to a, and draws the pad down beyond. However clearly the picture
+// shows it there, the area in contact is that of the radius a.
+TEST_F(GelContactsTest, TheAreaInContactIsWhereTheDentIsSteepest) {
+  constexpr double kDeepest_mm = 0.4;
+  const uint32_t cells_x = (kWidth + 3) / 4, cells_y = (kHeight + 3) / 4;
+  std::normal_distribution<double> noise_mm(0, 0.004);
+  const auto hertz = [](double rho) {
+    if (rho <= 1) return 1 - rho * rho / 2;
+    return ((2 - rho * rho) * std::asin(1 / rho) + std::sqrt(rho * rho - 1)) / std::numbers::pi;
+  };
+  for (const double radius_px : {28.0, 45.0})
+    for (const double gray : {15.0, 45.0, 110.0})
+      for (const auto& [x_px, y_px] : {std::pair{190.0, 138.0}, {300.0, 200.0}}) {
+        contacts_.set_background(rest_);
+        begin();
+        // The picture changes as far as the pad is dented.
+        const Change change = ball(x_px, y_px, 1.6 * radius_px, gray);
+        find(change);
+        std::vector<ContactTouch> found = find(change);
+        ASSERT_EQ(found.size(), 1u);
+        const uint64_t outline_px = found[0].area_px;
+        std::vector<float> depth_mm;
+        for (uint32_t y = 0; y < cells_y; ++y)
+          for (uint32_t x = 0; x < cells_x; ++x) {
+            const double rho = std::hypot(4 * x + 1.5 - x_px, 4 * y + 1.5 - y_px) / radius_px;
+            const double share = (hertz(rho) - hertz(2.5)) / (1 - hertz(2.5));
+            depth_mm.push_back(static_cast<float>(kDeepest_mm * std::max(share, 0.0) + noise_mm(random_)));
+          }
+        contacts_.split(depth_mm, 0.004, {}, found);
+        contacts_.shrink_to_depth(depth_mm, {}, found);
+        ASSERT_EQ(found.size(), 1u);
+        const double area_px = std::numbers::pi * radius_px * radius_px;
+        EXPECT_NEAR(static_cast<double>(found[0].area_px), area_px, 0.2 * area_px)
+            << radius_px << " px, " << gray << " gray, outline " << outline_px;
+        EXPECT_EQ(contacts_.whole().area_px, found[0].area_px);
+        EXPECT_GT(contacts_.dented_px(depth_mm), 1.5 * area_px);
+        EXPECT_LT(contacts_.dented_px(depth_mm), 6.3 * area_px);
+      }
+}
+
+// Without a dent the outline stays.
+TEST_F(GelContactsTest, AnOutlineWithoutADentStaysTheArea) {
+  begin();
+  find(ball(210, 130, 45));
+  std::vector<ContactTouch> found = find(ball(210, 130, 45));
+  ASSERT_EQ(found.size(), 1u);
+  const uint64_t outline_px = found[0].area_px;
+  std::normal_distribution<float> noise_mm(0, 0.01f);
+  std::vector<float> flat(size_t{(kWidth + 3) / 4} * ((kHeight + 3) / 4));
+  for (float& depth : flat) depth = noise_mm(random_);
+  contacts_.shrink_to_depth(flat, {}, found);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].area_px, outline_px);
+}
+
 TEST_F(GelContactsTest, FramesOfAnySize) {
   for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 9u}, {16u, 16u}, {641u, 13u}}) {
     const FrameFormat format{width, height, 3, 8};

@@ -1,6 +1,8 @@
 // Gels with printed markers: the surface that they would pit, against the simulator's truth.
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "shaders/shared/confidence.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
@@ -110,6 +112,32 @@ TEST_F(MarkedGel, SaysWhatMarkersCover) {
   result.reset();
   ASSERT_TRUE(pipeline.submit(scene.frame(k)));
   EXPECT_EQ(pipeline.wait()->touch.surface->validity, Validity::Valid);
+}
+
+// A ball that drags the skin along: moved markers are no contacts, also of a gel whose colours nobody has
+// calibrated.
+TEST_F(MarkedGel, MovedMarkersAreNoContacts) {
+  SyntheticRun scene("drag?size=320x240&mode=gel&skin=markers");
+  Sensor uncalibrated = scene.sensor;
+  uncalibrated.reconstruction = Reconstruction::None;
+  for (const Sensor& sensor : {scene.sensor, uncalibrated}) {
+    Pipeline pipeline(context(), sensor, scene.background.format,
+                      {.outputs = Output::Force | Output::Contacts});
+    pipeline.set_background(scene.background);
+    std::set<uint32_t> ids;
+    size_t touched = 0, one = 0;
+    for (uint64_t k = 0; k < scene.count(); k += 4) {
+      const Touch touch = pipeline.process(scene.frame(k));
+      for (const ContactTouch& contact : touch.contacts) ids.insert(contact.id);
+      EXPECT_LE(touch.contacts.size(), 1u) << "frame " << k;
+      if (!scene.truth(k).contact) continue;
+      ++touched;
+      one += touch.contacts.size() == 1;
+    }
+    EXPECT_GT(touched, 20u);
+    EXPECT_GT(static_cast<double>(one), 0.85 * static_cast<double>(touched));
+    EXPECT_LE(ids.size(), 2u);
+  }
 }
 
 // The skin is followed by its markers as before: it sees the frame as it is.

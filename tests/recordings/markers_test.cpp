@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <set>
 
 #include "capture/calibrate/markers.h"
 #include "capture/open_source.h"
@@ -64,6 +65,31 @@ void print(const std::string& name, const Found& found) {
     std::printf("   %.4f -> %.4f  %.4f -> %.4f", found[0][part].at_markers_mm, found[1][part].at_markers_mm,
                 found[0][part].elsewhere_mm, found[1][part].elsewhere_mm);
   std::printf("\n");
+}
+
+// A ridged object pressed and dragged: by the gray change alone its moved dots were 45 contacts with 84 ids.
+TEST_F(MarkedGelRecordings, MovedMarkersAreNoContacts) {
+  const std::string film = (kData / "gelsight-driver/marker_video.avi").string();
+  const Sensor sensor = load_sensor(kSensors / "gelsight_driver_markers.json");
+  const std::unique_ptr<Source> source = open_source(film, sensor);
+  Pipeline pipeline(context(), sensor, source->format(), {.outputs = Output::Force | Output::Contacts});
+  pipeline.set_background(load_background(film, sensor, *source));
+  std::set<uint32_t> ids;
+  size_t most = 0, touched = 0, early = 0;
+  Frame frame;
+  constexpr uint64_t kStill = 13;  // frames before anything moves
+  while (source->next(frame)) {
+    const Touch touch = pipeline.process(frame);
+    for (const ContactTouch& contact : touch.contacts) ids.insert(contact.id);
+    most = std::max(most, touch.contacts.size());
+    (frame.sequence < kStill ? early : touched) += touch.contacts.size() == 1;
+  }
+  std::printf("at most %zu contacts, %zu ids, one contact in %zu frames and in %zu still ones\n", most,
+              ids.size(), touched, early);
+  EXPECT_EQ(most, 1u);
+  EXPECT_EQ(ids.size(), 1u);
+  EXPECT_EQ(early, 0u);
+  EXPECT_GT(touched, 25u);
 }
 
 TEST_F(MarkedGelRecordings, GelSlimIsAsSmoothUnderMarkersAsBeside) {

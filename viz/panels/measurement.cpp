@@ -46,7 +46,10 @@ struct Headline {
 };
 
 Headline headline(const Touch& t, bool scaled) {
-  if (!t.contact) return {"no contact", "", false};
+  if (!t.contact) {
+    const bool unknown = t.light && t.light->state == LightState::Unknown;
+    return {unknown ? "not known" : "no contact", "", false};
+  }
   if (has_value(t.force_N))
     return {text("%.3f N", t.force_N.value), text("\xc2\xb1 %.3f N", t.force_N.standard_error)};
   if (t.traction && has_value(t.traction->force_z_N)) {
@@ -65,7 +68,14 @@ Headline headline(const Touch& t, bool scaled) {
 /// What the headline is worth. At rest, which the headline says: what a touch would be worth.
 std::pair<std::string, Verdict> state_of(const Touch& shown, const Sensor& sensor) {
   const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->force_z_N);
+  const bool by_depth = !by_layer && !has_value(shown.force_N) && shown.surface;
   Verdict verdict = force_verdict(by_layer ? shown.traction->force_z_N.validity : shown.force_N.validity);
+  if (by_depth && shown.surface->validity != Validity::Valid &&
+      (shown.contact || shown.surface->validity == Validity::LightUnknown)) {
+    verdict = force_verdict(shown.surface->validity);
+    if (shown.surface->validity != Validity::LightUnknown) verdict.words = to_string(shown.surface->validity);
+    return {verdict.words, verdict};
+  }
   if (shown.contact || !sensor.force) return {verdict.words, verdict};
   if (!sensor.force->fit_for_use) verdict = force_verdict(Validity::Unfit);
   if (!sensor.force->fit_for_use) return {verdict.words, verdict};
@@ -219,7 +229,7 @@ void light_row(const LightSummary& light) {
 void surface_rows(const Touch& t) {
   if (!t.surface || t.picture != PictureFault::None) return row("deepest", "-");
   const SurfaceSummary& s = *t.surface;
-  if (!t.contact) {
+  if (!t.contact && s.validity != Validity::LightUnknown) {
     row("deepest", "-");
     // Whatever the sensor: a gel that creeps back, or a pad's noise.
     return row("surface at rest", text("uneven by %.3f mm", s.depth_max_mm));
@@ -290,7 +300,9 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     if (t.light) light_row(*t.light);
     const std::string area =
         scaled ? text("%.2f mm\xc2\xb2", t.area_mm2) : text("%llu px (no scale)", whole(t.area_px));
-    row("contact area", t.contact ? area : "-");
+    row("area in contact", t.contact ? area : "-");
+    if (t.contact && t.surface && t.surface->dented_mm2)
+      row("area dented", text("%.2f mm\xc2\xb2", *t.surface->dented_mm2));
     if (t.regions)
       row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions->overflow ? ", and more" : ""));
     if (t.contacts.size() < 2) shape_rows(t, scaled, content, state.pixels);

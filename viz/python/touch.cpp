@@ -362,8 +362,11 @@ void bind_touch(py::module_& module) {
                                                    "mm")
                                         : measured(Estimate{}, "mm");
                              })
-      .def_property_readonly("volume_mm3", [](const PyTouch& t) {
-        return t.touch().surface ? t.touch().surface->volume_mm3 : kNone;
+      .def_property_readonly(
+          "volume_mm3",
+          [](const PyTouch& t) { return t.touch().surface ? t.touch().surface->volume_mm3 : kNone; })
+      .def_property_readonly("dented_mm2", [](const PyTouch& t) {
+        return t.touch().surface ? t.touch().surface->dented_mm2.value_or(kNone) : kNone;
       });
   // The skin.
   const auto skin = [&bound](const char* name, Estimate SkinMotion::*member, const char* unit) {

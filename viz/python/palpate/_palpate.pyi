@@ -315,6 +315,8 @@ class Touch(_Shape):
     @property
     def volume_mm3(self) -> float: ...
     @property
+    def dented_mm2(self) -> float: ...
+    @property
     def image(self) -> NDArray[Any]:
         """The rectified frame: rows x columns (x 3), uint8 or uint16, read-only."""
     @property
