@@ -118,7 +118,8 @@ std::string shortest(double value);
 std::string with_places(double value, int places);
 /// Places of a value whose standard error is `error`: two digits of the error.
 int deserved_places(double error);
-/// True where an estimate has a number to show (calibrated, and something touches).
+/// True where an estimate has a number to show: calibrated, followed where that is needed, and something
+/// touches.
 bool has_value(const Estimate& estimate);
 
 }  // namespace palpate

@@ -36,9 +36,8 @@ std::string rates_text(const HudContent& content) {
 /// Frame and time, where no bar of a replay says them.
 std::string place_text(const HudContent& content) {
   if (content.live && content.live->player) return "H: help";
-  const std::string place =
-      text("frame %llu   t = %.2f s", static_cast<unsigned long long>(content.touch.sequence),
-           1e-9 * static_cast<double>(content.touch.time_ns));
+  std::string place = text("frame %llu", static_cast<unsigned long long>(content.touch.sequence));
+  if (!content.separate) place += text("   t = %.2f s", 1e-9 * static_cast<double>(content.touch.time_ns));
   return content.live ? place + "   H: help" : place;
 }
 

@@ -73,7 +73,8 @@ Verdict slip_verdict(Slip slip) {
 
 std::string newtons_text(const Estimate& e, int digits) {
   if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact ||
-      e.validity == Validity::PictureDamaged)
+      e.validity == Validity::PictureDamaged ||
+      e.validity == Validity::NotFollowed)
     return "-";
   return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
 }

@@ -84,7 +84,7 @@ struct ContactTouch {
   double peak_gray = 0;
   uint64_t saturated_px = 0;  ///< of its own pixels
   bool at_border = false;     ///< reaches the frame's border
-  PixelRect box;              ///< around its pixels
+  PixelRect box;              ///< around its pixels; of a colour gel's contact around its outline
   Estimate force_N;
   Estimate shear_x_N;
   Estimate shear_y_N;
@@ -207,6 +207,9 @@ struct Touch {
   double gray_sum = 0;    ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
   double centroid_x_px = 0;  ///< gray-weighted; NaN without contact
   double centroid_y_px = 0;
+  /// In contact: of a colour gel (has_gel_contacts()) with Output::Contacts and a surface what lies deeper
+  /// than where the sides of the dent are steepest, without a surface its outline; else pixels that reached
+  /// the threshold.
   uint64_t area_px = 0;
   double area_mm2 = 0;
   Ellipse ellipse;
