@@ -151,39 +151,69 @@ PictureFault PictureCheck::look_at(const Frame& frame) {
   return PictureFault::None;
 }
 
-/// Blocks of kPart x kPart px in one colour; the most frequent colour counts.
-bool PictureCheck::has_one_colour(const Frame& frame) const {
-  const uint32_t rows = format_.height / kPart, width = std::min(kPart, format_.width);
+/// Whether the frame's block has one colour, which goes to `colour`.
+bool PictureCheck::is_flat_block(const Frame& frame, uint32_t x, uint32_t y,
+                                 std::array<uint32_t, 3>& colour) const {
+  const uint32_t width = std::min(kPart, format_.width);
+  for (uint32_t v = 0; v < kPart; ++v) {
+    if (!is_flat(frame, y + v, x, width)) return false;
+    for (uint32_t c = 0; c < format_.channels; ++c) {
+      const uint32_t gray = frame.at(c, x, y + v);
+      if (v > 0 && gray != colour[c]) return false;
+      colour[c] = gray;
+    }
+  }
+  return true;
+}
+
+/// Whether a block of that colour is neither what the untouched image shows there, nor dark or saturated.
+bool PictureCheck::is_foreign(const std::array<uint32_t, 3>& colour, uint32_t i, uint32_t y) const {
   const double scale = 255.0 / format_.max_gray();
-  std::map<std::array<uint32_t, 3>, uint32_t> colours;
   const size_t plane = size_t{format_.height} * parts_;
-  for (uint32_t j = 0; j < rows; ++j)
+  bool saturated = true, dark = true, other = false;
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    double untouched = 0;
+    for (uint32_t v = 0; v < kPart; ++v)
+      untouched += untouched_.parts[c * plane + size_t{y + v} * parts_ + i] / kPart;
+    saturated = saturated && colour[c] >= saturation_gray_;
+    dark = dark && untouched < kDark_gray && colour[c] * scale < kDark_gray;
+    other = other || std::abs(colour[c] * scale - untouched) > kOtherColour_gray;
+  }
+  return other && !saturated && !dark;
+}
+
+/// Blocks of kPart x kPart px in one colour, the most frequent one, where the untouched image has structure,
+/// or most of the frame has.
+bool PictureCheck::has_one_colour(const Frame& frame) const {
+  struct Found {
+    uint32_t blocks = 0, structured = 0;
+  };
+  const uint32_t rows = format_.height / kPart, all = rows * parts_;
+  std::map<std::array<uint32_t, 3>, Found> colours;
+  uint32_t flat = 0, whole_rows = 0;
+  for (uint32_t j = 0; j < rows; ++j) {
+    std::array<uint32_t, 3> of_row{};
+    uint32_t in_row = 0;
     for (uint32_t i = 0; i < parts_; ++i) {
       const uint32_t x = i * kPart, y = j * kPart;
-      std::array<uint32_t, 3> colour{};
-      bool flat = true;
-      for (uint32_t v = 0; v < kPart && flat; ++v) {
-        flat = is_flat(frame, y + v, x, width);
-        for (uint32_t c = 0; c < format_.channels && flat; ++c) {
-          if (v == 0) colour[c] = frame.at(c, x, y);
-          flat = frame.at(c, x, y + v) == colour[c];
-        }
-      }
-      if (!flat) continue;
-      bool saturated = true, dark = true, other = false, structured = false;
-      for (uint32_t c = 0; c < format_.channels; ++c) {
-        double untouched = 0;
-        for (uint32_t v = 0; v < kPart; ++v)
-          untouched += untouched_.parts[c * plane + size_t{y + v} * parts_ + i] / kPart;
-        saturated = saturated && colour[c] >= saturation_gray_;
-        dark = dark && untouched < kDark_gray;
-        other = other || std::abs(colour[c] * scale - untouched) > kOtherColour_gray;
-      }
-      for (uint32_t v = 0; v < kPart && !structured; ++v) structured = !is_flat(reference_, y + v, x, width);
-      if (!saturated && !dark && other && structured) ++colours[colour];
+      std::array<uint32_t, 3> colour{}, untouched{};
+      if (!is_flat_block(frame, x, y, colour)) continue;
+      ++flat;
+      if (!is_foreign(colour, i, y)) continue;
+      Found& found = colours[colour];
+      ++found.blocks;
+      found.structured += !is_flat_block(reference_, x, y, untouched);
+      if (i == 0) of_row = colour;
+      in_row += colour == of_row;
     }
-  const auto least = static_cast<uint32_t>(std::max(3.0, kFlatShare * rows * parts_));
-  return std::any_of(colours.begin(), colours.end(), [&](const auto& one) { return one.second >= least; });
+    whole_rows += in_row == parts_;
+  }
+  if (whole_rows > 0 && whole_rows < rows) return true;
+  const auto least = static_cast<uint32_t>(std::max(3.0, kFlatShare * all));
+  return std::any_of(colours.begin(), colours.end(), [&](const auto& one) {
+    const auto& [blocks, structured] = one.second;
+    return structured >= least || (blocks >= least && 2 * (all - flat) > all - blocks);
+  });
 }
 
 /// By the median over places of the colour that differs most.

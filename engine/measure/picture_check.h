@@ -22,8 +22,9 @@ struct PictureLine {
 };
 
 /// Looks for what no touch and no light can do, by comparison with the untouched image:
-/// - OneColour: rows or blocks of exactly one colour, where the untouched image has structure and another
-///   colour. Black of a dark image and saturated pixels do not count.
+/// - OneColour: blocks of exactly one colour, where the untouched image has structure, or most of the frame,
+/// and
+///   another colour. Black of a dark image and saturated pixels do not count.
 /// - ColourOrder: most places have the untouched image's colours, in another order.
 /// - Moved: rows, or columns, are the untouched image's, rolled around, so that the part beyond one border
 ///   comes in at the other; or the picture is there twice, side by side, where the untouched image is not.
@@ -49,6 +50,8 @@ class PictureCheck {
   void sum(const Frame& frame, Sums& sums);
   void note_repeats(const Frame& frame);
   bool has_one_colour(const Frame& frame) const;
+  bool is_flat_block(const Frame& frame, uint32_t x, uint32_t y, std::array<uint32_t, 3>& colour) const;
+  bool is_foreign(const std::array<uint32_t, 3>& colour, uint32_t i, uint32_t y) const;
   bool colours_exchanged();
   bool moved();
   bool line_moved(const PictureLine& line);

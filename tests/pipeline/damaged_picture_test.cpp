@@ -109,6 +109,18 @@ TEST(PictureCheckTest, EverySpoiltPictureIsFoundTouchedOrNot) {
   }
 }
 
+TEST(PictureCheckTest, APartInOneColourIsFoundOnAWaveguide) {
+  SyntheticSensor source(scene("press", SyntheticMode::Waveguide));
+  PictureCheck check(source.format(), 255);
+  check.set_reference(*source.own_background());
+  Frame frame;
+  source.render(120, frame);
+  EXPECT_EQ(check.look_at(frame), PictureFault::None);
+  for (uint32_t y = 90; y < 120; ++y)
+    for (uint32_t x = 0; x < 160; ++x) frame.set(0, x, y, 128);
+  EXPECT_EQ(check.look_at(frame), PictureFault::OneColour);
+}
+
 /// The lower part is of another moment, when a large object lay elsewhere.
 TEST(PictureCheckTest, ATearAcrossATouchIsFound) {
   SyntheticSensor source(scene("press", SyntheticMode::Gel));
