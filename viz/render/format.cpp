@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "capture/files/measurements.h"
 #include "engine/base/text.h"
 
 namespace palpate::viz {
@@ -72,10 +73,7 @@ Verdict slip_verdict(Slip slip) {
 }
 
 std::string newtons_text(const Estimate& e, int digits) {
-  if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact ||
-      e.validity == Validity::PictureDamaged ||
-      e.validity == Validity::NotFollowed)
-    return "-";
+  if (!has_value(e)) return "-";
   return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
 }
 
