@@ -159,9 +159,12 @@ bool find_board(const cv::Mat& image, cv::Size grid, std::vector<cv::Point2f>& p
     const auto enlarged = static_cast<float>(t.enlarged);
     for (cv::Point2f& p : points) p = (p + cv::Point2f(0.5f, 0.5f)) / enlarged - cv::Point2f(0.5f, 0.5f);
     if (!alternates(smooth, grid, points)) continue;
-    if (t.enlarged < 1)
-      cv::cornerSubPix(smooth, points, {3, 3}, {-1, -1},
+    if (t.enlarged < 1) {
+      // Found in less detail: sharpened in the picture itself, within a third of a square.
+      const int reach = std::clamp(static_cast<int>(0.3 * cv::norm(points[1] - points[0])), 3, 20);
+      cv::cornerSubPix(smooth, points, {reach, reach}, {-1, -1},
                        {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 30, 0.01});
+    }
     return true;
   }
   return false;
