@@ -8,7 +8,6 @@
 #include <memory>
 #include <tuple>
 
-#include "capture/calibrate/ball_verdict.h"
 #include "capture/calibrate/markers.h"
 #include "capture/files/csv_table.h"
 #include "capture/files/image_sequence.h"
@@ -189,7 +188,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
   }
   found.warning = rest_check.warning();
   if (sensor.channels == 3) refuse_unlike(found);
-  refuse_contradictions(found, sensor, input);
+  if (search.judge) search.judge(found);
   if (found.presses.size() < least) {
     std::string what = std::to_string(found.presses.size()) + " usable";
     what += ", " + count_text(found.untouched, "untouched frame") + ", " +

@@ -47,6 +47,8 @@ struct PressSearch {
   uint64_t every = 0;  ///< looks at every n-th frame of a video; 0: so that at most 400 are looked at
   /// Called with frames looked at and their number (0: not known), and true ends the search.
   std::function<bool(uint64_t, uint64_t)> progress;
+  /// Called with all that was found, used and refused, before the presses are counted; may throw.
+  std::function<void(const BallPresses&)> judge;
 };
 
 inline constexpr const char* kBallColumns = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm";
@@ -54,8 +56,8 @@ inline constexpr const char* kBallColumns = "image,center_x_px,center_y_px,conta
 /// Looks at every frame of `input` (folder of images, image, video, session, synthetic scene). Of a press
 /// that lasts several frames the deepest counts: a new one begins where the contact has moved by half its
 /// radius, or its radius changed by a sixth. With colour, presses whose change grows unlike the others' are
-/// refused. Throws Error(Failure::Input) where what is refused contradicts the ball's radius or the scale
-/// (refuse_contradictions), and where there are fewer than `least` presses, with what was found instead.
+/// refused. Throws Error(Failure::Input) where there are fewer than `least` presses, with what was found
+/// instead.
 BallPresses find_presses(const std::string& input, const Sensor& sensor, const PressSearch& search,
                          size_t least);
 

@@ -37,6 +37,7 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
     progress(done);
     return run.watch.stopped();
   };
+  search.judge = [&](const BallPresses& found) { refuse_contradictions(found, sensor, options.input); };
   return find_presses(options.input, sensor, search, least);
 }
 
