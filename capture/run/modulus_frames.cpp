@@ -288,7 +288,23 @@ std::vector<PressFrame> read_press_table(const std::filesystem::path& file, std:
   }
   if (frames.empty())
     throw Error(Failure::Input, "presses in '" + file.string() + "'", "no rows", "a header line and rows");
+  turn_stage(frames, notes);
   return frames;
+}
+
+void turn_stage(std::vector<PressFrame>& frames, std::vector<std::string>& notes) {
+  constexpr double kOpposite = -0.8;  // correlation with the force
+  double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+  for (const PressFrame& f : frames) {
+    if (!f.approach_mm.known()) continue;
+    const double a = f.approach_mm.value, b = f.force_N;
+    n += 1, x += a, y += b, xx += a * a, yy += b * b, xy += a * b;
+  }
+  const double spread = n > 1 ? (xx - x * x / n) * (yy - y * y / n) : 0;
+  if (!(spread > 0) || (xy - x * y / n) > kOpposite * std::sqrt(spread)) return;
+  for (PressFrame& f : frames)
+    if (f.approach_mm.known()) f.approach_mm.value = -f.approach_mm.value;
+  notes.emplace_back("the stage counts down while the force rises: its sign is turned");
 }
 
 std::string press_table(const std::vector<PressFrame>& frames) {

@@ -53,9 +53,12 @@ class PressReader {
 
 /// Columns force_N, and any of radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm, each also with
 /// _sd before its unit (force_sd_N, radius_sd_mm), and in other units (radius_um). Empty cells are not
-/// measured. `notes` gets a line for units that were converted and one for columns that are not read. Throws
+/// measured. `notes` gets a line for units that were converted, one for a stage that counts down (which is
+/// turned) and one for columns that are not read. Throws
 /// Error(Failure::Input) naming file, line and column.
 std::vector<PressFrame> read_press_table(const std::filesystem::path& file, std::vector<std::string>& notes);
+/// A stage that counts down while it presses: turns the sign of all approaches, and notes it.
+void turn_stage(std::vector<PressFrame>& frames, std::vector<std::string>& notes);
 std::string press_table(const std::vector<PressFrame>& frames);
 
 /// Column approach_mm (or _um, _cm ...) of a table by frame: for each of these frames, straight between rows;

@@ -119,6 +119,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
     const std::vector<double> approach =
         read_approach_table(recording.approach, readings.sequence, presses.notes);
     for (size_t i = 0; i < all.size(); ++i) all[i].approach_mm = {approach[i], recording.stage_sd_mm};
+    turn_stage(all, presses.notes);
   }
   keep_strong(all);
   presses.frames = chosen(all);

@@ -1,5 +1,9 @@
 // palpate modulus on the command line.
 
+#include <cmath>
+#include <tuple>
+
+#include "engine/base/text.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -50,6 +54,33 @@ TEST_F(ModulusCommand, OtherUnitsAreConvertedAndUnreadColumnsNamed) {
   EXPECT_NEAR(parse_json(run(as_json).out)["young_MPa"].get<double>(), 0.1, 0.003);
   spill(folder_ / "presses.csv", "force_N,radius\n1,2\n2,3\n");
   expect_refusal(line, 3, {"a unit (mm, um", "column 'radius'"});
+}
+
+TEST_F(ModulusCommand, TheStagesZeroIsAnUnknownAndItsDirectionIsFound) {
+  // A cube of 103 kPa, as its simulation has it, beside a stage that is at 0 or at 5 mm at first touch, or
+  // that counts down from 12 mm.
+  std::vector<double> young_MPa;
+  for (const auto& [zero_mm, sign] : {std::pair{0.0, 1}, {5.0, 1}, {12.0, -1}}) {
+    std::string table =
+        "force_N,force_sd_N,radius_mm,radius_sd_mm,depth_mm,mean_depth_mm,approach_mm,approach_sd_mm\n";
+    for (const auto& [force, radius, depth, mean, approach] :
+         {std::tuple{0.5983, 5.8513, 0.07193, 0.05865, 0.6465},
+          {0.7998, 5.9099, 0.09374, 0.07664, 0.8604},
+          {1.0010, 5.9711, 0.11464, 0.09378, 1.0609}})
+      table += palpate::text("%g,0.0045,%g,0.0026,%g,%g,%g,0.005\n", force, radius, depth, mean,
+                             zero_mm + sign * approach);
+    spill(folder_ / "presses.csv", table);
+    const Ended r = run({"modulus", "--frames", (folder_ / "presses.csv").string(), "--sample", "cube,10mm",
+                         "--pad-kPa", "200", "--pad-thickness-mm", "6", "--json"});
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const Json found = parse_json(r.out);
+    ASSERT_TRUE(found["young_MPa"].is_number()) << r.out;
+    young_MPa.push_back(found["young_MPa"].get<double>());
+    EXPECT_EQ(contains(found["notes"].dump(), "its sign is turned"), sign < 0) << r.out;
+  }
+  EXPECT_NEAR(young_MPa[0], 0.103, 0.05 * 0.103);
+  EXPECT_NEAR(young_MPa[1], young_MPa[0], 1e-4);
+  EXPECT_NEAR(young_MPa[2], young_MPa[0], 1e-4);
 }
 
 TEST_F(ModulusCommand, SimulatedSampleIsFound) {
