@@ -118,8 +118,9 @@ void CsvTable::check_width() {
   if (options_.width == CsvWidth::Shorter && cells_.size() < width_) return;
   const bool more = cells_.size() > width_;
   const auto extra = cells_.begin() + static_cast<ptrdiff_t>(std::min(width_, cells_.size()));
-  const bool points = std::any_of(cells_.begin(), cells_.end(),
-                                  [](const std::string& c) { return c.find('.') != std::string::npos; });
+  const bool points = std::any_of(cells_.begin(), cells_.end(), [](const std::string& c) {
+    return c.find('.') != std::string::npos && parse(c, false);
+  });
   // Separators at the line's end are nothing; between commas they may also stand for cells that decimal
   // commas pushed there.
   if (options_.width == CsvWidth::Shorter && (points || separator_ != ',') &&

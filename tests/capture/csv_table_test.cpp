@@ -116,7 +116,7 @@ TEST_F(CsvTableTest, DecimalCommasAreUnderstoodWhereTheyAreNoSeparator) {
 TEST_F(CsvTableTest, DecimalCommasBetweenCommasAreNamed) {
   for (const CsvWidth width : {CsvWidth::Equal, CsvWidth::Shorter})
     for (const char* text : {"frame,force_N\n0,0,00\n", "t,f\n0,5,1,25\n", "x,y\n-1,5,2\n", "x,y\n1,5e-3,2\n",
-                             "frame,force_N,note\n0,0,00,\n"}) {
+                             "frame,force_N,note\n0,0,00,\n", "recording,x_mm,y_mm\na.avi,0,5,1,5\n"}) {
       CsvTable table = open(text, {.width = width});
       says([&] { table.next(); }, "decimal commas");
       says([&] { open(text, {.width = width}).next(); }, "semicolons between the cells");
