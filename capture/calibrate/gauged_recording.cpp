@@ -43,7 +43,7 @@ void take_truth(const Source& source, GaugedRecording& recording) {
   }
 }
 
-/// What light says of the force in each frame.
+/// The light of each frame, which rises with the force.
 std::vector<double> light_of(const GaugedRecording& recording) {
   std::vector<double> light;
   for (const GaugedFrame& f : recording.frames)

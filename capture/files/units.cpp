@@ -87,7 +87,7 @@ const Unit* unit_named(std::span<const Unit> units, const std::string& name) {
   return nullptr;
 }
 
-/// Empty for the program's own unit, and for what clocks and angles usually come in.
+/// Empty for the program's own unit, and for the usual units of times and angles.
 std::string note_of(const ColumnHeader& header, const Unit& unit, Quantity quantity) {
   const std::string_view own = units_of(quantity).front().name;
   const std::string_view canonical = unit.means.empty() ? unit.name : unit.means;

@@ -1,4 +1,4 @@
-// What a force gauge reads while nothing touches.
+// Zero of a force gauge: its readings while nothing touches.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct GaugeZero {
   bool steady() const;
 };
 
-/// Of what sign a column's readings are while something presses.
+/// Sign of a column's readings while something presses.
 enum class Pressed : uint8_t {
   Above,   ///< the normal force
   Either,  ///< a tangential one

@@ -119,7 +119,7 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
     estimate.wall_s += again.wall_s;
     return again;
   };
-  // What another inverse makes of an error is held against its own answer without the error.
+  // Moves of another inverse count from its own answer without the error.
   std::optional<Estimate> reference;
   const auto add = [&](const std::string& input, double error, const Observation& low,
                        const Observation& high) {

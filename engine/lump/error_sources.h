@@ -12,7 +12,7 @@
 
 namespace palpate::lump {
 
-/// What intervals cover besides the noise of the maps, of which they always are. Shares are those within
+/// Errors that intervals cover besides the noise of the maps, which they always do. Shares are those within
 /// which the true value lies nine times out of ten; 0: exact.
 struct ErrorSources {
   double young = 0.1, thickness = 0.05, pitch = 0.01;

@@ -1,4 +1,4 @@
-// What a gauge reads untouched: its value with its error, and when it is none to rely on.
+// Zero of a gauge with its error, and the cases in which there is none to rely on.
 #include "engine/calibrate/gauge_zero.h"
 
 #include <gtest/gtest.h>
