@@ -83,6 +83,22 @@ TEST(Modulus, CubeByItsEdgeAlone) {
   EXPECT_NEAR(a.best().young_MPa, 0.103, 0.03 * 0.103);
 }
 
+// A stage whose travel is read 40 % too large: of a ball only the joint fit uses it, and rejects the
+// readings. What a way says that does not use it is no answer either, for nobody knows which reading is
+// wrong.
+TEST(Modulus, NoValueIsGivenThatTheJointFitRejects) {
+  const ModulusSetup s = setup_for(SampleShape::Sphere);
+  std::vector<PressFrame> frames = true_presses(s, 0.03, 6);
+  ASSERT_EQ(estimate_modulus(frames, s).best().state, ModulusState::Valid);
+  for (PressFrame& f : frames) f.approach_mm.value *= 1.4;
+  const ModulusAnswer a = estimate_modulus(frames, s);
+  EXPECT_EQ(way(a, ModulusMethod::Hertz).state, ModulusState::Valid);
+  EXPECT_EQ(a.chosen, ModulusMethod::Joint);
+  EXPECT_EQ(a.best().state, ModulusState::DoesNotFit) << a.best().reason;
+  EXPECT_FALSE(a.best().has_value());
+  EXPECT_FALSE(a.best().has_bounds());
+}
+
 TEST(Modulus, ForceAndDepthAloneAreThePads) {
   const ModulusSetup s = setup_for(SampleShape::Cube);
   std::vector<PressFrame> frames = true_presses(s, 0.103, 3);

@@ -110,6 +110,33 @@ TEST_F(ModulusCommand, AWrongShapeIsNoModulus) {
   EXPECT_NE(value.dump().find("contradict each other"), std::string::npos) << r.out;
 }
 
+// Depths that are half of what force and radius ask for: each way that leaves one of them out fits.
+TEST_F(ModulusCommand, NoHeadlineThatItsJointFitRejects) {
+  const std::string head = "force_N,force_sd_N,radius_mm,radius_sd_mm,depth_mm,depth_sd_mm\n";
+  std::string table = head;
+  const double modulus = 1 / (0.75 / 0.03 + 0.75 / 0.2);
+  for (const double force : {0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004}) {
+    const double radius = std::cbrt(3 * force * 8 / (4 * modulus)), pad = 0.03 / 0.23;
+    table += std::to_string(force) + ",0.00001," + std::to_string(radius) + ",0.002," +
+             std::to_string(0.5 * pad * radius * radius / 8) + ",0.0003\n";
+  }
+  spill(folder_ / "presses.csv", table);
+  const std::vector<std::string> command = {"modulus",  "--frames",    folder_ / "presses.csv",
+                                            "--sample", "sphere,16mm", "--pad-kPa",
+                                            "200",      "--out",       folder_ / "out"};
+  const Ended text = run(command);
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  const std::string headline = text.out.substr(0, text.out.find('\n'));
+  EXPECT_TRUE(contains(headline, "no value")) << text.out;
+  EXPECT_FALSE(contains(headline, "kPa")) << text.out;
+  const Json value = parse_json(slurp(folder_ / "out/modulus.json"));
+  EXPECT_EQ(value["state"], "does not fit") << text.out;
+  for (const char* number : {"young_MPa", "low_MPa", "high_MPa"})
+    EXPECT_TRUE(value[number].is_null()) << number;
+  EXPECT_NE(value.dump().find("\"valid\""), std::string::npos)
+      << "no way fits by itself: the test says nothing";
+}
+
 TEST_F(ModulusCommand, NonsenseIsRefusedInOneLine) {
   spill(folder_ / "bad.csv", "force_N,radius_mm\n1,two\n");
   spill(folder_ / "none.csv", "radius_mm\n1\n");

@@ -171,12 +171,13 @@ ModulusOutcome estimate(ModulusInputs in, const std::string& device, const std::
 
 py::dict as_dict(const ModulusEstimate& e) {
   py::dict d;
-  const bool has = e.state == ModulusState::Valid || e.state == ModulusState::DoesNotFit;
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   d["method"] = to_string(e.way);
   d["state"] = to_string(e.state);
   d["reason"] = e.reason;
-  d["young_kPa"] = has ? 1e3 * e.young_MPa : std::numeric_limits<double>::quiet_NaN();
-  d["interval_kPa"] = py::make_tuple(1e3 * e.low_MPa, 1e3 * e.high_MPa);
+  d["young_kPa"] = e.has_value() ? 1e3 * e.young_MPa : kNaN;
+  d["interval_kPa"] =
+      e.has_bounds() ? py::make_tuple(1e3 * e.low_MPa, 1e3 * e.high_MPa) : py::make_tuple(kNaN, kNaN);
   d["residual"] = e.residual;
   d["strain_max"] = e.strain_max;
   d["readings"] = e.readings;

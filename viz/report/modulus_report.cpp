@@ -22,16 +22,20 @@ std::string kilo(double value_MPa) {
 
 std::string interval(const ModulusEstimate& e) {
   if (e.state == ModulusState::PadLimited) return "above " + kilo(e.low_MPa);
-  if (!(e.low_MPa > 0) || !std::isfinite(e.high_MPa)) return "-";
+  if (!e.has_bounds() || !std::isfinite(e.high_MPa)) return "-";
   return kilo(e.low_MPa) + " to " + kilo(e.high_MPa);
-}
-
-bool has_value(const ModulusEstimate& e) {
-  return e.state == ModulusState::Valid;
 }
 
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json low(const ModulusEstimate& e) {
+  return e.has_bounds() ? Json(e.low_MPa) : Json(nullptr);
+}
+
+Json high(const ModulusEstimate& e) {
+  return e.has_bounds() ? or_null(e.high_MPa) : Json(nullptr);
 }
 
 std::string sample_words(const Sample& s) {
@@ -46,7 +50,9 @@ namespace {
 /// The answer in one sentence.
 std::string headline(const ModulusReport& r) {
   const ModulusEstimate& best = r.answer.best();
-  if (!has_value(best)) return "Young's modulus: no way gives a value";
+  if (best.state == ModulusState::DoesNotFit)
+    return "Young's modulus: no value, the readings do not fit each other or the model";
+  if (!best.has_value()) return "Young's modulus: no way gives a value";
   return palpate::text("Young's modulus %.3g kPa (95 %%: %.3g to %.3g) by %s", 1e3 * best.young_MPa,
                        1e3 * best.low_MPa, 1e3 * best.high_MPa, to_string(best.way));
 }
@@ -73,13 +79,13 @@ std::string describe(const ModulusReport& r) {
   for (const ModulusEstimate& e : r.answer.methods) {
     text +=
         palpate::text("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
-                      has_value(e) ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
+                      e.has_value() ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
                       e.points.empty() ? "-" : palpate::text("%.2f sd", e.residual).c_str(),
                       100 * e.strain_max, e.readings);
     if (!e.reason.empty()) text += "                    " + e.reason + "\n";
   }
   const ModulusEstimate& best = r.answer.best();
-  if (has_value(best)) {
+  if (best.has_value()) {
     text += "\nYoung's modulus " + kilo(best.young_MPa) + " kPa (" + interval(best) + ", 95 %), by the " +
             to_string(best.way) + ": " + r.answer.why + "\n";
     if (r.expected_MPa > 0)
@@ -89,6 +95,7 @@ std::string describe(const ModulusReport& r) {
           best.low_MPa <= r.expected_MPa && r.expected_MPa <= best.high_MPa ? "inside" : "outside");
   } else {
     text += std::string("\nno modulus: ") + to_string(best.state) + "; " + best.reason + "\n";
+    if (best.state == ModulusState::DoesNotFit) text += r.answer.why + "\n";
   }
   return text;
 }
@@ -100,9 +107,9 @@ std::string to_json(const ModulusReport& r) {
     methods.push_back({{"way", to_string(e.way)},
                        {"state", to_string(e.state)},
                        {"reason", e.reason.empty() ? Json(nullptr) : Json(e.reason)},
-                       {"young_MPa", has_value(e) ? Json(e.young_MPa) : Json(nullptr)},
-                       {"low_MPa", e.low_MPa > 0 ? Json(e.low_MPa) : Json(nullptr)},
-                       {"high_MPa", or_null(e.high_MPa)},
+                       {"young_MPa", e.has_value() ? Json(e.young_MPa) : Json(nullptr)},
+                       {"low_MPa", low(e)},
+                       {"high_MPa", high(e)},
                        {"residual_sd", e.points.empty() ? Json(nullptr) : Json(e.residual)},
                        {"strain_max", e.strain_max},
                        {"readings", e.readings}});
@@ -121,9 +128,9 @@ std::string to_json(const ModulusReport& r) {
                       {"why", r.answer.why},
                       {"state", to_string(best.state)},
                       {"reason", best.reason.empty() ? Json(nullptr) : Json(best.reason)},
-                      {"young_MPa", has_value(best) ? Json(best.young_MPa) : Json(nullptr)},
-                      {"low_MPa", best.low_MPa > 0 ? Json(best.low_MPa) : Json(nullptr)},
-                      {"high_MPa", or_null(best.high_MPa)},
+                      {"young_MPa", best.has_value() ? Json(best.young_MPa) : Json(nullptr)},
+                      {"low_MPa", low(best)},
+                      {"high_MPa", high(best)},
                       {"expected_MPa", r.expected_MPa > 0 ? Json(r.expected_MPa) : Json(nullptr)},
                       {"ways", methods},
                       {"notes", r.notes}};
@@ -137,7 +144,8 @@ std::string ways_csv(const ModulusAnswer& answer) {
       return v > 0 && std::isfinite(v) ? palpate::text("%.7g", v) : std::string();
     };
     text += std::string(to_string(e.way)) + "," + to_string(e.state) + "," +
-            (has_value(e) ? cell(e.young_MPa) : "") + "," + cell(e.low_MPa) + "," + cell(e.high_MPa) +
+            (e.has_value() ? cell(e.young_MPa) : "") + "," + (e.has_bounds() ? cell(e.low_MPa) : "") + "," +
+            (e.has_bounds() ? cell(e.high_MPa) : "") +
             palpate::text(",%.5g,%.5g,%u,%d\n", e.residual, e.strain_max, e.readings, e.way == answer.chosen);
   }
   return text;
@@ -234,7 +242,7 @@ std::string modulus_script(const ModulusReport& r, PlotKind kind) {
     for (size_t at = name.find(' '); at != std::string::npos; at = name.find(' ', at + 2))
       name.replace(at, 1, "\\n");
     tics += palpate::text("%s\"%s\" %zu", i ? ", " : "", name.c_str(), i);
-    if (!has_value(e)) continue;
+    if (!e.has_value()) continue;
     found[0].push_back(static_cast<double>(i));
     found[1].push_back(1e3 * e.young_MPa);
     found[2].push_back(1e3 * e.low_MPa);

@@ -300,15 +300,24 @@ ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const Modu
     answer.why = "it uses every reading, with the pad's thickness and the contact's own shape";
     return answer;
   }
+  // What is wrong with the press bends every way, also one that fits its part of the readings.
+  if (joint.state == ModulusState::DoesNotFit) {
+    answer.why = "a way that fits by itself uses a part of the readings, and all of them contradict it";
+    return answer;
+  }
   double narrowest = std::numeric_limits<double>::infinity();
-  // What speaks against the joint fit because of the press speaks against all.
-  if (joint.state == ModulusState::TooFew || joint.state == ModulusState::DoesNotFit ||
-      joint.state == ModulusState::NotApplicable)
+  if (joint.state == ModulusState::TooFew || joint.state == ModulusState::NotApplicable) {
+    if (const std::string why = contradiction(answer.methods); !why.empty()) {
+      set(joint, ModulusState::DoesNotFit, why + ": check the sample's shape and size, and the pad");
+      answer.why = "a wrong shape or pad bends each way differently, and each may fit well by itself";
+      return answer;
+    }
     for (const ModulusEstimate& e : answer.methods)
       if (e.state == ModulusState::Valid && e.high_MPa / e.low_MPa < narrowest) {
         narrowest = e.high_MPa / e.low_MPa;
         answer.chosen = e.way;
       }
+  }
   answer.why = answer.chosen == ModulusMethod::Joint
                    ? "no way gives a value; the joint fit says most about why"
                    : std::string("the joint fit is out (") + to_string(joint.state) +

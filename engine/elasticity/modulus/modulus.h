@@ -22,9 +22,10 @@
 
 namespace palpate {
 
-/// All methods and the chosen one: the joint fit where it is valid, else the narrowest valid interval.
-/// Throws Error(Failure::Input) on setups out of range and on
-/// readings that are negative or infinite.
+/// All methods and the chosen one: the joint fit where it is valid, and where its readings contradict it or
+/// each other (DoesNotFit: no value, whatever a single way says); where it cannot be made, the narrowest
+/// valid interval. Throws Error(Failure::Input) on setups out of range and on readings that are negative or
+/// infinite.
 ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const ModulusSetup& setup);
 /// The same with the model made before, for many estimates of one setup.
 ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const ModulusSetup& setup,

@@ -78,13 +78,21 @@ struct ModulusEstimate {
   ModulusMethod way = ModulusMethod::Joint;
   ModulusState state = ModulusState::NotApplicable;
   std::string reason;    ///< one line, of a state other than Valid; else what to know, or empty
-  double young_MPa = 0;  ///< of Valid and DoesNotFit
-  double low_MPa = 0;    ///< 95 % interval; of PadLimited low_MPa is the lower bound and high infinite
+  double young_MPa = 0;  ///< to be given of Valid alone
+  /// 95 % interval, where it has bounds; of PadLimited low_MPa is the lower bound and high infinite.
+  double low_MPa = 0;
   double high_MPa = std::numeric_limits<double>::infinity();
   double residual = 0;    ///< RMS over the readings' standard errors
   double strain_max = 0;  ///< largest axial strain of the sample (a ball: 0.2 a/R)
   uint32_t readings = 0;
   std::vector<ModulusPoint> points;
+
+  bool has_value() const { return state == ModulusState::Valid; }
+  /// An interval or a lower bound that may be given: not of a fit that its readings reject.
+  bool has_bounds() const {
+    return low_MPa > 0 &&
+           (has_value() || state == ModulusState::PadLimited || state == ModulusState::NotDetermined);
+  }
 };
 
 struct ModulusAnswer {

@@ -167,7 +167,7 @@ class Modulus:
     young_kPa: float
     """NaN where it is not determined."""
     interval_kPa: tuple[float, float]
-    """95 %; where only a lower bound is known the upper one is infinite."""
+    """95 %; where only a lower bound is known the upper one is infinite; NaN where there is no interval."""
     state: str
     """``valid``, ``pad limited``, ``not determined``, ``does not fit``, ..."""
     reason: str
