@@ -83,6 +83,11 @@ PixelRect contact_box(const Touch& touch, const FrameFormat& format) {
 
 }  // namespace
 
+std::optional<double> TactileShapes::counted_growth() const {
+  if (!(before.contact_mm2 > 0 && after.contact_mm2 > 0)) return std::nullopt;
+  return after.contact_mm2 / before.contact_mm2 - 1;
+}
+
 TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request,
                           const RunWatch& watch) {
   const bool surface = wants(input.outputs, Output::Surface), skin = input.sensor.skin.has_value();
@@ -112,12 +117,13 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
       const FrameFormat format{result.surface.width, result.surface.height, 1, 8};
       for (uint64_t draw = 0; draw < kDraws; ++draw) {
         // Each draws its own candidates: the same ones in both frames would look like points that stand
-        // still.
-        control.seed = request.control.seed + 2 * draw + i;
+        // still. No two seeds share a draw.
+        control.seed = 2 * kDraws * request.control.seed + 2 * draw + i;
         const CandidateGrid grid = control_candidates(contact_box(result.touch, format), control);
         const std::vector<float> depths =
             sample_depths(context, result.surface, result.touch.surface->depth_offset_mm, grid.places);
         ControlPoints chosen = choose_control_points(grid, depths, {}, control);
+        shape.contact_mm2 += chosen.contact_mm2 / static_cast<double>(kDraws);
         shape.draws.push_back(shape_points(chosen, control.pitch_mm_per_px));
         if (draw == 0) shape.control = std::move(chosen);
       }

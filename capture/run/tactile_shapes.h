@@ -17,6 +17,7 @@ struct TactileShape {
   Touch touch;
   ControlPoints control;  ///< of the first draw; empty where the sensor has no reading of the surface
   std::vector<std::vector<ShapePoint>> draws;  ///< control points, drawn kDraws times
+  double contact_mm2 = 0;                      ///< touched area, mean over the draws
 };
 
 /// Draws of control points of each frame: their scatter gives the uncertainty of a strain.
@@ -32,6 +33,9 @@ struct ShapeRequest {
 struct TactileShapes {
   TactileShape before, after;
   bool skin = false;  ///< the skin's points were followed from the first frame on
+
+  /// Change of the touched area, counted, over that of the first; none without contact.
+  std::optional<double> counted_growth() const;
 };
 
 /// Reads the recording, twice where frames are chosen by force. Throws Error(Failure::Input) where a frame or

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace palpate {
@@ -45,6 +46,22 @@ double turn_back(std::vector<MatchedPoint>& pairs) {
     p.after.y_mm = b.y_mm - s * x + c * y;
   }
   return turn;
+}
+
+/// 97.5 % quantile of Student's t over that of the normal distribution.
+double student_factor(size_t draws) {
+  constexpr double z = 1.959964;
+  const auto dof = static_cast<double>(draws - 1);
+  if (dof < 1.5) return 12.706 / z;
+  if (dof < 2.5) return 4.303 / z;
+  return 1 + ((z * z + 1) / 4 + (5 * std::pow(z, 4) + 16 * z * z + 3) / (96 * dof)) / dof;
+}
+
+/// Two readings of one number, `apart` from each other: half of that is expected of either, as a variance.
+void widen(PlaneStrain& sd, double apart) {
+  const double area = apart / std::numbers::sqrt2;
+  sd.area = std::hypot(sd.area, area);
+  for (double* along : {&sd.xx, &sd.yy, &sd.first, &sd.second}) *along = std::hypot(*along, area / 2);
 }
 
 void axial_of(Compression& found, double poisson) {
@@ -150,11 +167,16 @@ Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
   found.deepening_mm = deepening / static_cast<double>(draws);
   if (!found.reason.empty()) return found;
   found.plane = mean_of(strains);
+  const double factor = student_factor(draws);
+  PlaneStrain& sd = found.plane.sd;
+  for (double* one : {&sd.xx, &sd.yy, &sd.xy, &sd.first, &sd.second, &sd.direction_rad, &sd.shear, &sd.area})
+    *one *= factor;
+  if (options.counted_growth) widen(sd, found.plane.mean.area - *options.counted_growth);
   for (const double turn : turns) found.turn_rad += turn / static_cast<double>(draws);
   for (const double turn : turns)
     found.turn_sd_rad +=
         (turn - found.turn_rad) * (turn - found.turn_rad) / static_cast<double>(draws * (draws - 1));
-  found.turn_sd_rad = std::sqrt(found.turn_sd_rad);
+  found.turn_sd_rad = factor * std::sqrt(found.turn_sd_rad);
   axial_of(found, options.poisson);
   return found;
 }

@@ -27,6 +27,9 @@ std::vector<ShapePoint> shape_points(const ControlPoints& points, double pitch_m
 struct CompressionOptions {
   std::optional<double> lambda;  ///< of the spline; none: chosen by the data
   double poisson = 0.5;          ///< for the axial strain by area, 0 to 0.5
+  /// Of draws: the change of the contact's area as it is counted, over that before. A second reading of the
+  /// same number: where the draws' mean lies apart from it, the standard errors are widened by that.
+  std::optional<double> counted_growth;
 };
 
 /// One point and where it went.
@@ -55,8 +58,10 @@ Compression compare_compressions(std::span<const ShapePoint> before, std::span<c
 
 /// The same of several draws of control points of each shape, as many of one as of the other. A spline
 /// through one draw's partners follows where its points happen to lie; the mean over draws does not, and
-/// their scatter tells its error. `match` is the first draw's, `pairs` are of all draws, each turned back by
-/// its own turn: a round shape fits itself after any, and strain does not depend on it.
+/// their scatter gives its error: 1.96 standard errors hold 95 % (Student's factor for the few draws is in
+/// them). What all draws share, an error of the surface, they do not show: see counted_growth. `match` is the
+/// first draw's, `pairs` are of all draws, each turned back by its own turn: a round shape fits itself after
+/// any, and strain does not depend on it.
 Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
                           std::span<const std::vector<ShapePoint>> after,
                           const CompressionOptions& options = {});

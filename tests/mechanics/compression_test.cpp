@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -14,7 +16,9 @@ namespace {
 using Depth = std::function<double(double, double)>;  // mm, of a place in mm
 
 /// Control points of a shape that lies in a frame of 40 x 30 mm, pitch 0.05 mm.
-std::vector<ShapePoint> seen(const Depth& depth, uint64_t seed, uint32_t count = 300) {
+/// `area_mm2`: the touched area is added to it.
+std::vector<ShapePoint> seen(const Depth& depth, uint64_t seed, uint32_t count = 300,
+                             double* area_mm2 = nullptr) {
   ControlOptions options;
   options.count = count;
   options.seed = seed;
@@ -22,7 +26,9 @@ std::vector<ShapePoint> seen(const Depth& depth, uint64_t seed, uint32_t count =
   const CandidateGrid grid = control_candidates({0, 0, 800, 600}, options);
   std::vector<float> depths;
   for (const auto& [x, y] : grid.places) depths.push_back(static_cast<float>(depth(0.05 * x, 0.05 * y)));
-  return shape_points(choose_control_points(grid, depths, {}, options), options.pitch_mm_per_px);
+  const ControlPoints chosen = choose_control_points(grid, depths, {}, options);
+  if (area_mm2) *area_mm2 += chosen.contact_mm2;
+  return shape_points(chosen, options.pitch_mm_per_px);
 }
 
 /// A face of 12 x 8 mm with soft edges, pressed in by 0.4 mm.
@@ -114,6 +120,53 @@ TEST(Compression, DrawsTellTheError) {
   before.resize(1);
   after.resize(1);
   EXPECT_NE(compare_draws(before, after).reason, "");
+}
+
+// An interval that is stated holds the truth as often as it says, with an error of the surface that all draws
+// share, and the estimate that is farthest off is not the one that claims to be the best.
+TEST(Compression, ErrorsOfDrawsHold) {
+  struct Grown {
+    double radius, to, wide;
+  };
+  constexpr int kSets = 5, kDrawn = 8;
+  int inside = 0, sets = 0;
+  double sum = 0, farthest = 0, its_sd = 0, mean_sd = 0;
+  for (const Grown& g : {Grown{5, 5.25, 1}, Grown{4, 4.5, 1}, Grown{4, 4.4, 1.4}})
+    for (int set = 0; set < kSets; ++set) {
+      std::mt19937_64 random(static_cast<uint64_t>(100 * sets + 7));
+      const auto even = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+      std::array<std::vector<std::vector<ShapePoint>>, 2> draws;
+      std::array<double, 2> area{};
+      for (size_t i = 0; i < 2; ++i) {
+        std::array<std::array<double, 4>, 20> waves;
+        for (auto& w : waves)
+          w = {0.0018 * (even() - 0.5), 4 * (even() - 0.5), 4 * (even() - 0.5), 6.3 * even()};
+        const double radius = i == 0 ? g.radius : g.to;
+        const auto shape = [&](double x, double y) {
+          const double u = (x - 20) / g.wide, v = y - 15;
+          double depth = 0.5 * (1 - (u * u + v * v) / (radius * radius));
+          for (const auto& [height, a, b, phase] : waves) depth += height * std::sin(a * x + b * y + phase);
+          return depth;
+        };
+        for (int d = 0; d < kDrawn; ++d)
+          draws[i].push_back(seen(shape, static_cast<uint64_t>(1000 * sets + 2 * d) + i, 60, &area[i]));
+      }
+      const Compression found = compare_draws(draws[0], draws[1], {{}, 0.5, area[1] / area[0] - 1});
+      ASSERT_EQ(found.reason, "");
+      const double truth = g.to * g.to / (g.radius * g.radius) - 1, sd = found.plane.sd.area;
+      const double off = std::abs(found.plane.mean.area - truth);
+      ++sets;
+      inside += off < 1.96 * sd;
+      sum += off * off / (sd * sd);
+      mean_sd += sd / (3 * kSets);
+      if (off > farthest) farthest = off, its_sd = sd;
+    }
+  std::printf("%d of %d inside 1.96 standard errors, RMS %.2f of them\n", inside, sets,
+              std::sqrt(sum / sets));
+  EXPECT_GE(inside, sets - 2);
+  EXPECT_LT(std::sqrt(sum / sets), 1.3);
+  EXPECT_GT(std::sqrt(sum / sets), 0.4);  // nor are they wide enough for anything
+  EXPECT_GT(its_sd, 0.7 * mean_sd);
 }
 
 // Partners that are known, with noise: the mean's standard error covers the truth as often as it says.

@@ -72,6 +72,9 @@ std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin
                         e.second, e.direction_rad * 180 / M_PI, e.area, s.area);
   text += palpate::text("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial,
                         c.axial_sd, poisson);
+  if (const std::optional<double> counted = shapes.counted_growth(); counted && !skin)
+    text += palpate::text(
+        "counted       area %+.5f by the touched places; what it lies apart is in the errors\n", *counted);
   if (!skin)
     text += palpate::text("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI,
                           c.turn_sd_rad * 180 / M_PI);
@@ -90,7 +93,7 @@ Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
                 {"force_state", to_string(s.touch.force_N.validity)},
                 {"points", s.control.points.size()},
                 {"spacing_mm", s.control.spacing_mm},
-                {"contact_mm2", s.control.contact_mm2}};
+                {"contact_mm2", s.contact_mm2}};
   };
   Json value = {{"before", frame(shapes.before)},
                 {"after", frame(shapes.after)},
@@ -114,6 +117,8 @@ Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
   value["axial"] = c.axial;
   value["axial_sd"] = c.axial_sd;
   if (!skin) {
+    const std::optional<double> counted = shapes.counted_growth();
+    value["area_counted"] = counted ? Json(*counted) : Json(nullptr);
     value["turn_rad"] = c.turn_rad;
     value["turn_sd_rad"] = c.turn_sd_rad;
   }
@@ -244,6 +249,7 @@ Report run(const Common& common, Options o) {
   const TactileShapes shapes = read_shapes(*context, input, o.request, {.stop = interrupted});
   if (interrupted()) return {"", "", kInterrupted};
   const bool skin = shapes.skin && !o.by_shape;
+  o.compression.counted_growth = shapes.counted_growth();
   const Compression c = skin
                             ? strain_of_pairs(skin_pairs(shapes, input.sensor.pitch_mm_per_px), o.compression)
                             : compare_draws(shapes.before.draws, shapes.after.draws, o.compression);

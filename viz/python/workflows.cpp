@@ -110,7 +110,6 @@ py::dict strain(const InputRequest& request, std::optional<std::array<uint64_t, 
   asked.frames = frames;
   asked.forces_N = forces_N;
   asked.control.seed = seed;
-  const CompressionOptions options{lambda, poisson};
   const StrainOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
     const MeasuredInput input = find(request);
     if (!has_scale(input.sensor))
@@ -121,6 +120,7 @@ py::dict strain(const InputRequest& request, std::optional<std::array<uint64_t, 
     found.skin = shapes.skin && !by_shape;
     found.before = shapes.before.touch.sequence;
     found.after = shapes.after.touch.sequence;
+    const CompressionOptions options{lambda, poisson, shapes.counted_growth()};
     found.compression = found.skin
                             ? strain_of_pairs(skin_pairs(shapes, input.sensor.pitch_mm_per_px), options)
                             : compare_draws(shapes.before.draws, shapes.after.draws, options);
