@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "capture/synthetic/bent_points.h"
 #include "palpate/error.h"
@@ -162,6 +164,153 @@ TEST(Matching, TheSamePointsTheSameAnswer) {
   const MatchResult a = match_points(points.from, points.to), b = match_points(points.from, points.to);
   EXPECT_EQ(a.warped.coordinates, b.warped.coordinates);
   EXPECT_EQ(a.iterations, b.iterations);
+}
+
+std::vector<size_t> drawn_order(size_t size, std::mt19937& random) {
+  std::vector<size_t> order(size);
+  std::iota(order.begin(), order.end(), size_t{0});
+  for (size_t i = size - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+  return order;
+}
+
+PointSet in_order(const PointSet& set, const std::vector<size_t>& order) {
+  PointSet result{set.axes, {}};
+  for (const size_t i : order)
+    for (const double v : set.at(i)) result.coordinates.push_back(v);
+  return result;
+}
+
+// Easy and hard pairs, and one that is thinned: to the last bit.
+TEST(Matching, OneAnswerWhateverTheOrder) {
+  std::vector<BentPoints> pairs;
+  pairs.push_back(bent({.bend = 0.11, .turn_deg = 40, .seed = 2}));
+  pairs.push_back(bent({.noise_sd = 0.04, .outlier_ratio = 1, .seed = 3}));
+  pairs.push_back(bent({.bend = 0.08, .missing_fraction = 0.3, .turn_deg = 130, .seed = 4}));
+  pairs.push_back(bent({.axes = 3, .noise_sd = 0.02, .seed = 5}));
+  pairs.push_back(bent({.noise_sd = 0.01, .outlier_ratio = 2.2, .seed = 6}));
+  std::mt19937 random(1);
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    const BentPoints& points = pairs[k];
+    const MatchResult first = match_points(points.from, points.to);
+    for (int trial = 0; trial < 1; ++trial) {
+      const std::vector<size_t> from = drawn_order(points.from.size(), random),
+                                to = drawn_order(points.to.size(), random);
+      const MatchResult again = match_points(in_order(points.from, from), in_order(points.to, to));
+      ASSERT_EQ(again.verdict, first.verdict) << k;
+      EXPECT_EQ(again.warped.coordinates, in_order(first.warped, from).coordinates) << k;
+      EXPECT_EQ(again.evidence, first.evidence) << k;
+      EXPECT_EQ(again.posterior, first.posterior) << k;
+      for (size_t i = 0; i < from.size(); ++i) {
+        const Partner &a = again.partners[i], &b = first.partners[from[i]];
+        ASSERT_EQ(a.target.has_value(), b.target.has_value()) << k;
+        if (a.target) {
+          EXPECT_EQ(to[*a.target], *b.target) << k;
+        }
+      }
+    }
+  }
+}
+
+PointSet scattered(size_t count, uint32_t seed, uint32_t axes = 2) {
+  std::mt19937 random(seed);
+  PointSet set{axes, {}};
+  for (size_t i = 0; i < count * axes; ++i)
+    set.coordinates.push_back(100 * static_cast<double>(random()) / 4294967296.0);
+  return set;
+}
+
+/// (x, y, ...) -> A (x, y) + shift; a third coordinate is scaled as `a`.
+PointSet mapped(const PointSet& set, double a, double b, double c, double d) {
+  PointSet result = set;
+  for (size_t i = 0; i < set.size(); ++i) {
+    double* p = result.coordinates.data() + i * set.axes;
+    const double x = p[0], y = p[1];
+    p[0] = a * x + b * y + 30, p[1] = c * x + d * y - 12;
+  }
+  return result;
+}
+
+int right_partners(const PointSet& from, const PointSet& to, const std::string& what) {
+  std::mt19937 random(4);
+  const std::vector<size_t> order = drawn_order(to.size(), random);
+  const MatchResult result = match_points(from, in_order(to, order));
+  if (!result.reliable()) return 0;
+  EXPECT_LT(mean_miss(result.warped, to), 1e-6 * result.scale) << what;
+  for (size_t i = 0; i < from.size(); ++i) {
+    EXPECT_TRUE(result.partners[i].target.has_value()) << what;
+    if (result.partners[i].target) {
+      EXPECT_EQ(order[*result.partners[i].target], i) << what;
+    }
+  }
+  return 1;
+}
+
+// What is not bent needs no more than one point beyond an affine map's own.
+TEST(Matching, FewPointsThatAreNotBentAreMatched) {
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  int affine = 0, affine_trials = 0;
+  for (size_t count = 4; count <= 14; ++count)
+    for (uint32_t seed = 1; seed <= 3; ++seed) {
+      const PointSet set = scattered(count, seed * 31 + static_cast<uint32_t>(count));
+      const std::string what = std::to_string(count) + " points, seed " + std::to_string(seed);
+      EXPECT_EQ(right_partners(set, set, what), 1) << what << ", the same";
+      EXPECT_EQ(right_partners(set, mapped(set, c, -s, s, c), what), 1) << what << ", moved and turned";
+      EXPECT_EQ(right_partners(set, mapped(set, 2.5 * c, -2.5 * s, 2.5 * s, 2.5 * c), what), 1) << what;
+      affine += right_partners(set, mapped(set, 1.3, 0.4, -0.1, 0.8), what);
+      ++affine_trials;
+    }
+  EXPECT_GE(affine, affine_trials - 2);  // four points nearly on a line leave an affine map open
+  const PointSet space = scattered(6, 9, 3);
+  EXPECT_EQ(right_partners(space, mapped(space, c, -s, s, c), "space"), 1);
+}
+
+TEST(Matching, FewPointsWithNoiseAndGapsAreMatchedOrRefused) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0, 0.1);
+  int right = 0, trials = 0;
+  for (size_t count = 6; count <= 12; ++count) {
+    const PointSet set = scattered(count, static_cast<uint32_t>(77 + count));
+    PointSet to = mapped(set, 0.8, -0.6, 0.6, 0.8);
+    const PointSet truth = to;
+    for (double& v : to.coordinates) v += noise(random);
+    to.coordinates.resize(to.coordinates.size() - 2);  // the last has no partner
+    const MatchResult result = match_points(set, to);
+    ++trials;
+    if (!result.reliable()) continue;
+    EXPECT_LT(mean_miss(result.warped, truth) / result.scale, 0.02) << count;
+    EXPECT_FALSE(result.partners.back().target) << count;
+    ++right;
+  }
+  EXPECT_GE(right, trials - 2);
+}
+
+TEST(Matching, FewPointsThatFitThemselvesOtherwiseAreAmbiguous) {
+  PointSet square{2, {0, 0, 10, 0, 10, 10, 0, 10}}, rectangle{2, {0, 0, 30, 0, 30, 10, 0, 10}}, grid{2, {}},
+      ring{2, {}};
+  for (int k = 0; k < 12; ++k)
+    grid.coordinates.insert(grid.coordinates.end(), {10. * (k % 4), 10. * std::floor(k / 4.)});
+  for (int k = 0; k < 7; ++k)
+    ring.coordinates.insert(ring.coordinates.end(), {std::cos(2 * M_PI * k / 7), std::sin(2 * M_PI * k / 7)});
+  for (PointSet* set : {&square, &rectangle, &grid, &ring}) {
+    for (double& v : set->coordinates) v *= M_PI;  // of a few round numbers the digits are not known
+    const MatchResult result = match_points(*set, *set);
+    EXPECT_EQ(result.verdict, MatchVerdict::Ambiguous) << set->size() << " " << to_string(result.verdict);
+    for (const Partner& partner : result.partners) EXPECT_FALSE(partner.target);
+    EXPECT_TRUE(match_points(*set, *set, {.most_turn_deg = 10}).reliable()) << set->size();
+  }
+  EXPECT_EQ(match_points(scattered(3, 1), scattered(3, 1)).verdict, MatchVerdict::TooFewPoints);
+}
+
+TEST(Matching, FewUnrelatedPointsAreNoMatch) {
+  int reliable = 0;
+  for (uint32_t seed = 0; seed < 200; ++seed) {
+    PointSet from = scattered(4 + seed % 9, 1000 + seed), to = scattered(4 + seed / 9 % 9, 5000 + seed);
+    if (seed % 3 == 0)  // written with few digits: coincidences are no evidence
+      for (PointSet* set : {&from, &to})
+        for (double& v : set->coordinates) v = std::round(v / 5) * 5;
+    reliable += match_points(from, to).reliable();
+  }
+  EXPECT_LE(reliable, 1);
 }
 
 TEST(Matching, DegenerateSetsEndAndSayWhatTheyAre) {

@@ -71,6 +71,13 @@ void share_out(const FlowProblem& problem, FlowState& state, double unlike, Vect
           static_cast<float>(nil / (1 - nil) * m * spread) + 1e-30f, row_factor, state.partners);
 }
 
+void set_partners(const FlowProblem& problem, FlowState& state) {
+  const Index n = problem.from.rows();
+  VectorXf row_factor = VectorXf::Ones(n);
+  set_closeness(state.warped, problem.to, VectorXd::Constant(n, state.variance), {}, state.partners);
+  share_out(problem, state, 1, row_factor);
+}
+
 double outlier_fraction(const FlowProblem& problem, double found) {
   const auto n = static_cast<double>(problem.from.rows()), m = static_cast<double>(problem.to.rows());
   return std::clamp(1 - found / m, kLeastOutlierFraction, 1 - kLeastFoundFraction * std::min(n, m) / m);

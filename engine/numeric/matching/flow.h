@@ -57,6 +57,8 @@ inline constexpr double kLeastSd = 0.002;
 
 /// Closeness becomes partners: strangers and missing points take their part.
 void share_out(const FlowProblem& problem, FlowState& state, double unlike, Eigen::VectorXf& row_factor);
+/// Partners by distance alone, of a state that did not flow.
+void set_partners(const FlowProblem& problem, FlowState& state);
 double outlier_fraction(const FlowProblem& problem, double found);
 
 /// The warp, under the noise of `state`, to partners of total `weight` (n) whose weighted sums are `pull`

@@ -14,6 +14,8 @@ std::string_view to_string(MatchStart start) {
       return "turned";
     case MatchStart::Local:
       return "local";
+    case MatchStart::Unbent:
+      return "unbent";
   }
   return "";
 }
@@ -32,6 +34,8 @@ std::string_view to_string(MatchVerdict verdict) {
       return "no reliable match: the iteration did not settle";
     case MatchVerdict::Bent:
       return "no reliable match: the warp fits by its freedom to bend";
+    case MatchVerdict::PartlyWrong:
+      return "no reliable match: parts fit far closer than the warp leaves the rest";
     case MatchVerdict::Ambiguous:
       return "no reliable match: another warp explains the target nearly as well";
   }

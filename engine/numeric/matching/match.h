@@ -34,6 +34,7 @@ enum class MatchStart : uint8_t {
   Plain,    ///< where the template stands, distances alone
   Turned,   ///< turned, scaled and moved as most neighbourhoods ask for
   Local,    ///< grown from one neighbourhood that was found again
+  Unbent,   ///< a similarity or an affine map by itself, of sets of few points
 };
 std::string_view to_string(MatchStart start);
 
@@ -45,6 +46,7 @@ enum class MatchVerdict : uint8_t {
   NotSettled,    ///< the iteration ended at its limit
   Ambiguous,     ///< another warp explains the target nearly as well
   Bent,          ///< little noise is left, but only because the warp is free to bend
+  PartlyWrong,   ///< neighbourhoods are found again far closer than the warp leaves its points
 };
 std::string_view to_string(MatchVerdict verdict);
 

@@ -12,6 +12,7 @@
 #include "engine/numeric/matching/search.h"
 #include "engine/numeric/matching/spacing.h"
 #include "engine/numeric/matching/symmetry.h"
+#include "engine/numeric/matching/unbent.h"
 #include "engine/numeric/matching/warp.h"
 #include "palpate/error.h"
 
@@ -36,7 +37,9 @@ constexpr double kLeastVagueGain = 0.12, kFewStrangers = 0.1;
 constexpr double kLeastFound = 0.3;
 constexpr double kSharp = 0.5, kLoose = 0.9, kSharpEvidence = 25, kEvidencePerSd = 150;
 constexpr double kMostlyFound = 0.85, kLeftOverEvidence = 150;
-constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
+constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map, to be matched by bending
+// Nats that a map without bending needs. Of unrelated sets fewer than one in e^10 has as many.
+constexpr double kLeastUnbentEvidence = 10;
 
 MatrixXd matrix_of(const PointSet& set) {
   return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
@@ -163,6 +166,199 @@ std::vector<Partner> pair_up(const MatrixXf& p) {
   return partners;
 }
 
+// Rows in an order that the points alone decide: first coordinate first.
+std::vector<size_t> by_place(const PointSet& set) {
+  std::vector<size_t> order(set.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return std::lexicographical_compare(set.at(a).begin(), set.at(a).end(), set.at(b).begin(),
+                                        set.at(b).end());
+  });
+  return order;
+}
+
+PointSet in_order(const PointSet& set, const std::vector<size_t>& order) {
+  PointSet result{set.axes, {}};
+  result.coordinates.reserve(set.coordinates.size());
+  for (const size_t i : order)
+    for (const double v : set.at(i)) result.coordinates.push_back(v);
+  return result;
+}
+
+// Step of the decimals that coordinates are written with; 0: finer than it matters.
+double resolution(const PointSet& set) {
+  constexpr int kCoarsest = 6, kFinest = -9;
+  constexpr double kOff = 1e-4;        // of a step
+  constexpr double kLeastSteps = 100;  // a few round numbers say nothing about the digits
+  double largest = 0;
+  for (const double v : set.coordinates) largest = std::max(largest, std::abs(v));
+  for (int power = kCoarsest; power >= kFinest; --power) {
+    const double per_step = std::pow(10., -power);
+    if (largest * per_step < kLeastSteps) continue;
+    const bool all = std::all_of(set.coordinates.begin(), set.coordinates.end(), [&](double v) {
+      return std::abs(v * per_step - std::round(v * per_step)) < kOff;
+    });
+    if (all) return 1 / per_step;
+  }
+  return 0;
+}
+
+// Of one pair of sets, points in an order of their own.
+class Matcher {
+ public:
+  Matcher(const PointSet& from, const PointSet& to, const MatchOptions& options)
+      : options_(options),
+        sets_(from, to),
+        modes_(sets_.from),
+        n_(sets_.from.rows()),
+        m_(sets_.to.rows()),
+        volume_(log_volume(sets_.to)),
+        without_(energy_without(sets_.to, volume_)),
+        resolution_(std::max(resolution(from) / sets_.from_scale, resolution(to) / sets_.unit)),
+        whole_(sets_.from, modes_, sets_.to, volume_, false) {}
+
+  MatchResult match() {
+    if (std::max(n_, m_) <= kLargest)
+      search();
+    else
+      search_thinned();
+    if (!state_.converged) {
+      const uint32_t before = state_.iterations;
+      flow(whole_, {.sd = std::sqrt(state_.variance), .amplitude = kAmplitude, .most_iterations = kFinishing},
+           state_);
+      weigh(whole_, kAmplitude, state_);
+      result_.iterations += state_.iterations - before;
+    }
+    result_.evidence = without_ - state_.energy - freedom_cost(whole_, state_, kAmplitude);
+    result_.verdict = verdict();
+    try_unbent();
+    describe();
+    return std::move(result_);
+  }
+
+ private:
+  void search() {
+    const FlowProblem problem(sets_.from, modes_, sets_.to, volume_, true);
+    Search search(problem, sets_.to, options_, without_);
+    search.run(sets_.in_place, sets_.as_it_lies, result_);
+    take(search);
+  }
+
+  void take(Search& search) {
+    result_.posterior = search.posterior();
+    contradicted_ = search.contradicted();
+    state_ = std::move(search.best());
+  }
+
+  // Larger sets: some of both first, then all from there.
+  void search_thinned() {
+    const double fraction =
+        std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n_, m_)));
+    const auto part = [&](Index size) {
+      return thinned(size, static_cast<Index>(std::ceil(fraction * static_cast<double>(size))), 1);
+    };
+    const std::vector<Index> some = part(n_);
+    const MatrixXd coarse_to = sets_.to(part(m_), Eigen::all);
+    const FlowProblem coarse(sets_.from(some, Eigen::all), modes_, coarse_to, volume_, true);
+    Search search(coarse, coarse_to, options_, energy_without(coarse_to, volume_));
+    search.run(sets_.in_place, sets_.as_it_lies(some, Eigen::all), result_);
+    take(search);
+    contradicted_ = false;  // thinned neighbourhoods are not found again
+    state_.warped = dense::product(whole_.basis, state_.coefficients);
+    flow(whole_, {.sd = std::sqrt(state_.variance), .amplitude = kAmplitude, .cooling = 0.7}, state_);
+    weigh(whole_, kAmplitude, state_);
+    MatchAttempt& winner = result_.attempts[result_.winner];
+    result_.iterations += state_.iterations - winner.iterations;
+    winner.noise_sd = std::sqrt(state_.variance);
+    winner.energy = state_.energy;
+    winner.bending = state_.bending;
+    winner.iterations = state_.iterations;
+    winner.converged = state_.converged;
+  }
+
+  // Where the template lies is known, other warps are other slides along the same shape, which the caller
+  // judges.
+  MatchVerdict verdict() {
+    const bool searched = tries_every_turn(options_);
+    const Index smaller = std::min(n_, m_);
+    const double spacing = median_spacing(sets_.from), sd = std::sqrt(state_.variance) / spacing,
+                 found = static_cast<double>(state_.partners.sum());
+    // Thinned sets do not have the same points: their energies say little where all points fit exactly.
+    const bool thinned_fit = std::max(n_, m_) > kLargest && fits_exactly(state_, spacing, smaller) &&
+                             self_maps(sets_.from, options_.reflections, 1).empty();
+    if (!searched || thinned_fit) result_.posterior = 1;
+    const double gain = (without_ - state_.energy) / static_cast<double>(m_);
+    const double strangers = std::clamp(1 - found / static_cast<double>(m_), 0., 1.);
+    return smaller < state_.warped.cols() + 1 + kLeastPoints         ? MatchVerdict::TooFewPoints
+           : !state_.converged                                       ? MatchVerdict::NotSettled
+           : found < kLeastFound * static_cast<double>(smaller)      ? MatchVerdict::TooFewFound
+           : gain < least_gain(sd, strangers)                        ? MatchVerdict::TooVague
+           : result_.posterior < kLeastPosterior                     ? MatchVerdict::Ambiguous
+           : searched && (contradicted_ || uneven(state_, sets_.to)) ? MatchVerdict::PartlyWrong
+           : searched && result_.evidence < least_evidence(sd, found / static_cast<double>(smaller))
+               ? MatchVerdict::Bent
+               : MatchVerdict::Reliable;
+  }
+
+  // Few points are not matched by bending, but by a map that leaves next to nothing.
+  void try_unbent() {
+    const std::optional<UnbentMap> unbent = find_unbent(
+        sets_.from, sets_.to, {options_.most_turn_deg, options_.reflections, without_, volume_, resolution_});
+    if (!unbent || unbent->evidence < kLeastUnbentEvidence) return;
+    if (unbent->posterior < kLeastPosterior) {
+      if (result_.verdict == MatchVerdict::Reliable && result_.evidence > unbent->evidence) return;
+      result_.verdict = MatchVerdict::Ambiguous;
+      result_.posterior = std::min(result_.posterior, unbent->posterior);
+      return;
+    }
+    if (result_.verdict == MatchVerdict::Reliable && result_.evidence > unbent->evidence) return;
+    state_ = FlowState();
+    state_.coefficients = MatrixXd::Zero(whole_.basis.cols(), whole_.from.cols());
+    state_.coefficients.topRows(unbent->map.rows()) = unbent->map;
+    state_.warped = dense::product(whole_.basis, state_.coefficients);
+    state_.variance = std::max(unbent->sd * unbent->sd, kLeastSd * kLeastSd);
+    state_.outlier_fraction = outlier_fraction(whole_, static_cast<double>(unbent->pairs));
+    state_.converged = true;
+    set_partners(whole_, state_);
+    weigh(whole_, kAmplitude, state_);
+    result_.winner = result_.attempts.size();
+    result_.attempts.push_back(
+        {MatchStart::Unbent, unbent->turn_deg, state_.energy, 0, std::sqrt(state_.variance), 0, true});
+    result_.evidence = unbent->evidence;
+    result_.posterior = unbent->posterior;
+    result_.verdict = MatchVerdict::Reliable;
+  }
+
+  void describe() {
+    const double found = static_cast<double>(state_.partners.sum());
+    result_.converged = state_.converged;
+    result_.scale = sets_.from_scale;
+    result_.log_likelihood_gain = (without_ - state_.energy) / static_cast<double>(m_);
+    result_.held_out_gain = held_out_gain(whole_, state_, kAmplitude, without_);
+    result_.noise_sd = std::sqrt(state_.variance) * sets_.unit;
+    result_.noise_below = state_.variance <= 1.01 * kLeastSd * kLeastSd;
+    result_.target_outlier_fraction = std::clamp(1 - found / static_cast<double>(m_), 0., 1.);
+    result_.template_nil_fraction = std::clamp(1 - found / static_cast<double>(n_), 0., 1.);
+    result_.warped.axes = static_cast<uint32_t>(whole_.from.cols());
+    result_.warped.coordinates.resize(static_cast<size_t>(whole_.from.size()));
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+        result_.warped.coordinates.data(), n_, whole_.from.cols()) =
+        (state_.warped * sets_.unit).rowwise() + sets_.to_centre;
+    result_.partners =
+        result_.reliable() ? pair_up(state_.partners) : std::vector<Partner>(static_cast<size_t>(n_));
+  }
+
+  const MatchOptions& options_;
+  Prepared sets_;
+  WarpModes modes_;
+  Index n_, m_;
+  double volume_, without_, resolution_;
+  FlowProblem whole_;
+  FlowState state_;
+  bool contradicted_ = false;
+  MatchResult result_;
+};
+
 }  // namespace
 
 MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOptions& options) {
@@ -171,85 +367,18 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
   if (from.axes != to.axes)
     throw Error(Failure::Input, "template and target of the same coordinates",
                 std::to_string(from.axes) + " and " + std::to_string(to.axes), "sets of one kind");
-  const Prepared sets(from, to);
-  const WarpModes modes(sets.from);
-  const Index n = sets.from.rows(), m = sets.to.rows();
-  const double volume = log_volume(sets.to), without = energy_without(sets.to, volume);
-  const FlowProblem whole(sets.from, modes, sets.to, volume, false);
-  MatchResult result;
-  FlowState state;
-  if (std::max(n, m) <= kLargest) {
-    const FlowProblem problem(sets.from, modes, sets.to, volume, true);
-    Search search(problem, sets.to, options, without);
-    search.run(sets.in_place, sets.as_it_lies, result);
-    result.posterior = search.posterior();
-    state = std::move(search.best());
-  } else {
-    const double fraction = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
-    const auto part = [&](Index size) {
-      return thinned(size, static_cast<Index>(std::ceil(fraction * static_cast<double>(size))), 1);
-    };
-    const std::vector<Index> some = part(n);
-    const MatrixXd coarse_to = sets.to(part(m), Eigen::all);
-    const FlowProblem coarse(sets.from(some, Eigen::all), modes, coarse_to, volume, true);
-    Search search(coarse, coarse_to, options, energy_without(coarse_to, volume));
-    search.run(sets.in_place, sets.as_it_lies(some, Eigen::all), result);
-    result.posterior = search.posterior();
-    state = std::move(search.best());
-    state.warped = dense::product(whole.basis, state.coefficients);
-    flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .cooling = 0.7}, state);
-    weigh(whole, kAmplitude, state);
-    MatchAttempt& winner = result.attempts[result.winner];
-    result.iterations += state.iterations - winner.iterations;
-    winner.noise_sd = std::sqrt(state.variance);
-    winner.energy = state.energy;
-    winner.bending = state.bending;
-    winner.iterations = state.iterations;
-    winner.converged = state.converged;
+  // Sums are rounded by their order, and a search ends elsewhere by a hair: one order for all.
+  const std::vector<size_t> from_order = by_place(from), to_order = by_place(to);
+  MatchResult result = Matcher(in_order(from, from_order), in_order(to, to_order), options).match();
+  const std::vector<Partner> partners = result.partners;
+  const PointSet warped = result.warped;
+  for (size_t i = 0; i < from_order.size(); ++i) {
+    Partner& partner = result.partners[from_order[i]];
+    partner = partners[i];
+    if (partner.target) partner.target = static_cast<uint32_t>(to_order[*partner.target]);
+    std::copy_n(warped.at(i).begin(), from.axes,
+                result.warped.coordinates.begin() + static_cast<std::ptrdiff_t>(from_order[i] * from.axes));
   }
-
-  if (!state.converged) {
-    const uint32_t before = state.iterations;
-    flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .most_iterations = kFinishing},
-         state);
-    weigh(whole, kAmplitude, state);
-    result.iterations += state.iterations - before;
-  }
-  const double found = static_cast<double>(state.partners.sum());
-  result.converged = state.converged;
-  result.scale = sets.from_scale;
-  result.log_likelihood_gain = (without - state.energy) / static_cast<double>(m);
-  result.evidence = without - state.energy - freedom_cost(whole, state, kAmplitude);
-  result.held_out_gain = held_out_gain(whole, state, kAmplitude, without);
-  result.noise_sd = std::sqrt(state.variance) * sets.unit;
-  result.noise_below = state.variance <= 1.01 * kLeastSd * kLeastSd;
-  result.target_outlier_fraction = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
-  result.template_nil_fraction = std::clamp(1 - found / static_cast<double>(n), 0., 1.);
-  result.warped.axes = from.axes;
-  result.warped.coordinates.resize(from.coordinates.size());
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-      result.warped.coordinates.data(), n, state.warped.cols()) =
-      (state.warped * sets.unit).rowwise() + sets.to_centre;
-  const Index smaller = std::min(n, m);
-  // Where the template lies is known, other warps are other slides along the same shape, which the caller
-  // judges.
-  const bool searched = tries_every_turn(options);
-  const double spacing = median_spacing(sets.from), sd = std::sqrt(state.variance) / spacing;
-  // Thinned sets do not have the same points: their energies say little where all points fit exactly.
-  const bool thinned_fit = std::max(n, m) > kLargest && fits_exactly(state, spacing, smaller) &&
-                           self_maps(sets.from, options.reflections, 1).empty();
-  if (!searched || thinned_fit) result.posterior = 1;
-  result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
-                   : !state.converged                                   ? MatchVerdict::NotSettled
-                   : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
-                   : result.log_likelihood_gain < least_gain(sd, result.target_outlier_fraction)
-                       ? MatchVerdict::TooVague
-                   : result.posterior < kLeastPosterior ? MatchVerdict::Ambiguous
-                   : searched && result.evidence < least_evidence(sd, found / static_cast<double>(smaller))
-                       ? MatchVerdict::Bent
-                       : MatchVerdict::Reliable;
-  result.partners =
-      result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));
   return result;
 }
 

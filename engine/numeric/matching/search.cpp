@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/grow.h"
-#include "engine/numeric/matching/seeds.h"
 #include "engine/numeric/matching/spacing.h"
 #include "engine/numeric/matching/start.h"
 #include "engine/numeric/matching/symmetry.h"
@@ -28,8 +28,15 @@ constexpr uint32_t kScreenIterations = 12, kScreenContextEvery = 7;
 constexpr size_t kPlaces = 4, kTurns = 12;
 // Starts to finish and cores to grow: at first, and where the answer is doubtful.
 constexpr size_t kFinished = 4, kGrown = 12, kMoreGrown = 16, kCoresOfOne = 4;
-constexpr size_t kSeeds = 16;
-constexpr double kManyStrangers = 0.3;
+constexpr size_t kSeeds = 16, kMoreSeeds = 48;
+// A neighbourhood of so many pairs that is found again with so much less variance than the best warp leaves;
+// how far off its points then are by the best warp, over the variance and over the points' spacing.
+constexpr size_t kFullSeed = 11;
+constexpr double kSharper = 0.06, kFarOff = 25, kNearSpacing = 0.15, kElsewhere = 0.3, kMuchLeft = 0.85;
+// How uneven residuals are: median square over mean square, against what noise would leave; from so much
+// noise and so many pairs on.
+constexpr double kUneven = 0.52, kUnevenSd = 0.012;
+constexpr size_t kUnevenPairs = 20;
 constexpr double kScreenGap = 12;  // nats behind the best start that are not worth finishing
 // Mean distance of screened warps that end alike: over the RMS radius, and over the noise of the best end.
 constexpr double kSameScreened = 0.05, kSameOfSd = 0.5, kSameEnd = 0.02;
@@ -50,6 +57,23 @@ bool among(const std::vector<MatrixXd>& all, const MatrixXd& one, double near) {
 bool fits_exactly(const FlowState& state, double spacing, Index smaller) {
   return std::sqrt(state.variance) < std::min(kExactSdOfSpacing * spacing, kExactSd) &&
          static_cast<double>(state.partners.sum()) > kExactFound * static_cast<double>(smaller);
+}
+
+bool uneven(const FlowState& state, const MatrixXd& to) {
+  if (state.variance < kUnevenSd * kUnevenSd) return false;
+  std::vector<double> squares;
+  for (Index i = 0; i < state.partners.rows(); ++i) {
+    if (state.partners.row(i).sum() < 0.5f) continue;
+    Index j = 0;
+    state.partners.row(i).maxCoeff(&j);
+    squares.push_back((state.warped.row(i) - to.row(j)).squaredNorm());
+  }
+  if (squares.size() < kUnevenPairs) return false;
+  double mean = 0;
+  for (const double s : squares) mean += s / static_cast<double>(squares.size());
+  // Of a chi-squared variable with 2 or 3 degrees of freedom, over its mean.
+  const double even = to.cols() == 2 ? 0.693 : 0.789;
+  return median(std::move(squares)) < kUneven * even * mean;
 }
 
 Search::Search(const FlowProblem& problem, const MatrixXd& to, const MatchOptions& options,
@@ -198,10 +222,22 @@ void Search::grow_some(size_t most, MatchResult& result) {
   }
 }
 
+/// Mean square per axis by which the best warp misses the seed's own partners, or the nearest points.
+double Search::squared_miss(const Seed& seed, bool nearest) const {
+  double sum = 0;
+  for (const auto& [i, j] : seed.pairs)
+    sum += nearest ? (to_.rowwise() - best_.warped.row(i)).rowwise().squaredNorm().minCoeff()
+                   : (to_.row(j) - best_.warped.row(i)).squaredNorm();
+  return sum / static_cast<double>(seed.pairs.size() * static_cast<size_t>(to_.cols()));
+}
+
 // From neighbourhoods that are found again as they are: no start whose whole lies roughly right is needed.
-void Search::grow_seeds(MatchResult& result) {
-  for (const Seed& seed : find_seeds(problem_.from, to_, spacing_, options_.most_turn_deg, kSeeds)) {
+void Search::grow_seeds(size_t first, MatchResult& result) {
+  for (size_t k = first; k < seeds_.size(); ++k) {
     if (clean()) return;
+    const Seed& seed = seeds_[k];
+    // Where the best warp brings it as close as the noise lets it, it holds already.
+    if (squared_miss(seed, false) < 2 * best_.variance && seed.miss > kSharper * best_.variance) continue;
     Candidate grown;
     grown.start = MatchStart::Local;
     grown.state.outlier_fraction = best_.outlier_fraction;
@@ -249,12 +285,36 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     if (searched && !clean() && doubtful()) {
       finish_all(result);
       grow_some(kMoreGrown, result);
+      finished_all_ = true;
     }
-    // Among strangers noise does not tell a wrong fit: it finds some near every point.
-    const bool crowded = best_.outlier_fraction > kManyStrangers;
-    if (searched && !clean() && ((crowded && unproven()) || doubtful())) grow_seeds(result);
+    if (searched && !clean()) {
+      seeds_ = find_seeds(problem_.from, to_, spacing_, options_.most_turn_deg, kSeeds);
+      grow_seeds(0, result);
+    }
+    if (searched && !clean() && (contradicted() || uneven(best_, to_))) {
+      if (!finished_all_) finish_all(result);
+      grow_some(kMoreGrown, result);
+      const size_t before = seeds_.size();
+      seeds_ = find_seeds(problem_.from, to_, spacing_, options_.most_turn_deg, kMoreSeeds);
+      grow_seeds(before, result);
+    }
   }
   try_self_maps(result);
+}
+
+// A neighbourhood that is found again far sharper than the warp leaves its points: the warp has brought it to
+// no points in particular, or to others although much of the smaller set has no partner.
+bool Search::contradicted() const {
+  if (clean()) return false;
+  const double variance = best_.variance, near = std::pow(kNearSpacing * spacing_, 2),
+               elsewhere = std::max(kFarOff * variance, std::pow(kElsewhere * spacing_, 2));
+  const auto smaller = static_cast<double>(std::min(problem_.from.rows(), problem_.to.rows()));
+  const bool much_left = static_cast<double>(best_.partners.sum()) < kMuchLeft * smaller;
+  return std::any_of(seeds_.begin(), seeds_.end(), [&](const Seed& seed) {
+    if (seed.pairs.size() < kFullSeed || seed.miss > kSharper * variance) return false;
+    return squared_miss(seed, true) > std::max(kFarOff * seed.miss, near) ||
+           (much_left && squared_miss(seed, false) > elsewhere);
+  });
 }
 
 double Search::posterior() const {

@@ -6,6 +6,7 @@
 
 #include "engine/numeric/matching/flow.h"
 #include "engine/numeric/matching/match.h"
+#include "engine/numeric/matching/seeds.h"
 
 namespace palpate {
 
@@ -20,6 +21,10 @@ inline bool tries_every_turn(const MatchOptions& options) {
 /// Nothing another start could do better: hardly any noise, and hardly a point left over.
 bool fits_exactly(const FlowState& state, double spacing, Eigen::Index smaller);
 
+/// Noise leaves every point about as far off as any other; a warp that is right in part only leaves most
+/// points next to nothing and the others much.
+bool uneven(const FlowState& state, const Eigen::MatrixXd& to);
+
 /// The search for one pair of sets. Screens every start with a stiff warp and few iterations, finishes the
 /// best few to the end, and lets the parts that fit grow over the rest where the fit is not exact.
 class Search {
@@ -30,6 +35,8 @@ class Search {
 
   void run(bool in_place, const Eigen::MatrixXd& as_it_lies, MatchResult& result);
   FlowState& best() { return best_; }
+  /// Neighbourhoods are found again far closer than the best warp leaves their points: parts of it are wrong.
+  bool contradicted() const;
   /// Of the best warp against all others that a start ended in, each basin once.
   double posterior() const;
 
@@ -50,7 +57,8 @@ class Search {
   void finish_some(MatchResult& result);
   void finish_all(MatchResult& result);
   void grow_some(size_t most, MatchResult& result);
-  void grow_seeds(MatchResult& result);
+  void grow_seeds(size_t first, MatchResult& result);
+  double squared_miss(const Seed& seed, bool nearest) const;
   void try_self_maps(MatchResult& result);
   void settle(Candidate candidate, MatchResult& result);
   bool clean() const;
@@ -64,8 +72,10 @@ class Search {
   FlowProblem stiff_;
   std::vector<Candidate> screened_;
   std::vector<Eigen::MatrixXd> grown_;
+  std::vector<Seed> seeds_;
   std::vector<Candidate> ended_;  ///< as the attempts
   FlowState best_;
+  bool finished_all_ = false;
 };
 
 }  // namespace palpate
