@@ -335,8 +335,7 @@ int deserved_places(double error) {
 
 bool has_value(const Estimate& estimate) {
   return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact &&
-         estimate.validity != Validity::PictureDamaged &&
-         estimate.validity != Validity::NotFollowed;
+         estimate.validity != Validity::PictureDamaged && estimate.validity != Validity::NotFollowed;
 }
 
 MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs, bool separate) {
