@@ -20,8 +20,22 @@ constexpr double kMostCorrelated = 0.98;
 struct Mean {
   double value = 0, variance = 0;  // variance of the mean
   double width = 0;                // between the readings, but for the extremes
+  double rise = 0;                 // of a straight line through them, from the first to the last
   size_t count = 0;
 };
+
+/// Rise of the line of least squares, from the first reading to the last.
+double rise_of(const std::vector<double>& readings) {
+  const auto n = static_cast<double>(readings.size());
+  if (readings.size() < 2) return 0;
+  double product = 0, squares = 0;
+  for (size_t i = 0; i < readings.size(); ++i) {
+    const double x = static_cast<double>(i) - (n - 1) / 2;
+    product += x * readings[i];
+    squares += x * x;
+  }
+  return product / squares * (n - 1);
+}
 
 /// Mean of what is left without the extremes, and its variance with neighbours that err alike.
 Mean mean_of(const std::vector<double>& readings) {
@@ -34,6 +48,7 @@ Mean mean_of(const std::vector<double>& readings) {
   m.value /= static_cast<double>(sorted.size() - 2 * cut);
   const double low = sorted[cut], high = sorted[sorted.size() - 1 - cut];
   m.width = high - low;
+  m.rise = rise_of(readings);
   double squares = 0, lagged = 0, before = 0;
   for (const double r : readings) {
     const double off = std::clamp(r, low, high) - m.value;
@@ -61,7 +76,8 @@ std::pair<size_t, size_t> farther_half(size_t from, size_t to, size_t frames) {
 }  // namespace
 
 bool GaugeZero::differs() const {
-  return std::abs(offset) > std::max(kErrors * sd, kNegligible * range);
+  return std::abs(offset) > std::max(kErrors * sd, kNegligible * range) &&
+         std::abs(rise) <= kFlat * std::abs(offset);
 }
 
 bool GaugeZero::steady() const {
@@ -99,10 +115,12 @@ std::optional<GaugeZero> find_gauge_zero(std::span<const double> reading, const 
   for (const Mean& m : used) {
     zero.readings += m.count;
     zero.offset += static_cast<double>(m.count) * m.value;
+    zero.rise += static_cast<double>(m.count) * m.rise;
   }
   if (zero.readings < kFewest) return std::nullopt;
   const auto all = static_cast<double>(zero.readings);
   zero.offset /= all;
+  zero.rise /= all;
   double variance = 0, between = 0;
   for (const Mean& m : used) {
     const double weight = static_cast<double>(m.count) / all;

@@ -13,11 +13,13 @@ namespace palpate {
 struct GaugeZero {
   double offset = 0;    ///< mean of the readings
   double sd = 0;        ///< its standard error; neighbouring readings err alike
+  double rise = 0;      ///< within a stretch, from its first reading to its last, on average
   double spread = 0;    ///< between the means of stretches without a touch, of those that do not rise or fall
   double range = 0;     ///< largest distance of a reading of the recording from the offset, or as given
   size_t readings = 0;  ///< untouched ones that were used
 
-  /// Whether the offset is more than its error, and more than a five hundredth of the range.
+  /// Whether the offset is more than its error and more than a five hundredth of the range, and the readings
+  /// rise by no more than half of it: those that do belong to a touch that is not seen.
   bool differs() const;
   /// Whether stretches agree within a tenth of the range.
   bool steady() const;

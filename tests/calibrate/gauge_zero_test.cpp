@@ -65,6 +65,20 @@ TEST(GaugeZero, ATouchThatIsNotSeenDoesNotMoveIt) {
   EXPECT_TRUE(zero->steady()) << zero->spread;
 }
 
+/// A recording that begins as the press does: its first readings are small forces that nothing sees.
+TEST(GaugeZero, AnUnseenRiseIsNoOffset) {
+  std::vector<double> force_N;
+  std::vector<bool> touched;
+  for (size_t i = 0; i < 60; ++i) {
+    force_N.push_back(0.14 + 0.12 * static_cast<double>(i));
+    touched.push_back(i >= 5);
+  }
+  const auto zero = find_gauge_zero(force_N, touched, Pressed::Above);
+  ASSERT_TRUE(zero);
+  EXPECT_GT(zero->offset, 0.1);
+  EXPECT_FALSE(zero->differs());
+}
+
 TEST(GaugeZero, NoiseAloneIsNoOffset) {
   int differs = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed)
