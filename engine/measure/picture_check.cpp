@@ -363,8 +363,9 @@ static void steps_to(const std::vector<float>& now, const std::vector<float>& un
         std::abs((now[at + i] - now[at + i - parts]) - (untouched[at + i] - untouched[at + i - parts]));
 }
 
-/// Steps from row to row that are as long as a quarter of the row, and that the rows beside do not have; nor
-/// those at the next borders of a codec's blocks, where what changes evenly has such steps too.
+/// Steps from row to row over a quarter of the row at a stretch and near both its ends, that the rows next to
+/// them do not have; nor those at the next borders of a codec's blocks, where what changes evenly has such
+/// steps too.
 bool PictureCheck::torn() {
   const uint32_t height = format_.height;
   if (height < 8 || parts_ < 4) return false;
@@ -394,7 +395,9 @@ bool PictureCheck::torn() {
 
 bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const {
   const size_t plane = size_t{format_.height} * parts_;
+  const uint32_t outer = std::max(1u, parts_ / 8);
   uint32_t run = 0;
+  bool long_run = false, left = false, right = false;
   for (uint32_t i = 0; i < parts_; ++i) {
     bool sharp = false;
     for (uint32_t c = 0; c < format_.channels && !sharp; ++c) {
@@ -409,9 +412,12 @@ bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const 
       sharp = beside < kTornBeside * steps_[at];
     }
     run = sharp ? run + 1 : 0;
-    if (run >= long_enough) return true;
+    long_run = long_run || run >= long_enough;
+    left = left || (sharp && i < outer);
+    right = right || (sharp && i + outer >= parts_);
   }
-  return false;
+  // The straight edge of an object ends within the frame.
+  return long_run && left && right;
 }
 
 void forget_measured(Touch& touch, PictureFault fault) {
