@@ -101,10 +101,15 @@ TEST(OneInterval, TheCentreOfAScanWhoseStageErrs) {
   const lump::Estimator estimator =
       lump::named_estimator("network", lump::load_network(""),
                             {.young = 0, .thickness = 0, .pitch = 0, .light = false, .place = true});
-  int asked = 0, held = 0, held_without_place = 0;
+  int asked = 0, held = 0, held_without_place = 0, felt = 0, felt_held = 0;
   for (plan.seed = 101; plan.seed <= 116; ++plan.seed) {
     const ScanAnswer answer = evaluate_scan(simulate_scan(plan, solver), {}, estimator, plan.seed);
     ASSERT_TRUE(answer.estimate);
+    ASSERT_TRUE(answer.outline.found);
+    for (const lump::Value& v : {answer.outline.x_mm, answer.outline.y_mm}) {
+      ++felt;
+      felt_held += v.low <= 0 && 0 <= v.high;
+    }
     if (!reports_numbers(answer.estimate->verdict)) continue;
     for (const lump::Value& v : {answer.estimate->x_mm, answer.estimate->y_mm}) {
       ++asked;
@@ -117,6 +122,7 @@ TEST(OneInterval, TheCentreOfAScanWhoseStageErrs) {
   ASSERT_GE(asked, 24);
   // Nine of ten are promised.
   EXPECT_GE(held, asked * 8 / 10) << held << " of " << asked;
+  EXPECT_GE(felt_held, felt * 8 / 10) << felt_held << " of " << felt << " centres of the bump";
   EXPECT_LT(held_without_place, asked * 8 / 10) << "the noise of the maps alone would do";
 }
 

@@ -199,6 +199,8 @@ double area_of(const std::vector<std::array<double, 2>>& points) {
   return std::abs(twice) / 2;
 }
 
+constexpr double kNormal90 = 1.645;  // half of a 90 % interval, standard deviations
+
 /// The middle nine tenths of repeats, moved to lie around the value itself.
 Value interval(double value, const std::vector<double>& repeats) {
   if (repeats.size() < 5)
@@ -207,8 +209,14 @@ Value interval(double value, const std::vector<double>& repeats) {
   for (const double v : repeats) mean += v / static_cast<double>(repeats.size());
   for (const double v : repeats) squares += (v - mean) * (v - mean);
   // A normal distribution's 90 %; repeats are too few for their own tails.
-  const double reach = 1.645 * std::sqrt(squares / (static_cast<double>(repeats.size()) - 1));
+  const double reach = kNormal90 * std::sqrt(squares / (static_cast<double>(repeats.size()) - 1));
   return {value, value - reach, value + reach};
+}
+
+/// A centre in the block: that in the window, and where the window lies.
+Value placed(Value centre, double place_sd_mm) {
+  const double reach_mm = std::hypot(centre.high - centre.value, kNormal90 * place_sd_mm);
+  return {centre.value, centre.value - reach_mm, centre.value + reach_mm};
 }
 
 fem::Map minus_block(const Observation& observation, const BumpFit& fitter, const Fit& fit, fem::Map* block) {
@@ -320,8 +328,8 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
     areas.push_back(area_of(points));
     widths.push_back(2 * std::sqrt(areas.back() / std::numbers::pi));
   }
-  out.x_mm = interval(fit.bump(0), xs);
-  out.y_mm = interval(fit.bump(1), ys);
+  out.x_mm = placed(interval(fit.bump(0), xs), observation.place_sd_mm);
+  out.y_mm = placed(interval(fit.bump(1), ys), observation.place_sd_mm);
   out.height_Pa = interval(height, heights);
   if (out.closed) {
     const double area = area_of(out.points_mm);

@@ -33,7 +33,8 @@ struct Outline {
 /// fourth and a tilt, and an elliptical Gaussian (Gauss-Newton from several starts); the outer tenth of the
 /// block, shaped by its rim, is left out. A bump counts where it is 6 standard errors and 3 % of the
 /// block's own pressure high. The line at half height is drawn on map minus block. Intervals hold
-/// nine of ten, by `repeats` maps with noise of observation.noise_Pa drawn from `seed` on top. Throws
+/// nine of ten, by `repeats` maps with noise of observation.noise_Pa drawn from `seed` on top; those of the
+/// centre cover where the window lies in the block too (observation.place_sd_mm). Throws
 /// Error(Failure::Input) on fewer than 60 seen places.
 Outline outline_lump(const Observation& observation, uint64_t seed = 1, uint32_t repeats = 40);
 
