@@ -160,7 +160,7 @@ std::string VideoFile::end_missing() const {
 
 std::string VideoFile::warning() const {
   std::string said = end_missing();
-  const auto add = [&said](const std::string& words) { said += (said.empty() ? " " : "; ") + words; };
+  const auto add = [&said](const std::string& words) { said += (said.empty() ? ": " : "; ") + words; };
   const auto frames = [](uint64_t count) {
     return std::to_string(count) + (count == 1 ? " frame" : " frames");
   };
@@ -170,7 +170,7 @@ std::string VideoFile::warning() const {
   if (const uint64_t placed = video_->faults().placed; ended_ && placed > 0)
     add(frames(placed) + (placed == 1 ? " has a time stamp that does" : " have time stamps that do") +
         " not rise: placed one mean frame period after the frame before");
-  return said.empty() ? "" : file_.string() + (said.front() == ' ' ? "" : " ") + said;
+  return said.empty() ? "" : file_.string() + said;
 }
 
 }  // namespace palpate
