@@ -360,17 +360,18 @@ void StripCharts::draw_time_axis() {
   if (has_shear_)
     draw_slip_band(list_, {left_, bottom_ + marks_ + 2 * scale_},
                    {right_, bottom_ + marks_ + band_ - 2 * scale_}, time, samples_, scale_);
+  const char* title = history_.timeline().timed ? "time [s]" : "frame";
+  const float title_left = right_ - ImGui::CalcTextSize(title).x;
+  list_->AddText({title_left, high_.y - axis_ + 4 * scale_}, kFaint, title);
   const double step = nice_ceiling(span_.length / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
   for (double t = std::ceil((span_.end - span_.length) / step) * step; t <= span_.end + 1e-9; t += step) {
     const float x = time.at(t, 0).x;
     list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, kFrameLine);
     const std::string label = tick_text(t, step);
     const ImVec2 size = ImGui::CalcTextSize(label.c_str());
-    if (x + size.x / 2 > right_ - 44 * scale_) continue;  // the axis' title stands there
+    if (x + size.x / 2 > title_left - 6 * scale_) continue;
     list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, kFaint, label.c_str());
   }
-  const char* title = history_.timeline().timed ? "time [s]" : "frame";
-  list_->AddText({right_ - ImGui::CalcTextSize(title).x, high_.y - axis_ + 4 * scale_}, kFaint, title);
 }
 
 void StripCharts::draw_events() {
