@@ -34,9 +34,8 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
       *command, common,
       "  palpate calibrate photometric presses/ --sensor gel.json --ball-radius-mm 3 \\\n"
       "      --background presses/untouched.png --out gel_calibrated.json\n"
-      "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json --ball-radius-mm 8 "
-      "\\\n"
-      "      --out out.json\n"
+      "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json \\\n"
+      "      --ball-radius-mm 8 --out out.json\n"
       "In a table of balls `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or "
       "the frame's\n"
       "number where INPUT is one video. Errors are of presses that the fit did not use, left out one "
