@@ -95,7 +95,8 @@ TEST_F(GelContactRecordings, OneObjectIsOneContactHoweverClear) {
     if (!fs::exists(file)) continue;
     const std::unique_ptr<Source> source = open_source(file.string(), sensor);
     const Frame background = load_background(file.string(), sensor, *source);
-    Pipeline pipeline(context(), sensor, source->format(), {.outputs = Output::Force | Output::Contacts});
+    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
+                      {.outputs = Output::Force | Output::Contacts});
     pipeline.set_background(background);
     const Gauge gauge = read_gauge(file.replace_extension(".csv"), GaugeColumns::Normal);
     Frame frame;
@@ -241,7 +242,8 @@ TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
     Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
                       {.outputs = Output::Force | Output::Contacts | Output::Surface});
     // Without a surface a contact is its whole outline, not the part in contact.
-    Pipeline outlines(context(), sensor, source->format(), {.outputs = Output::Force | Output::Contacts});
+    Pipeline outlines(context(), for_rectified_frames(sensor), source->format(),
+                      {.outputs = Output::Force | Output::Contacts});
     for (Pipeline* each : {&pipeline, &outlines})
       each->set_background(load_background(clip.string(), sensor, *source));
     Frame frame;

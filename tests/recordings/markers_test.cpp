@@ -72,7 +72,8 @@ TEST_F(MarkedGelRecordings, MovedMarkersAreNoContacts) {
   const std::string film = (kData / "gelsight-driver/marker_video.avi").string();
   const Sensor sensor = load_sensor(kSensors / "gelsight_driver_markers.json");
   const std::unique_ptr<Source> source = open_source(film, sensor);
-  Pipeline pipeline(context(), sensor, source->format(), {.outputs = Output::Force | Output::Contacts});
+  Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
+                    {.outputs = Output::Force | Output::Contacts});
   pipeline.set_background(load_background(film, sensor, *source));
   std::set<uint32_t> ids;
   size_t most = 0, touched = 0, early = 0;

@@ -19,17 +19,19 @@
 namespace palpate {
 namespace {
 
-PipelineOptions following() {
+/// `any_picture`: frames may be black, which damaged ones are taken for.
+PipelineOptions following(bool any_picture = false) {
   PipelineOptions options;
   options.outputs = Output::Force | Output::Skin;
+  options.any_picture = any_picture;
   return options;
 }
 
 struct Pad {
-  explicit Pad(gpu::Context& context, const std::string& text)
+  explicit Pad(gpu::Context& context, const std::string& text, bool any_picture = false)
       : source(parse_synthetic("synthetic:" + text)),
         sensor(synthetic_sensor(parse_synthetic("synthetic:" + text))),
-        pipeline(context, sensor, source.format(), following()) {
+        pipeline(context, sensor, source.format(), following(any_picture)) {
     background = *source.own_background();
     pipeline.set_background(background);
   }
@@ -159,7 +161,7 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
 }
 
 TEST_F(SkinStage, WhatIsLostIsFoundAgain) {
-  Pad pad(context(), "still?size=320x240&skin=markers&mode=gel");
+  Pad pad(context(), "still?size=320x240&skin=markers&mode=gel", true);
   const Touch before = pad.see(0);
   ASSERT_GT(before.skin->points, 30u);
   EXPECT_EQ(before.skin->lost, 0u);

@@ -167,7 +167,7 @@ TEST_F(Fault, RefusalsAtTheStart) {
     Knobs(kFirst).turn(knob, 1);
     int code = 0;
     r.found = "one line; exit code 5; the next try works";
-    expect_words(refusal(kSmall, gray_sensor(), &code), {"/dev/video0", "Invalid argument"});
+    expect_words(refusal(kSmall, gray_sensor(), &code), {"/dev/video0", "invalid argument"});
     EXPECT_EQ(code, 5);
     Camera camera(parse_camera(kSmall), gray_sensor());
     taken_ = 0;
