@@ -49,7 +49,7 @@ Form form_of(int argc, char** argv) {
 
 void print(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
-  print_line(text);
+  if (!text.empty()) print_line(text);  // of several processes one has something to say
 }
 
 /// One line on stderr whatever the message holds; with --json and --jsonl the same as a value on stdout.

@@ -38,7 +38,7 @@ class LumpCommand : public Program {
         "OMPI_MCA_btl_vader_single_copy_mechanism=none "
         "mpirun --oversubscribe -n " +
         std::to_string(processes) +
-        // mpirun forwards what processes print in pieces, sometimes with a line's end in between.
+        // Each process into a file of its own: mpirun may put what one prints into the midst of another's.
         " sh -c 'exec \"$0\" \"$@\" > " + at("mpi_out") + "$OMPI_COMM_WORLD_RANK' " PALPATE_PROGRAM;
     for (const std::string& word : words) typed += " '" + word + "'";
     const int status = std::system((typed + " > " + at("mpi_forwarded") + " 2> " + at("mpi_err")).c_str());
