@@ -210,7 +210,9 @@ TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
     if (!fs::exists(folder() / ".." / (std::string(b) + ".avi"))) continue;
     Clip left = open(a), right = open(b);
     const Frame background = side_by_side(left.background, right.background);
-    Pipeline pipeline(context(), for_rectified_frames(sensor), background.format,
+    Sensor wide = for_rectified_frames(sensor);
+    wide.size_px = {background.format.width, background.format.height};
+    Pipeline pipeline(context(), wide, background.format,
                       {.outputs = Output::Force | Output::Contacts | Output::Surface});
     pipeline.set_background(background);
     Frame from_left, from_right;
