@@ -51,7 +51,7 @@ std::vector<double> light_of(const GaugedRecording& recording) {
   return light;
 }
 
-/// What of the frames may rise with the force.
+/// A signal of the frames that may rise with the force.
 struct ClockSignal {
   const char* name;
   std::vector<double> values;

@@ -24,16 +24,25 @@ void warn(j_common_ptr common, int level) {
   if (level < 0) fail(common);  // a warning is damaged data; the rest are traces
 }
 
-/// Reads the compressed data to its end, and makes an eighth of the picture's sides of it.
-bool read_through(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& row) {
+/// Errors and warnings of damage leave to where `give_up` was set.
+void jump_on_errors(Decoder& d) {
   d.jpeg.err = jpeg_std_error(&d.errors);
   d.errors.error_exit = fail;
   d.errors.emit_message = warn;
   d.jpeg.client_data = &d;
-  if (setjmp(d.give_up) != 0) return false;
+}
+
+void read_header(Decoder& d, std::span<const uint8_t> bytes) {
   jpeg_create_decompress(&d.jpeg);
   jpeg_mem_src(&d.jpeg, bytes.data(), bytes.size());
   jpeg_read_header(&d.jpeg, TRUE);
+}
+
+/// Reads the compressed data to its end, and makes an eighth of the picture's sides of it.
+bool read_through(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& row) {
+  jump_on_errors(d);
+  if (setjmp(d.give_up) != 0) return false;
+  read_header(d, bytes);
   d.jpeg.out_color_space = d.jpeg.jpeg_color_space;
   d.jpeg.scale_num = 1;
   d.jpeg.scale_denom = 8;
@@ -48,14 +57,9 @@ bool read_through(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& row) {
 }
 
 bool decode(Decoder& d, std::span<const uint8_t> bytes, cv::Mat& image) {
-  d.jpeg.err = jpeg_std_error(&d.errors);
-  d.errors.error_exit = fail;
-  d.errors.emit_message = warn;
-  d.jpeg.client_data = &d;
+  jump_on_errors(d);
   if (setjmp(d.give_up) != 0) return false;
-  jpeg_create_decompress(&d.jpeg);
-  jpeg_mem_src(&d.jpeg, bytes.data(), bytes.size());
-  jpeg_read_header(&d.jpeg, TRUE);
+  read_header(d, bytes);
   const bool gray = d.jpeg.jpeg_color_space == JCS_GRAYSCALE;
   if (!gray && d.jpeg.jpeg_color_space != JCS_YCbCr && d.jpeg.jpeg_color_space != JCS_RGB) return false;
   // Before memory is taken: a block of 8 x 8 px has one bit at least, but for arithmetic coding.
