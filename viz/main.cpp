@@ -21,7 +21,7 @@ namespace {
 
 using namespace palpate;
 
-/// Third parties log where they like; ours is the only voice, and stdout belongs to the result.
+/// Silences the logs of libraries: only palpate writes to stderr, and stdout holds the result alone.
 void quieten_libraries() {
   setenv("OPENCV_LOG_LEVEL", "SILENT", 0);
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);

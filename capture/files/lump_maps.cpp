@@ -69,12 +69,13 @@ fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
 std::string estimate_text(const lump::Estimate& e) {
   std::string line;
   std::string text = std::string("verdict: ") + to_string(e.verdict) + "\n";
-  line = palpate::text("evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n",
+  line = palpate::text("evidence for a lump: %.3g (1 and more in %.3g %% of observations without one)\n",
                        e.detection_statistic, 100 * e.false_alarm_rate);
   text += line;
   if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) &&
       e.verdict != lump::Status::Inconsistent) {
-    if (!reports_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
+    if (!reports_numbers(e.verdict))
+      text += "if it were one lump as in the training data, which it is not:\n";
     text += "                     value    90 % interval\n";
     const auto row = [&](const char* name, const lump::Value& v, const char* unit) {
       line = palpate::text("%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high, unit);

@@ -30,14 +30,14 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
 MeasuredInput find_input(uint64_t seed, const std::string& input, const std::optional<Sensor>& sensor,
                          const std::filesystem::path& background);
 
-/// A sensor of which nothing is known but the format of its frames, which those of the recording `input` say:
-/// colour, gray, or gray of 16 bits; colour frames without any colour are gray. Throws Error(Failure::Input)
-/// where it cannot be opened.
+/// A sensor of which only the format of its frames is known, taken from the recording `input`: colour, gray,
+/// or gray of 16 bits; colour frames without any colour are gray. Throws Error(Failure::Input) where the
+/// recording cannot be opened.
 Sensor bare_sensor(const std::string& input);
 
-/// The sensor that a calibration starts from. Of the file it does not read what it makes, which may be
-/// missing there; without a file, bare_sensor(input). `pitch_mm_per_px` replaces the file's; 0: it stays. Of
-/// ToMake::Reading the scale has to be known: Error(Failure::Usage) says how.
+/// The sensor that a calibration starts from. The section that the calibration makes may be missing in the
+/// file and is not read; without a file, bare_sensor(input). `pitch_mm_per_px` replaces the file's; 0: it
+/// stays. ToMake::Reading needs a known scale: otherwise Error(Failure::Usage) says how to state it.
 Sensor sensor_to_calibrate(const std::string& input, const std::filesystem::path& file, ToMake to_make,
                            double pitch_mm_per_px = 0);
 

@@ -47,7 +47,7 @@ struct TractionInput {
   /// errors are stated, without it measured by itself.
   std::span<const float> pressure_MPa{};
   /// 0: nothing presses there; empty: everywhere may be pressed. Errors of slopes then make pressure all over
-  /// the grid (2 kPa of a gel of 150 kPa at 0.02), which the standard errors know.
+  /// the grid (2 kPa of a gel of 150 kPa at 0.02); the standard errors include it.
   std::span<const uint8_t> contact{};
   std::span<const uint8_t> known{};     ///< 0: depth is not known there; empty: everywhere it is
   std::span<const float> shift_x_mm{};  ///< along the surface, since it was untouched; empty: not known
@@ -77,8 +77,8 @@ struct Traction {
   double slope_rms = 0;  ///< of the depth's slopes that no traction explains
   bool converged = false;
   /// Pressure or contact in the outermost cells, or a contact that goes on: force and moments are those of
-  /// the grid alone. A flat face over all of the grid has no slopes and leaves 0, which is then no force that
-  /// was measured; the standard error of one that goes on is that of a pressure of E*/2.
+  /// the grid alone. A flat face over all of the grid has no slopes, so its force is not measured and 0
+  /// stands for it; the standard error of a contact that goes on is that of a pressure of E*/2.
   bool at_border = false;
 };
 

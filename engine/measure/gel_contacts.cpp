@@ -328,7 +328,7 @@ uint32_t GelContacts::number_contacts() {
     flood(cell, 1, static_cast<uint32_t>(feet_.size()) + 1);
     feet_.push_back(foot_of_edge());
   }
-  // Of what a contact falls apart into, only the part that holds most of it goes on without a new onset.
+  // Where a contact splits, only the part with most of its pixels keeps its identity; the others start anew.
   for (uint32_t i = 0; i < feet_.size(); ++i) {
     const Foot& foot = feet_[i];
     uint32_t& heir = heir_[foot.before];

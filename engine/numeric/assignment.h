@@ -1,4 +1,4 @@
-// Who is who: rows to columns at the least total cost (the Hungarian method by shortest augmenting paths).
+// Assignment of rows to columns at the least total cost (Hungarian method, shortest augmenting paths).
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// Keeps its working memory, so that who asks for each frame allocates nothing.
+/// Keeps its working memory, so that one call a frame allocates nothing.
 class Assignment {
  public:
   /// The column of each row, all different, at the least sum of `cost` (rows x columns, row by row, finite;

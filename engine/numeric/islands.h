@@ -1,5 +1,5 @@
-// Which parts of a frame hang together by what is known. Slopes tell heights within such an island; between
-// two islands they tell nothing.
+// Connected parts of the known pixels of a frame. Slopes determine heights within such an island up to a
+// constant; between two islands the difference in height is not determined.
 #pragma once
 
 #include <cstdint>

@@ -107,7 +107,7 @@ void PressMonitor::set_block(const BlockSetting& block) {
   next_block_->window_mm = status_.block.window_mm;
 }
 
-/// The block that is said last, between two presses.
+/// Takes over the block that was set last, between two presses.
 void PressMonitor::take_block() {
   const std::lock_guard lock(mutex_);
   if (!next_block_ || detector_.pressing()) return;

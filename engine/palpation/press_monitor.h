@@ -1,4 +1,4 @@
-// Presses of a block of tissue as they happen: the loads of each, and when it is over what lies behind it.
+// Presses of a block of tissue as they happen: the loads of each, and an estimate of the lump when it ends.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// What one press told.
+/// Result of one press.
 struct PressAnswer {
   uint64_t press = 0;  ///< number, from 1
   uint64_t first_frame = 0, last_frame = 0;
@@ -30,10 +30,10 @@ struct PressAnswer {
   std::optional<lump::Estimate> estimate;
 };
 
-/// How it stands, for the window.
+/// Present state of the monitor, for the window.
 struct PressStatus {
   BlockSetting block;   ///< what presses are read with
-  std::string trouble;  ///< why nothing can be told at present; empty: it can
+  std::string trouble;  ///< why no estimate is possible at present; empty: one is
   bool pressing = false, estimating = false;
   double force_N = 0, highest_N = 0;  ///< on the whole block, of this press
   uint32_t loads = 0, wanted = 0;     ///< even shares of the highest force that frames were seen at
@@ -54,15 +54,14 @@ struct PressFrames {
   std::vector<NodeSums> nodes;
 };
 
-/// What frames of one press tell; loads that no frame was near are left out. Fills loads_N,
+/// Estimates the lump from the frames of one press; loads that no frame was near are left out. Fills loads_N,
 /// saturated_fraction, window_mm, and estimate or trouble of `answer`.
 void read_press(const PressureNodes& nodes, const PressFrames& frames, const PressSetup& setup,
                 PressAnswer& answer);
 
 class PressMonitor {
  public:
-  /// `background`: the untouched image. A sensor or a force with which nothing can be told is a state, see
-  /// status().
+  /// `background`: the untouched image. A sensor or a force that allows no estimate is a state, see status().
   PressMonitor(const Sensor& sensor, const Frame& background, PressSetup setup);
 
   /// Presses that begin from now on are read with this block; the window's place in it stays. Any thread.

@@ -192,7 +192,7 @@ void LayerTraction::forget() {
   if (stage_) stage_->forget(context_);
 }
 
-// What the pressure is worth, and the shear beside it, the host finds.
+// The device finds the pressure; the host finds its standard error, and the shear.
 TractionReading LayerTraction::press_on_device(FrameSlot& slot) {
   TractionSlot& traction = slot.traction;
   std::ranges::copy(depth_, traction.depths.as<float>().begin());

@@ -49,8 +49,8 @@ bool needs_markers(const Sensor& sensor, const FrameFormat& format) {
          format.channels == 3 && format.bit_depth == 8;
 }
 
-// Where they are asked for, and where pressure is looked for in them: in a whole frame of slopes their errors
-// would add up to a force.
+// Contacts are found where they are requested, and where traction restricts pressure to them: over a whole
+// frame the errors of slopes would add up to a force.
 bool needs_contacts(const Sensor& sensor, uint32_t outputs) {
   return wants(outputs, Output::Contacts) ||
          (needs_traction(sensor, outputs) && sensor.reconstruction != Reconstruction::Elastic);

@@ -20,14 +20,13 @@ struct CompiledKernel {
       values;  ///< by the driver's names: "VGPRs", "Spilled VGPRs", "Instructions", ...
 };
 
-/// The families that the driver has been asked for here: navi21, gfx1100, vega10, polaris10. Others it knows
-/// too.
+/// GPU families whose kernels are compiled by default; the driver supports others too.
 inline constexpr std::array kFamilies{"navi21", "gfx1100", "vega10", "polaris10"};
 
 /// Every kernel of the frame pipeline, of the sensors of all kinds, and of the forward model, with the tuning
-/// that GPUs start from. In a process of its own, since the driver ends badly without its hardware: call it
-/// before any other use of Vulkan. Throws Error(Failure::Device) where the driver is missing or does not know
-/// `family`.
+/// that GPUs start from. Runs in a process of its own, since the driver crashes at exit without its hardware:
+/// call it before any other use of Vulkan. Throws Error(Failure::Device) where the driver is missing or does
+/// not support `family`.
 std::vector<CompiledKernel> compile_for(const std::string& family);
 
 /// One row a kernel, those that spill first, then by estimated latency.

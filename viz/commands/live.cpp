@@ -40,7 +40,7 @@ struct Options {
 Report live(const Common& common, const Options& options) {
   if (options.record && common.out.empty())
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
-  // Before anything else is opened: without a display the rest is in vain.
+  // Asked before anything else is opened: without a display there is no live view.
   const std::vector<const char*> extensions = viz::window_extensions();
   LiveRunRequest request{.input = options.camera.input(options.input),
                          .sensor = options.sensor,

@@ -282,7 +282,7 @@ void Display::show(LiveReport& report) {
       continue;
     }
     if (!draw(is_new, still)) continue;
-    fulfil_wishes();
+    carry_out_requests();
     if (sources_requested_) break;
   }
   while (auto finished = window_.poll_finished(true)) retire(*finished);

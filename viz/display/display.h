@@ -72,7 +72,7 @@ class Display {
   bool handle_section_key(const KeyPress& press);
   void handle_player_key(const KeyPress& press);
   void jump(double seconds);
-  void fulfil_wishes();
+  void carry_out_requests();
   void switch_recording();
   void save_snapshot();
   void switch_zero(bool on);

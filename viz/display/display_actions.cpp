@@ -16,7 +16,7 @@ constexpr const char* kNoFolder = "no folder to write to: HOME is not set, and t
 void Display::save_snapshot() {
   auto image = window_.captured();
   if (!image) {
-    stats_.note = "this display gives no snapshots";
+    stats_.note = "snapshots are not possible on this display";
     return;
   }
   if (notes_folder().empty()) {
@@ -37,7 +37,7 @@ void Display::save_snapshot() {
 
 void Display::switch_recording() {
   if (!options_.recording) {
-    stats_.note = options_.replay ? "a recording is not recorded again" : kNoFolder;
+    stats_.note = options_.replay ? "a replay cannot be recorded" : kNoFolder;
     return;
   }
   try {
@@ -127,33 +127,33 @@ void Display::switch_zero(bool on) {
 }
 
 /// Between two pictures.
-void Display::fulfil_wishes() {
+void Display::carry_out_requests() {
   ViewState& state = scene_.state();
   window_.set_vsync(state.vsync);
   state.vsync = window_.vsync();
-  const auto asked = [this](bool& wish) {
-    if (!std::exchange(wish, false)) return false;
+  const auto requested = [this](bool& request) {
+    if (!std::exchange(request, false)) return false;
     restless_ = 3;
     return true;
   };
-  if (asked(state.recording_switched_requested)) {
+  if (requested(state.recording_switched_requested)) {
     switch_recording();
     stats_due_ = {};
   }
-  if (asked(state.zero_requested)) switch_zero(true);
-  if (asked(state.zero_cleared_requested)) switch_zero(false);
-  if (asked(state.mark_requested)) mark_event();
-  if (asked(state.full_screen_requested)) window_.switch_full_screen();
+  if (requested(state.zero_requested)) switch_zero(true);
+  if (requested(state.zero_cleared_requested)) switch_zero(false);
+  if (requested(state.mark_requested)) mark_event();
+  if (requested(state.full_screen_requested)) window_.switch_full_screen();
   if (const auto block = std::exchange(state.block_requested, {}); block && options_.presses) {
     try {
       options_.presses->set_block(*block);
-      stats_.note = "the block is known so from the next press on";
+      stats_.note = "the block's new values hold from the next press on";
     } catch (const Error& error) {
       stats_.note = error.what();
     }
     restless_ = 3;
   }
-  if (asked(state.sources_requested)) {
+  if (requested(state.sources_requested)) {
     sources_requested_ = options_.from_list;
     if (!options_.from_list) stats_.note = "the list of sources is that of palpate without a command";
   }

@@ -101,7 +101,7 @@ void LiveCapture::wait_until_due(const Frame& frame) {
     if (options_.replay)
       step = std::chrono::duration_cast<Clock::duration>(step / session_.transport.speed.load());
     if (paced_) due_ += step;
-    due_ = std::max(due_, Clock::now() - period_);  // a slow source is not chased
+    due_ = std::max(due_, Clock::now() - period_);  // no catching up with a slow source
     // In short sleeps: a gap in the recording must not keep the person from leaving.
     while (!session_.stop && !session_.paused && Clock::now() < due_ &&
            session_.transport.seek_to == Transport::kNowhere)

@@ -122,7 +122,7 @@ class NoWindow : public LiveViewer {
   LatencyLog& latency_;
 };
 
-/// What was measured on one device goes with it; the frames return to capture.
+/// Drops results of a device that was lost; their frames return to capture.
 void drop_results(LiveSession& session, LatencyLog& latency) {
   while (auto unseen = session.to_display.take(milliseconds(0))) {
     latency.add(unseen->times);
@@ -130,7 +130,7 @@ void drop_results(LiveSession& session, LatencyLog& latency) {
   }
 }
 
-/// Of a viewer and of the one that followed it on another device.
+/// Adds the report of a viewer to that of the viewer it replaced on another device.
 void add_to(LiveReport& sum, const LiveReport& next) {
   const uint64_t shown = sum.shown + next.shown;
   const uint32_t losses = sum.device_losses;

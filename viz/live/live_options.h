@@ -53,7 +53,7 @@ struct LiveOptions {
   bool from_list = false;                       ///< the person chose this source in the window
   std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
   Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
-  PressMonitor* presses = nullptr;              ///< hears every measured frame; null: no block is pressed
+  PressMonitor* presses = nullptr;              ///< receives every measured frame; null: no block is pressed
   std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call

@@ -1,4 +1,5 @@
-// Shared state of the threads of a live session: two mailboxes forwards, two trays back.
+// Shared state of the threads of a live session: mailboxes carry frames forwards, a tray returns their
+// memory.
 #pragma once
 
 #include <atomic>

@@ -182,7 +182,7 @@ void Stream::wait_until_due(const Frame& frame) {
   const int64_t since_ns = frame.time_ns - last_time_ns_;
   const Clock::time_point now = Clock::now();
   due_ = paced_ ? due_ + (since_ns > 0 ? std::chrono::nanoseconds(since_ns) : period) : now;
-  due_ = std::max(due_, now - period);  // a slow source is not chased
+  due_ = std::max(due_, now - period);  // no catching up with a slow source
   last_time_ns_ = frame.time_ns;
   paced_ = true;
   while (!ending() && Clock::now() < due_)

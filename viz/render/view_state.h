@@ -76,7 +76,7 @@ struct ViewState {
   bool label_takes_letters = false;
   std::vector<uint16_t> early_letters;  ///< typed before the field took letters
 
-  // Cleared by whoever takes them.
+  // Requests of the person, each cleared by the code that carries it out.
   bool snapshot_requested = false;
   bool recording_switched_requested = false;
   bool zero_requested = false;

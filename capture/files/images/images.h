@@ -14,7 +14,7 @@ class Mat;
 
 namespace palpate {
 
-/// That can be read.
+/// Image formats that can be read, for messages.
 inline constexpr const char* kImageKinds = "PNG, TIFF, PGM, PPM, JPEG or BMP";
 
 /// Reads one image file (8 or 16 bit, gray or colour; alpha is dropped) as it is, without rotation by EXIF.

@@ -1,4 +1,4 @@
-// Which signal and which curve a force is best read by, told by presses that the fit did not see.
+// Choice of the signal and the curve that measure force best, judged on presses that the fit did not see.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// How far single force readings lie from their curve, as an interval that holds as many as it says.
+// Scatter of single force readings about their curve, as an interval with its stated coverage.
 #pragma once
 
 #include <cmath>

@@ -204,7 +204,7 @@ ModulusEstimate estimate(ModulusMethod way, const std::vector<PressFrame>& frame
   const auto quantile = [&](double q) {
     return found[static_cast<size_t>(q * static_cast<double>(found.size() - 1))];
   };
-  // Half of the middle 68 % stays where some replicates run away; the tails speak where they are wider.
+  // Half of the middle 68 % is robust against replicates that diverge; the tails count where they are wider.
   const double middle = (quantile(0.84) - quantile(0.16)) / 2,
                tails = (quantile(0.975) - quantile(0.025)) / 3.92;
   const double sd = std::max(middle, tails);

@@ -1,4 +1,4 @@
-// From two grids to what cells of no size would give.
+// Richardson extrapolation of two grids to cells of no size.
 #pragma once
 
 #include <array>

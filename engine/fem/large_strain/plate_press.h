@@ -1,4 +1,4 @@
-// The way of the plate from load to load, in steps that the block's search for equilibrium follows.
+// Displacement of the plate from load to load, in steps small enough for the equilibrium solver to converge.
 #pragma once
 
 #include "engine/fem/large_strain/model.h"

@@ -54,7 +54,7 @@ struct Hdf5Kind<int8_t> {
   static hid_t file() { return H5T_STD_I8LE; }
 };
 
-/// Keeps the library from printing what went wrong, in this thread; ours is the only voice.
+/// Keeps the HDF5 library from printing its errors, in this thread: ours are reported as Error.
 class Hdf5Quiet {
  public:
   Hdf5Quiet();

@@ -1,4 +1,4 @@
-// How well an observation fits a block that is as told, with any lump in it, and one that is otherwise.
+// Fit of an observation to the block as stated, with any lump in it, and to a block that differs from it.
 //
 // Generalised least squares on all loads together: pressure is the block's own (Base) plus a bump that is any
 // sum of the inverse network's principal components, plus slow errors of sensor and gauge. What of the
@@ -19,11 +19,11 @@ class Cholesky;
 
 namespace palpate::lump {
 
-/// What may be otherwise than told.
+/// Differences between the true block and the stated one.
 struct Change {
-  double pitch = 0;                  ///< true over told, less 1
-  std::array<double, 2> shift_mm{};  ///< of the window's middle, true less told
-  double thickness = 0, young = 0;   ///< of the tissue, true over told, less 1
+  double pitch = 0;                  ///< true over stated, less 1
+  std::array<double, 2> shift_mm{};  ///< of the window's middle, true less stated
+  double thickness = 0, young = 0;   ///< of the tissue, true over stated, less 1
 };
 
 /// The change that explains an observation best.
@@ -44,7 +44,7 @@ class BlockHypotheses {
   /// `uneven_sd`: standard deviation of the sensor's slow errors at the block's rim, share of the pressure.
   BlockHypotheses(const Model& model, const PressedNodes& nodes, double uneven_sd);
 
-  /// Of the block as told.
+  /// Chi-square of the block as stated.
   double chi_square() const { return told_; }
   double chi_square(const Change& change) const;
   /// Nodes that count: beyond a long bump's end none do.

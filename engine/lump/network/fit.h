@@ -73,7 +73,7 @@ struct Inference {
 /// has no use for it.
 Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature);
 
-/// What weigh_lumps() found with the calibration that its like has earned.
+/// Turns what weigh_lumps() found into an estimate, with the interval calibration of its loads and noise.
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Inference& found,
                Estimate& estimate);
 

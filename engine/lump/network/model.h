@@ -69,7 +69,7 @@ struct Calibration {
   double temperature = 1;  ///< divides logarithms of likelihoods before hypotheses are weighed
 };
 
-/// A bell of two halves that meet in the middle.
+/// Split normal distribution: two half-Gaussians of different width that meet at the mode.
 struct SplitNormal {
   double middle = 0, below = 1, above = 1;  ///< standard deviations of the two halves
 
@@ -82,8 +82,8 @@ struct SplitNormal {
 struct InverseNetwork {
   static constexpr Eigen::Index kOthers =
       9;  ///< inputs besides: size, thickness, place, loads, noise, pattern
-  static constexpr Eigen::Index kOpen =
-      10;  ///< first principal components of which is told how open they are
+  /// The network also sees the posterior variance of this many first principal components.
+  static constexpr Eigen::Index kOpen = 10;
 
   std::array<double, 4> loads{};  ///< of the principal components: force over area and modulus
   /// (loads x fields) x principal components, the bumps' factors over load at each of the loads, scaled so

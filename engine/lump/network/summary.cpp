@@ -66,8 +66,9 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
       return;
     }
     estimate.verdict = Status::NoLump;
-    estimate.reasons.push_back(text("no lump: evidence %.3g of what %.3g %% of readings without one reach",
-                                    estimate.detection_statistic, 100 * model.false_alarm_rate));
+    estimate.reasons.push_back(
+        text("no lump: evidence %.3g, where 1 is reached by %.3g %% of observations without a lump",
+             estimate.detection_statistic, 100 * model.false_alarm_rate));
     return;
   }
   estimate.size_mm = value(kSize, model.size_mm, "a size in mm");

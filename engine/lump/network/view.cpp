@@ -35,7 +35,8 @@ bool outside(double value, const std::array<double, 2>& range) {
 
 void check(const Observation& observation) {
   const auto refuse = [](const std::string& wanted, const std::string& found) {
-    throw Error(Failure::Usage, wanted, found, "a reading whose maps, forces and sizes fit each other");
+    throw Error(Failure::Usage, wanted, found,
+                "an observation with one map a force, all of one size and pitch");
   };
   if (observation.pressure_Pa.empty() || observation.pressure_Pa.size() > 32 ||
       observation.pressure_Pa.size() != observation.force_N.size())

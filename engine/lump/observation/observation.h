@@ -50,7 +50,7 @@ inline constexpr double kOpenRatio = 4;
 enum class Status : uint8_t {
   Found,            ///< a lump, all of it determined
   StiffnessOpen,    ///< a lump; the interval of its stiffness ratio spans more than a factor of four
-  NoLump,           ///< nothing that the noise alone does not make in one of 100 observations
+  NoLump,           ///< nothing above what noise alone reaches in one of 100 observations
   OutsideTraining,  ///< the observation is not like what the model was made for
   SeveralLumps,     ///< bumps at two places or more: what an estimate says of one lump is not to be trusted
   Saturated,        ///< the highest pressure is beyond the sensor's limit in every load: no numbers
@@ -97,7 +97,7 @@ struct Estimate {
 /// to none. Right to 4 % on 700 nodes. 0 for a map that has no 3 x 3 nodes with values.
 double roughness(const fem::Map& map);
 
-/// Makes an interval hold another.
+/// Widens `value`'s interval so that it contains that of `other`.
 void widen(Value& value, const Value& other);
 /// A lump that was found is StiffnessOpen, with a reason, where the ratio's interval spans too much.
 void open_wide_ratio(Estimate& estimate);

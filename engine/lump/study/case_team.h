@@ -1,4 +1,4 @@
-// Threads of one process that press cases, one case each.
+// Threads of one process that solve cases, one case a thread.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// A data set of lumps made by threads and processes, which any kill only interrupts.
+// A data set of lumps made by threads and processes; after a kill it goes on where it was.
 #pragma once
 
 #include <cstdint>

@@ -144,7 +144,7 @@ Observation small(const Press& p) {
   return seen_in(p, {30, 25}).read();
 }
 
-/// A window that is not where it is told to be.
+/// A window whose true place differs from the stated one.
 Observation displaced(const Press& p, std::array<double, 2> by_mm) {
   return told(seen_in(p, {30, 25}, by_mm).read(), [](Observation& o) { o.window_mm = {0, 0}; });
 }

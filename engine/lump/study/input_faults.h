@@ -1,5 +1,5 @@
-// What wrong input does: known blocks through a synthetic sensor, then told wrong, and what the estimate
-// says.
+// Effect of wrong inputs: known blocks through a synthetic sensor, stated wrong on purpose, and the estimate
+// that follows.
 #pragma once
 
 #include <array>

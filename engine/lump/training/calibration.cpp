@@ -300,7 +300,8 @@ void calibrate(Model& model, const Examples& all, const TrainingOptions& options
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
         tables[static_cast<size_t>(method)][l][n] = calibrator.calibration(method, l, n);
-  // Few observations lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
+  // Few observations lie beyond a threshold, so the largest threshold of all noise levels is used for each:
+  // an error then is on the cautious side.
   for (Model::CalibrationTable& table : tables)
     for (auto& row : table) {
       double log_likelihood_ratio = 0;

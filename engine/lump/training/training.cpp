@@ -250,8 +250,9 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
       options.reader_rounds < 1 || options.components < static_cast<uint32_t>(InverseNetwork::kOpen) ||
       options.components > 400)
     throw Error(Failure::Usage,
-                "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
-                "the defaults");
+                "1000 to 10000000 observations, 1 to 16 networks of 4 to 1024 hidden units, 10 to 400 "
+                "principal components",
+                "others", "the defaults");
   say("reading", 0);
   Examples all = take_examples(examples, *model, false, options, report);
   find_ranges(*model, all);

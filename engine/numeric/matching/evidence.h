@@ -1,4 +1,4 @@
-// What a fit is worth once its freedom is paid for.
+// Evidence of a fit: its likelihood less the cost of its free parameters.
 #pragma once
 
 #include "engine/numeric/matching/flow.h"

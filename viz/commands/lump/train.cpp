@@ -26,8 +26,9 @@ struct Options {
 
 std::string trust_text(const lump::Network& network) {
   std::string text =
-      "of size, depth and ratio on what was kept aside: median errors, and by what intervals are stretched\n"
-      "method   loads  noise    median error, %     shape    stretch             evidence  misfit\n";
+      "errors of size, depth and ratio on the blocks kept out of training (medians), and factors that widen "
+      "the intervals\n"
+      "method   loads  noise    median error, %     shape    interval factors    evidence  misfit\n";
   std::string line;
   for (const lump::CalibrationRow& t : network.calibration()) {
     line = palpate::text(
@@ -182,27 +183,30 @@ void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--fields", o->training.fields, "Principal components of a bump")
       ->capture_default_str()
       ->check(Check::range(6, 200));
-  command->add_option("--rounds", o->training.rounds, "Through all examples")
+  command->add_option("--rounds", o->training.rounds, "Passes through all examples")
       ->capture_default_str()
       ->check(Check::range(1, 100000));
-  command->add_option("--decay", o->training.decay, "Of weights")
+  command->add_option("--decay", o->training.decay, "Decay of the weights")
       ->capture_default_str()
       ->check(Check::range(0.0, 100.0));
-  command->add_option("--readings", o->training.observations, "That the emulators make for the network")
+  command
+      ->add_option("--readings", o->training.observations,
+                   "Observations that the emulators simulate to train the network")
       ->capture_default_str()
       ->check(Check::range(1000, 10000000));
   command->add_option("--reader-hidden", o->training.reader_hidden, "Width of the network's hidden layers")
       ->capture_default_str()
       ->check(Check::range(4, 1024));
-  command->add_option("--reader-rounds", o->training.reader_rounds, "Through the emulators' readings")
+  command
+      ->add_option("--reader-rounds", o->training.reader_rounds, "Passes through the simulated observations")
       ->capture_default_str()
       ->check(Check::range(1, 10000));
-  command->add_option("--readers", o->training.readers, "Networks from readings to lumps")
+  command->add_option("--readers", o->training.readers, "Networks from observations to lumps")
       ->capture_default_str()
       ->check(Check::range(1, 16));
   command
       ->add_option("--trials", o->training.trials,
-                   "Readings for each noise and number of loads to calibrate intervals on")
+                   "Observations for each noise and number of loads to calibrate intervals on")
       ->capture_default_str()
       ->check(Check::range(20, 100000));
   command->add_option("--threads", o->training.threads, "0: one per core")
