@@ -156,7 +156,7 @@ const Value& Value::need_array() const {
 
 int64_t Value::whole(int64_t least, int64_t most) const {
   if (kind_ == Kind::Number || !is_number()) need(Kind::Integer, "whole number");
-  // Of unsigned numbers beyond int64_t the sign bit is set.
+  // Unsigned numbers beyond int64_t have the sign bit set.
   if ((kind_ == Kind::Unsigned && integer_ < 0) || integer_ < least || integer_ > most)
     throw Error("a whole number from " + std::to_string(least) + " to " + std::to_string(most) +
                 " expected, " + dump() + " found");

@@ -33,7 +33,7 @@ class TooDeep : public Error {
   using Error::Error;
 };
 
-/// What becomes of bytes that are not UTF-8 when a text is written: an Error, or U+FFFD in their place.
+/// Treatment of bytes that are not UTF-8 when a text is written: an Error, or U+FFFD in their place.
 /// Ascii: as Replace, and all beyond ASCII is written as \u escapes.
 enum class Utf8 : uint8_t { Strict, Replace, Ascii };
 
@@ -96,7 +96,7 @@ class Value {
   bool is_object() const { return kind_ == Kind::Object; }
   bool is_structured() const { return is_array() || is_object(); }
 
-  /// Of arrays and objects; 0 of null, 1 of anything else.
+  /// Number of items of an array or object; 0 for null, 1 for anything else.
   size_t size() const { return is_structured() ? items_.size() : is_null() ? 0 : 1; }
   bool empty() const { return size() == 0; }
   /// The values of an array or object, in order.

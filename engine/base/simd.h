@@ -10,7 +10,8 @@
 #define PALPATE_AVX512_FULL \
   __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,prefer-vector-width=512")))
 #endif
-/// What run() of a work calls must become part of it, or it stays compiled for the narrowest.
+/// Functions that a work's run() calls must be inlined into it, or they stay compiled for the narrowest
+/// vectors.
 #define PALPATE_INLINE inline __attribute__((always_inline))
 
 namespace palpate {

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// Of an even number the upper one of the middle two; 0 of none. Values are finite, and reordered.
+/// Median; the upper one of the middle two of an even number, 0 of none. Values are finite, and reordered.
 template <typename Number>
 Number median_in_place(std::vector<Number>& values) {
   if (values.empty()) return {};

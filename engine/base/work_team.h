@@ -25,7 +25,7 @@ class WorkTeam {
   /// thread calls run.
   void run(const std::function<void(uint32_t)>& work);
 
-  /// Of `count` things, those that are `part`'s: [first, second).
+  /// The range [first, second) of `count` things that `part` works on.
   std::pair<uint32_t, uint32_t> share(uint32_t count, uint32_t part) const {
     const uint64_t n = members();
     return {static_cast<uint32_t>(count * uint64_t{part} / n),

@@ -63,7 +63,7 @@ Mean mean_of(const std::vector<double>& readings) {
   return m;
 }
 
-/// Of the untouched frames from..to (less one) those that lie farthest from a touch.
+/// The half of the untouched frames from..to (less one) that lies farthest from a touch.
 std::pair<size_t, size_t> farther_half(size_t from, size_t to, size_t frames) {
   const size_t half = std::max((to - from + 1) / 2, std::min(to - from, kEnough));
   if (from == 0 && to == frames) return {from, to};
@@ -131,7 +131,7 @@ std::optional<GaugeZero> find_gauge_zero(std::span<const double> reading, const 
   zero.sd = std::sqrt(variance);
   double low = zero.offset, high = zero.offset;
   for (const Mean& m : stretches) {
-    // What rises or falls is a touch that is not seen; a short stretch's mean is no more than its noise.
+    // A stretch that rises or falls is a touch that is not seen; the mean of a short one is only noise.
     if (m.width > kFlat * std::abs(m.value - zero.offset)) continue;
     const double noise = kErrors * std::sqrt(m.variance);
     low = std::min(low, m.value + noise);

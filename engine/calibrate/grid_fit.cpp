@@ -238,7 +238,7 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
       sum += squared(scaled_views, fitted(scaled_views, terms, fit_on), judge_on, count);
     const double held_out = std::sqrt(sum / static_cast<double>(count)) * camera.focal;
     if (terms == 0) fit.plain_px = held_out;
-    // What the points do not reach would be drawn out from where they lie.
+    // Beyond the points the model would extrapolate.
     const double point_sd = std::max(held_out, kLeastError_px) / camera.focal;
     if (terms > 0 && corner_sd(scaled_views, terms, camera, point_sd) * camera.focal > kMostDrawnOut_px)
       continue;

@@ -74,7 +74,7 @@ LightImages evened(const LightImages& images) {
   return out;
 }
 
-/// What a slope is linear in, at one pixel.
+/// Terms that a slope is linear in, at one pixel.
 void features(const LightImages& images, int order, uint32_t x, uint32_t y, Eigen::VectorXd& out) {
   const size_t at = size_t{y} * images.width + x;
   double sum = 0;

@@ -73,8 +73,8 @@ void check_pulled(std::span<const ShearSample> samples, double noise_mm) {
   }
 }
 
-/// What each contact's first pull says, before it can have slipped: from its onset until it is pulled by half
-/// as much as ever. Later shifts may be slides of any length.
+/// Stiffness by each contact's first pull, before it can have slipped: from its onset until it is pulled by
+/// half as much as ever. Later shifts may be slides of any length.
 std::array<double, 2> first_stiffness(std::span<const ShearSample> samples) {
   std::vector<bool> first(samples.size());
   for (size_t i = 0; i < samples.size();) {

@@ -9,7 +9,7 @@ MapTaps map_taps(double place, uint32_t nodes) {
   const double i = std::clamp(place, 0.0, nodes - 1.0);
   const uint32_t cell = std::min(static_cast<uint32_t>(i), nodes - 2);
   const uint32_t half = std::min({3u, cell + 1, nodes - 1 - cell});
-  // Of each node: one over the product of its distances, with signs, from the others.
+  // For each node, one over the product of its signed distances from the others.
   static constexpr std::array<std::array<double, 6>, 3> kFraction = {
       {{-1, 1},
        {-1. / 6, 1. / 2, -1. / 2, 1. / 6},

@@ -13,7 +13,8 @@ class ContactModel {
   /// and bytes; converged and residual are of this press.
   void press(double way_mm, Result& result);
 
-  /// What `scene` asks of the last press: maps, force, strain. All scale with the press but under a ball.
+  /// Results of the last press that `scene` asks for: maps, force, strain. All scale with the press but under
+  /// a ball.
   void measure(double scale, Result& result);
 
  private:

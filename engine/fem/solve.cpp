@@ -137,7 +137,7 @@ Result solve_either(const Scene& scene, const Options& options, std::optional<Gr
     model.press(scene.press_mm.value_or(0.01 * scene.block_mm[2]), result);
     if (result.converged) {
       model.measure(1, result);
-      // What is not a ball's is proportional to the load.
+      // Except under a ball, results are proportional to the load.
       const double scale = scene.force_N                        ? *scene.force_N / result.force_N
                            : scene.presser == Presser::Pressure ? *scene.press_mm / result.press_mm
                                                                 : 1;

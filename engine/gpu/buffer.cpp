@@ -72,7 +72,7 @@ DeviceBuffer DeviceBuffer::imported(Context& context, const std::string& name, c
   if (vkCreateBuffer(context.device(), &info, nullptr, &buffer.buffer_) != VK_SUCCESS) return {};
   VkMemoryRequirements needs{};
   vkGetBufferMemoryRequirements(context.device(), buffer.buffer_, &needs);
-  // What the host writes there has to be seen without being flushed: the pages are not mapped through Vulkan.
+  // Host writes must be visible without a flush: the pages are not mapped through Vulkan.
   const std::optional<uint32_t> type =
       context.find_memory_type(needs.memoryTypeBits & context.host_pointer_types(memory),
                                VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);

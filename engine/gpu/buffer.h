@@ -80,7 +80,7 @@ class TexelView {
   VkBufferView handle() const { return view_; }
   VkBuffer buffer() const { return buffer_; }  ///< that it is a window on
   uint64_t bytes() const { return bytes_; }
-  /// Of a kernel's array that holds the texels: their size, or a word of several.
+  /// Size of an element of the kernel's array that holds the texels: one texel, or a word of several.
   uint32_t element_bytes() const { return element_bytes_; }
 
  private:

@@ -27,8 +27,8 @@ struct ScopeTime {
   double ms = 0;
 };
 
-/// What one named scope moves: each buffer that a kernel or copy is given, counted once whole. That is what
-/// no cache can spare it where the kernel needs all of it, and an upper bound where it does not.
+/// Memory traffic of one named scope: each buffer that a kernel or copy is given, counted once whole. That is
+/// what no cache can spare it where the kernel needs all of it, and an upper bound where it does not.
 struct ScopeTraffic {
   std::string name;
   uint64_t read_bytes = 0;
@@ -110,7 +110,7 @@ class Commands {
 
   /// Scope times of the last finished submission; empty unless the context has timers.
   std::vector<ScopeTime> times() const;
-  /// What each scope moves with every submission; known once it is recorded.
+  /// Memory traffic of each scope with every submission; known once it is recorded.
   std::vector<ScopeTraffic> traffic() const;
   VkCommandBuffer handle() const { return buffer_; }
   size_t descriptor_pools() const { return sets_.pools(); }  ///< 0 where descriptors are pushed

@@ -45,7 +45,7 @@ std::array<char, kSealBytes> seal(std::span<const char> data) {
   return std::bit_cast<std::array<char, kSealBytes>>(hash);
 }
 
-/// What the driver left in the file; empty where that is damaged or nothing but a header.
+/// The driver's cache in the file; empty where it is damaged or nothing but a header.
 std::vector<char> read_cache(const std::filesystem::path& file) {
   std::vector<char> data = read_all(file);
   if (data.size() <= kSealBytes + sizeof(VkPipelineCacheHeaderVersionOne)) return {};
@@ -106,7 +106,7 @@ void Context::reopen() {
   open();
 }
 
-// What a device that hangs may still use is left to the end of the process.
+// Memory that a device that hangs may still use is left to the end of the process.
 void Context::close() {
   if (!hung_) {
     if (pipeline_cache_) vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);

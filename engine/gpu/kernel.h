@@ -16,7 +16,7 @@ namespace palpate::gpu {
 
 enum class Binding : uint8_t { Texels, Storage };  ///< uniform texel buffer; storage buffer
 
-/// What a shader does with a binding, as its SPIR-V declares it.
+/// A shader's access to a binding, as its SPIR-V declares it.
 struct BindingAccess {
   bool reads = true;
   bool writes = false;
@@ -29,7 +29,7 @@ struct Shader {
   Spirv spirv;
 };
 
-/// What the C++ side will bind. Binding i of set 0 is bindings[i].
+/// Bindings that the C++ side will set. Binding i of set 0 is bindings[i].
 struct KernelInterface {
   std::vector<Binding> bindings;
   uint32_t push_bytes = 0;
@@ -54,7 +54,7 @@ class Kernel {
   const KernelInterface& interface() const { return interface_; }
   const char* name() const { return name_; }
   const BindingAccess& access(size_t binding) const { return access_[binding]; }
-  /// What the driver's compiler made of it, by the driver's own names ("VGPRs"); empty unless the context
+  /// The driver's compiler statistics, by the driver's own names ("VGPRs"); empty unless the context
   /// asked for it (ContextOptions::statistics).
   std::map<std::string, double> statistics() const;
   VkDescriptorSetLayout set_layout() const { return set_layout_; }

@@ -32,8 +32,8 @@ struct ContextOptions {
   bool host_timers = false;
   std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
   bool presentation = false;                     ///< ask for VK_KHR_swapchain
-  // What not every device has. With false it stays unused where it is there, so that the other way can be
-  // tested on any device.
+  // Optional features. With false a feature stays unused where the device has it, so that the other way can
+  // be tested on any device.
   bool push_descriptors = true;  ///< VK_KHR_push_descriptor; without: plain descriptor sets
   bool texel_buffers = true;     ///< of a frame's size; without: texels are read from storage buffers
   bool vulkan_1_3 = true;        ///< without: Vulkan 1.2 and VK_KHR_synchronization2
@@ -90,7 +90,7 @@ std::optional<uint32_t> find_queue_family(VkPhysicalDevice device);
 
 bool has_extension(VkPhysicalDevice device, const char* name);
 
-/// Of buffers that are memory of the host: kernels read them.
+/// Usage of buffers that are memory of the host: kernels read them.
 inline constexpr VkBufferUsageFlags kImportUsage =
     VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
 

@@ -6,7 +6,7 @@
 
 namespace palpate::judge {
 
-/// What varies from case to case; numbers, or names that numbers from 0 stand for.
+/// A condition that varies from case to case; numbers, or names that numbers from 0 stand for.
 struct Condition {
   std::string name;                 ///< with its unit at the end ("depth_mm")
   std::vector<std::string> labels;  ///< of the numbers 0, 1, ...; empty: numbers are meant as such
@@ -37,7 +37,7 @@ struct Cases {
   std::vector<Condition> conditions;
   std::vector<Quantity> quantities;
   std::vector<JudgedCase> cases;
-  /// What makes a reported verdict wrong, for people: "farther than 0.05 of the scale". Empty: verdicts are
+  /// Definition of a wrong verdict, for people: "farther than 0.05 of the scale". Empty: verdicts are
   /// not judged, only counted.
   std::string wrong_means;
 };

@@ -8,7 +8,7 @@
 
 namespace palpate::judge {
 
-/// Of each quantity the mean beside the worst cell, and its tables; the same of verdicts. Lines of at most
+/// Mean and worst cell of each quantity, and its tables; the same for verdicts. Lines of at most
 /// 100 columns as long as there are at most four steps.
 std::string judgement_text(const Judgement& judgement);
 /// The lines alone that say mean and worst cell: one for each quantity, one for verdicts.

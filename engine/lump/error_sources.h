@@ -53,7 +53,7 @@ class Estimator {
   ErrorSources sources_ = ErrorSources::none();
 };
 
-/// Of a single window: by how much its middle reads brighter than its corners; the mean stays.
+/// A single window whose middle reads brighter than its corners by `fraction`; the mean stays.
 Observation with_uneven_light(Observation observation, double fraction);
 
 /// "if the modulus is 10 % lower than stated: size +2 %, depth -3 %, ratio -12 %; 10 % higher: ..."

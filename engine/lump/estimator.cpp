@@ -33,7 +33,7 @@ bool longer_along_y(const Observation& observation, double x_mm, double y_mm) {
         if (std::isfinite(value) && x * x + y * y <= kReach_mm * kReach_mm) take(x, y, value);
       }
   };
-  // What stands out less than half as high as the top is the block's own as much as the lump's.
+  // Nodes that stand out less than half as high as the top belong to the block as much as to the lump.
   double top = level;
   each([&](double, double, double value) { top = std::max(top, value); });
   double along_x = 0, along_y = 0;

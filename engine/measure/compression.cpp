@@ -10,7 +10,7 @@ namespace {
 
 /// With fewer pairs a strain tells more of single points than of the shape.
 constexpr size_t kLeastPairs = 12;
-/// Of the spline that maps the strain.
+/// Points of the spline that maps the strain.
 constexpr size_t kMostInField = 800;
 /// An object does not turn further on the pad from one compression to the next.
 constexpr double kMostTurn_deg = 45;

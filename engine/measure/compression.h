@@ -27,8 +27,8 @@ std::vector<ShapePoint> shape_points(const ControlPoints& points, double pitch_m
 struct CompressionOptions {
   std::optional<double> lambda;  ///< of the spline; none: chosen by the data
   double poisson = 0.5;          ///< for the axial strain by area, 0 to 0.5
-  /// Of draws: the change of the contact's area as it is counted, over that before. A second reading of the
-  /// same number: where the draws' mean lies apart from it, the standard errors are widened by that.
+  /// Mean over the draws of the change of the contact's counted area, over that before. A second measure of
+  /// the same number: where the draws' mean lies apart from it, the standard errors are widened by that.
   std::optional<double> counted_growth;
 };
 

@@ -25,7 +25,7 @@ double squared_way(const ContactTouch& a, const ContactTouch& b) {
   return dx * dx + dy * dy;
 }
 
-// What one contact's number lacks, the sum lacks: the gravest first.
+// A sum has the gravest state of its contacts' numbers.
 Validity graver(Validity a, Validity b) {
   constexpr Validity kGravest[] = {Validity::NotCalibrated, Validity::Unfit,        Validity::Saturated,
                                    Validity::AtBorder,      Validity::OnsetUnseen,  Validity::AboveRange,
@@ -129,7 +129,7 @@ void ContactTracker::match() {
     if (track_of_[i] == kNone && regions_[i].id != 0) track_of_[i] = nearest_of_lineage(regions_[i]);
 }
 
-// Of the tracks without a region.
+// Searches the tracks without a region.
 uint32_t ContactTracker::nearest_of_lineage(const ContactTouch& region) const {
   uint32_t nearest = kNone;
   for (uint32_t row = 0; row < tracks_.size(); ++row) {
@@ -217,7 +217,7 @@ void ContactTracker::add_up(Touch& touch) const {
   if (sensor_.force &&
       (sensor_.force->signal == ForceSignal::GraySum || sensor_.force->signal == ForceSignal::Area) &&
       contacts.size() > 1) {
-    // What is wrong with the calibration is wrong with all contacts alike; single readings scatter apart.
+    // Errors of the calibration are common to all contacts; single readings scatter independently.
     const ForceCalibration& calibration = *sensor_.force;
     Estimate sum{0, 0, Validity::Valid};
     double scatter = 0, common_N = 0;

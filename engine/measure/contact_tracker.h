@@ -67,7 +67,7 @@ class ContactTracker {
   uint32_t last_id_ = 0;
   bool interrupted_ = false;
   std::vector<Track> tracks_;  // rising id
-  // Of the present frame; kept so that frames allocate nothing.
+  // State of the present frame; kept so that frames allocate nothing.
   std::vector<ContactTouch> regions_, chosen_;
   std::vector<uint32_t> largest_;
   std::vector<uint32_t> track_of_;  // of each region, or kNone

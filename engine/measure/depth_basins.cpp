@@ -96,7 +96,7 @@ uint32_t DepthBasins::number(std::span<uint32_t> owner, std::vector<uint32_t>& w
     if (peak.contact != 0) continue;
     if (owner[cell] >= first_of_.size()) first_of_.resize(owner[cell] + 1, 0);
     uint32_t& first = first_of_[owner[cell]];
-    // What is too small, or has no room, goes with its owner's deepest.
+    // A peak that is too small, or beyond the most contacts, joins its owner's deepest.
     if (first != 0 && (peak.area_px < shape_.least_px || count >= kMostContacts)) {
       peak.contact = first;
       continue;

@@ -45,7 +45,7 @@ double spline_at(Knots knots, double s) {
          (3 * t2 - 2 * t3) * knots[i + 1][1] + (t3 - t2) * h * slope_at(knots, i + 1);
 }
 
-/// What c1 is multiplied with.
+/// The factor of c1.
 double basis(ForceModel model, double exponent, double s) {
   return model == ForceModel::Power ? std::pow(std::max(s, 0.0), exponent) : s;
 }

@@ -119,7 +119,7 @@ void GelContacts::restart() {
   frames_ = 0;
 }
 
-// What moves along with the skin, such as specks and scratches, or flickers, such as lamps' edges, changes by
+// Things that move with the skin, such as specks and scratches, or flicker, such as lamps' edges, change by
 // a share of how the untouched picture varies around it.
 void GelContacts::find_unsteady(const Frame& background) {
   std::fill(unsteady_.begin(), unsteady_.end(), 0.0f);
@@ -284,7 +284,7 @@ void GelContacts::mark_foot() {
   for (size_t i = 0; i < foot_.size(); ++i) foot_[i] = raised_[i] >= static_cast<float>(kFoot);
 }
 
-// What is not foot and does not reach the frame's border belongs to what surrounds it.
+// A hole in a foot that does not reach the frame's border belongs to the foot around it.
 void GelContacts::fill_holes() {
   constexpr uint32_t kOutside = 1;
   std::fill(label_.begin(), label_.end(), 0u);
@@ -374,7 +374,7 @@ bool GelContacts::counts(const Foot& foot, uint32_t index) const {
   return begins || (goes_on && double{foot.highest} >= kCore);
 }
 
-// Of the cells that edge_ holds.
+// Foot of the cells that edge_ holds.
 GelContacts::Foot GelContacts::foot_of_edge() {
   Foot foot;
   shared_px_.assign(kSeen + 1, 0);
@@ -401,7 +401,7 @@ float GelContacts::outline_level(uint32_t contact) {
   return level;
 }
 
-// Of the strengths that sorted_ holds.
+// Level of the strengths that sorted_ holds.
 float GelContacts::level_of_sorted() {
   const auto high = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 19 / 20);
   std::nth_element(sorted_.begin(), high, sorted_.end());

@@ -112,7 +112,8 @@ class GelContacts {
       return left <= other.left && top <= other.top && right >= other.right && bottom >= other.bottom;
     }
   };
-  /// What contacts may fall into: of each cell, in this frame and the last, and of each piece its contact.
+  /// Pieces that contacts may fall into: the piece of each cell, in this frame and the last, and each piece's
+  /// contact.
   struct Pieces {
     std::vector<uint32_t> of_cell, before, owner;
   };

@@ -181,7 +181,7 @@ void GelContacts::confirm(const Pieces& pieces) {
     if (seen_piece_[contact] == 0) seen_piece_[contact] = before;
     if (seen_piece_[contact] != before) confirmed_[contact] = 1;
   }
-  // Of contacts that are not, the first piece stands for all.
+  // A contact that did not split is its first piece.
   std::fill(seen_piece_.begin(), seen_piece_.end(), 0u);
   number_of_.assign(pieces.owner.size(), 0);
   lineage_of_ = foot_of_;

@@ -6,14 +6,14 @@
 
 namespace palpate {
 
-/// Of one colour: image = gain * untouched + offset where nothing touches.
+/// Change of one colour: image = gain * untouched + offset where nothing touches.
 struct LightChange {
   double gain = 1;
   double offset_gray = 0;
   bool known = true;  ///< false: too little of the picture follows one line
   double share = 1;   ///< of the picture that does
 
-  /// What it adds to an untouched gray level.
+  /// The change of an untouched gray level.
   double at(double untouched_gray) const { return (gain - 1) * untouched_gray + offset_gray; }
 };
 

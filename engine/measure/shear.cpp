@@ -5,7 +5,7 @@
 
 namespace palpate {
 namespace {
-// Of a force by the skin: how far Cattaneo's shape and a window's mean are right.
+// Model error of a force by the skin: Cattaneo's shape, and the mean over a window.
 constexpr double kSkinModelError = 0.02;
 constexpr double kLeastLoad = 0.7;          // of the friction limit, for a slide
 constexpr double kCentroidError_px = 0.05;  // one sigma; the synthetic sensor's tests hold twice that
@@ -67,7 +67,7 @@ void ShearTracker::fill_shear(const ShearCalibration& c, double x_mm, double y_m
   const SkinMotion skin = touch.skin.value_or(SkinMotion{});
   const bool by_skin = c.signal == ShearSignal::Skin && skin.touching >= 3;
   if (reported == Slip::Slip) {
-    // What the contact travels over the skin bends nothing.
+    // Sliding of the contact over the skin does not shear the pad.
     anchor_x_mm_ += slip_watch_.apart_x_mm();
     anchor_y_mm_ += slip_watch_.apart_y_mm();
   }

@@ -63,7 +63,7 @@ class SkinTracker {
   bool onset_unseen_ = false;
   bool touching_ = false;
   std::vector<Rest> rest_;
-  // Of the present frame; kept so that frames allocate nothing.
+  // Samples of the present frame; kept so that frames allocate nothing.
   std::vector<SkinSample> samples_;
   std::vector<double> residuals_, sorted_;
 };

@@ -26,7 +26,7 @@ double SlipWatch::noise_mm(double stated_mm) const {
   std::array<double, kNoise> sorted = bends_;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(known / 2);
   std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(known));
-  // Of two components of variance 6 s^2 each, the median length is 1.18 sqrt(6) s.
+  // The median length of a vector with two components of variance 6 s^2 is 1.18 sqrt(6) s.
   return std::max(stated_mm, *middle / (1.177 * std::sqrt(6.0)));
 }
 

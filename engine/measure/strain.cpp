@@ -17,7 +17,7 @@ void fill_principal(PlaneStrain& e) {
   e.direction_rad = e.shear > 0 ? 0.5 * std::atan2(e.xy, half) : 0;
 }
 
-/// Of the mean's components.
+/// Covariances of the mean's components.
 struct Covariances {
   double xx, yy, xy, xx_yy, xx_xy, yy_xy, area;
 };

@@ -1,4 +1,4 @@
-// What becomes of a lamp's light at the edge of a waveguide: how much enters, how much stays in, how often it
+// Light of a lamp at the edge of a waveguide: how much enters, how much stays in, how often it
 // meets the touched face, and how much of it a contact there lets out.
 //
 // The lamp shines straight at the flat end of one layer, as cos^order of the angle from the edge's normal
@@ -38,7 +38,7 @@ struct LampFractions {
 /// Throws Error(Failure::Input) on a guide or lamp out of range.
 LampFractions lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp);
 
-/// What lies on the touched face.
+/// Medium on the touched face.
 struct FaceContact {
   OpticalIndex index = {1.4, 0};
   double gap_nm = 0;  ///< of the outside's medium left between; light tunnels through less than a wavelength

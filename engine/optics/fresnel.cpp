@@ -12,7 +12,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// What stands in both of Fresnel's equations: N cos for s, cos / N for p.
+/// Admittance, common to both of Fresnel's equations: N cos for s, cos / N for p.
 Complex admittance(OpticalIndex index, double s, Polarisation polarisation) {
   const Complex q = normal_index(index, s);
   return polarisation == Polarisation::S ? q : q / (index * index);

@@ -64,7 +64,7 @@ Course course_of(const Waveguide& guide, size_t layer, double tangential_index);
 /// the layers the light runs through, mm.
 double hop_mm(const Waveguide& guide, const Course& course, double tangential_index);
 
-/// What each layer can hold.
+/// Light that a layer can guide.
 struct LayerGuidance {
   std::optional<double> critical_above_rad, critical_below_rad;  ///< in this layer, of either outside
   double numerical_aperture = 0;                                 ///< against the larger outside

@@ -24,7 +24,7 @@ class PressDetector {
   };
   /// `force_N`: of the next frame, on the whole block.
   Step add(double force_N);
-  /// What presses now is given up: the next press begins after a rest.
+  /// Gives up the present press: the next one begins after a rest.
   void break_off();
 
   bool pressing() const { return state_ == State::Pressing; }

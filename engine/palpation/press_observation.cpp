@@ -143,7 +143,7 @@ fem::Map PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limi
       map.values.push_back(static_cast<float>(value));
     }
   limited_fraction = seen > 0 ? static_cast<double>(limited) / static_cast<double>(seen) : 1;
-  // What the calibration leaves, and rounding to gray levels that averaging does not take away.
+  // Error of the calibration, and rounding to gray levels that averaging does not remove.
   noise_Pa = std::hypot(relative_sd() * peak_Pa, 0.3 * Pa_per_gray());
   return map;
 }

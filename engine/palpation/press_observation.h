@@ -45,9 +45,9 @@ class PressureNodes {
   /// and counted, as a share, in `limited_fraction`. `noise_Pa`: of a value, what the calibration leaves and
   /// rounding to gray levels.
   fem::Map map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const;
-  /// Of a gray level, at small pressures.
+  /// Pressure of one gray level, at small pressures.
   double Pa_per_gray() const { return 1e6 / sensor_.elastic.gray_per_MPa; }
-  /// What the calibration leaves, fraction of a pressure.
+  /// Standard error of the calibration, fraction of a pressure.
   double relative_sd() const { return sensor_.elastic.relative_sd > 0 ? sensor_.elastic.relative_sd : 0.01; }
 
  private:

@@ -148,7 +148,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
   ScanAnswer answer;
   answer.map = stitch(presses, options);
   const auto two = second_bump_reported(lump::Network::built_in().model(), answer.map.observation);
-  // Of two bumps the profile's fit is of the higher one.
+  // The profile is fitted to the higher one of two bumps.
   const lump::Observation first =
       two ? without_place(answer.map.observation, two->place_mm[1], two->place_mm[0])
           : answer.map.observation;

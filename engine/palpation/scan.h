@@ -38,7 +38,7 @@ std::vector<std::array<double, 2>> scan_places(const std::array<double, 3>& bloc
 /// no sense, and where the press did not converge up to the highest force: with how far it came.
 std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::PressSolver& solver);
 
-/// What a press tells by itself, of a block with more than one lump.
+/// Estimate by one press alone, of a block with more than one lump.
 struct ScannedPress {
   std::string name;
   std::array<double, 2> bump_mm{};  ///< the one that it sees, from the block's middle

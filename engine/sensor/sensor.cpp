@@ -166,7 +166,7 @@ void check_force(const Sensor& s, const Require& require) {
   }
 }
 
-/// What no single key can tell: that the keys fit each other.
+/// Checks that the keys fit each other.
 void check_together(const Sensor& s, const std::string& where) {
   const Require require{where};
   require(has_scale(s) || (s.reconstruction == Reconstruction::None && !s.shear), "pitch_mm_per_px",
@@ -281,7 +281,7 @@ uint32_t dead_gray(const Sensor& sensor) {
 }
 
 bool has_gel_contacts(const Sensor& sensor) {
-  // Of printed markers the sensor file says that the pad is a gel, whatever its colours are read as; they are
+  // Printed markers in the sensor file mean that the pad is a gel, whatever its colours are read as; they are
   // filled first.
   const bool printed = sensor.skin && sensor.skin->kind == SkinKind::Markers && sensor.channels == 3;
   const bool colours = sensor.reconstruction == Reconstruction::Photometric ||

@@ -177,7 +177,7 @@ struct Sides {
   double inside = 0, outside = 0;
 };
 
-// What changes well above the level, at the circle and beside it.
+// Pixels that change well above the level, inside the circle and around it.
 Sides change_beside(const PressedChange& change, const Circle& circle, double level) {
   Sides sides;
   for (int y = 0; y < change.height(); ++y)

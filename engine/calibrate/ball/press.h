@@ -1,4 +1,4 @@
-// What the finders of balls in colour and in gray gels have in common: the change that a press makes, and why
+// Common part of the finders of balls in colour and in gray gels: the change that a press makes, and why
 // a picture is no press of one ball.
 #pragma once
 

@@ -363,7 +363,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   if (choice.stopped) return choice;
   choice.chosen = choice.scores[chosen];
   const ForceCandidate& c = choice.chosen.candidate;
-  // What only the chosen signal shows as an outlier counts for it alone.
+  // Outliers of the chosen signal alone count for it alone.
   mark_outliers(samples, std::array{c.signal});
   const HoldOut final_held = hold_out(samples);
   choice.blocks = final_held.blocks;

@@ -30,7 +30,7 @@ struct ForceSample {
   LeftOut left_out = LeftOut::Used;
 };
 
-/// What is tried.
+/// A signal and a curve to try.
 struct ForceCandidate {
   ForceSignal signal = ForceSignal::GraySum;
   ForceModel model = ForceModel::Line;
@@ -67,8 +67,8 @@ ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
 /// So many recordings or more are blocks of their own.
 inline constexpr size_t kFewestRecordings = 3;
 
-/// What is held out together: recordings where there are three or more (of several objects, each is then
-/// judged by the others), else presses, or with fewer than four of them stretches of their time.
+/// Groups that are held out together: recordings where there are three or more (of several objects, each is
+/// then judged by the others), else presses, or with fewer than four of them stretches of their time.
 struct HoldOut {
   std::vector<size_t> block;  ///< of each sample
   size_t blocks = 0;

@@ -17,7 +17,7 @@ struct Scatter {
 /// RMS, constant.
 Scatter fit_scatter(std::span<const double> residual_N, std::span<const double> force_N);
 
-/// What a scatter has to be multiplied by so that +-1.96 of it holds 95 % of further residuals: the quantile
+/// Factor on a scatter with which +-1.96 of it holds 95 % of further residuals: the quantile
 /// of split conformal prediction.
 double widening(const Scatter& scatter, std::span<const double> residual_N, std::span<const double> force_N);
 

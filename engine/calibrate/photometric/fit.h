@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// What one press says when the fit is made from all the others.
+/// Errors of one press by the fit to all the others.
 struct HeldOutPress {
   std::string label;
   uint64_t contact_px = 0;

@@ -1,4 +1,4 @@
-// What the linear photometric normal misses, as a small smooth table over it (NormalTable in
+// Error of the linear photometric normal, as a small smooth table over it (NormalTable in
 // palpate/sensor.h).
 #pragma once
 

@@ -147,7 +147,7 @@ Model fit_model(std::span<const PhotometricPress> presses, size_t without, doubl
   return model;
 }
 
-// What a model reads from a press's pixels, and how far off that is.
+// Normals by a model from a press's pixels, and their errors.
 struct ReadNormals {
   std::vector<std::array<double, 2>> bounded;
   double square = 0, angle2 = 0;  // sums over the pixels
@@ -197,7 +197,7 @@ void judge_depth(const PhotometricPress::Ball& ball, const std::vector<std::arra
   held_out.depth_gain = power > 0 ? cross / power : 0;
 }
 
-// What a model says of a press; adds to the sums.
+// Judges a model on one press; adds to the sums.
 HeldOutPress judge(const PhotometricPress& p, const Model& model, double pitch_mm_per_px, ErrorSums& sums) {
   HeldOutPress h;
   h.label = p.label;

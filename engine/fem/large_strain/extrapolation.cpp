@@ -42,7 +42,7 @@ class Extrapolation {
 
   /// In: both grids' answers at a load; out: in the finer's place, what cells of no size would give.
   void apply(size_t load, const PressLoad& asked, const PressedBlock& rough, PressedBlock& block) const {
-    // Of a press that was asked for the force is off, of a force the press.
+    // Where a press was asked for the force has the error, where a force the press.
     double& value = asked.press_mm ? block.force_N : block.press_mm;
     const double rough_value = asked.press_mm ? rough.force_N : rough.press_mm;
     double per_N = 1;  // of the value, for each N by which the rim's force is too high at a press

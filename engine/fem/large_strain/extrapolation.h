@@ -15,12 +15,12 @@ namespace palpate::fem {
 /// order was found on 24 to 64 cells along x against cells that follow the lump's surface, for five lumps of
 /// 6 to 10 mm and stiffness ratios of 5 to 15: a lump's bent border in straight cells costs it some.
 inline constexpr double kPressureOrder = 1.8;
-/// Of cells that follow the lump's surface.
+/// Order of convergence of cells that follow the lump's surface.
 inline constexpr double kFittedOrder = 2;
-/// Of the force, rim and all, where the rim cannot be measured: between the 1.2 of small presses and the 0.7
-/// of 20 % of the thickness.
+/// Order of the force, rim included, where the rim cannot be measured: between the 1.2 of small presses and
+/// the 0.7 of 20 % of the thickness.
 inline constexpr double kForceOrder = 0.9;
-/// What cells of no size would give, as a fraction of the difference from the coarser to the finer grid that
+/// Limit for cells of no size, as a fraction of the difference from the coarser to the finer grid that
 /// is added to the finer's: cells along one side of both.
 double extrapolation_fraction(uint32_t cells, uint32_t coarser, double order);
 

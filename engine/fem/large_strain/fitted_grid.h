@@ -14,7 +14,7 @@ struct InclusionCells {
   std::array<uint32_t, 3> first{}, last{};
 
   InclusionCells times(uint32_t finer) const;
-  /// Whether a quarter of so many cells tells the whole.
+  /// Whether a quarter of so many cells represents the whole.
   bool in_middle(const std::array<uint32_t, 3>& of) const;
   bool operator==(const InclusionCells&) const = default;
 };

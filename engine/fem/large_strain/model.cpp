@@ -189,7 +189,7 @@ PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
   std::vector<double> correction(displacement.size()), force(displacement.size());
   result.iterations += correct(kChangeFraction, correction);
   for (size_t n = 0; n < displacement.size(); ++n) displacement[n] += correction[n];
-  // Of the tissue alone; on its surface a pad's fraction of the tangent is not wanted.
+  // Tissue alone: the pad's part of the tangent at its surface is not wanted.
   const double small = 1e-4;
   std::vector<double> moved(displacement_);
   for (size_t n = 0; n < moved.size(); ++n) moved[n] += small * displacement[n];

@@ -1,4 +1,4 @@
-// What the kernels of neo-Hookean cells share: eight cells of a row at a time, each in a lane.
+// Common part of the kernels of neo-Hookean cells: eight cells of a row at a time, each in a lane.
 #pragma once
 
 #include <array>
@@ -55,7 +55,7 @@ PALPATE_INLINE void scatter(const CellGrid& grid, double* f, uint32_t i, uint32_
   }
 }
 
-/// What a Gauss point knows of its deformation.
+/// Deformation at a Gauss point.
 struct Point {
   Lanes f[9];         // F, row by row
   Lanes cofactor[9];  // J F^-T

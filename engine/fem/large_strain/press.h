@@ -43,9 +43,9 @@ struct PressedBlock {
   /// what a sensor in the plate sees.
   Map pressure_Pa;
   Map deflection_mm;  ///< of the tissue's surface at its nodes, cells + 1; into the tissue counts up
-  /// Of two grids (solve_extrapolated()): how far off force (where a press was asked for), press (where a
-  /// force was) and the map may be, the map's as a root of its nodes' mean square. NaN of one grid, which
-  /// does not say.
+  /// Error estimates by two grids (solve_extrapolated()): of the force (where a press was asked for), the
+  /// press (where a force was) and the map, the map's as the RMS over its nodes. NaN from one grid, which
+  /// gives none.
   double force_error_N = kUnknown, press_error_mm = kUnknown, pressure_error_Pa = kUnknown;
   double least_volume_ratio = 1;  ///< smallest det F at any quadrature point; an inverted element is an error
   double residual = 0;
@@ -61,8 +61,8 @@ struct LargeStrainResult {
   double wall_s = 0;
   uint64_t bytes = 0;
   bool follows_lump = false;  ///< the cells do
-  /// Of solve_extrapolated(), one per load: the order with which the rim's part of the force shrinks with the
-  /// cells (see rim_error.h). Empty: not measured.
+  /// From solve_extrapolated(), one per load: the order with which the rim's part of the force shrinks with
+  /// the cells (see rim_error.h). Empty: not measured.
   std::vector<double> rim_order;
   std::vector<std::string> warnings;
 };

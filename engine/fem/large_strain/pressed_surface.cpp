@@ -30,7 +30,7 @@ class Place {
   MapTaps x_, y_;
 };
 
-/// What each node carries of the deformed area, mm^2.
+/// Deformed area that each node carries, mm^2.
 std::vector<double> node_areas(const PressedSurface& s) {
   std::vector<double> area(s.force_N.size());
   const double gauss = 0.5 / std::sqrt(3.0);

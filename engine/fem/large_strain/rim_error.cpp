@@ -64,7 +64,7 @@ void add_pressures(const std::array<double, 3>& cells, const std::array<const Pr
   load.pressure_per_N = sum / count / load.scale_N;
 }
 
-/// Of the force with the press at the last of three loads, by the parabola through them.
+/// Slope of force over press at the last of three loads, by the parabola through them.
 double end_slope(const PressedBlock& first, const PressedBlock& middle, const PressedBlock& last) {
   const auto slope = [](const PressedBlock& a, const PressedBlock& b) {
     return (b.force_N - a.force_N) / (b.press_mm - a.press_mm);

@@ -12,7 +12,7 @@
 
 namespace palpate::fem {
 
-/// What a block without its inclusions says of itself on three coarse grids: F(h) = F(0) + c h^order, of each
+/// Convergence of a block without its inclusions on three coarse grids: F(h) = F(0) + c h^order, for each
 /// load. It is the same rim whatever lies in the block's middle.
 class RimError {
  public:

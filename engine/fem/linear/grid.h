@@ -33,8 +33,8 @@ struct CellGrid {
   size_t cell(uint32_t i, uint32_t j, uint32_t k) const { return (size_t{k} * cells[1] + j) * cells[0] + i; }
 };
 
-/// What the two sides of a slit share moves under the sum of their forces: each side gets half of it. `force`
-/// is 3 x nodes. Nothing without a slit.
+/// Nodes that the two sides of a slit share move under the sum of their forces: each side gets half of it.
+/// `force` is 3 x nodes. Nothing without a slit.
 template <typename Real>
 void share_across_slit(const CellGrid& grid, Real* force) {
   if (!grid.slit) return;
@@ -66,7 +66,7 @@ std::vector<uint32_t> pad_layers(const Scene& scene);
 
 /// The scene is its own mirror image in x and in y, and its cells are.
 bool symmetric(const Scene& scene);
-/// What floor, plate and planes of symmetry hold of voxelise()'s grid; a ball holds nothing yet.
+/// Nodes of voxelise()'s grid that floor, plate and planes of symmetry hold; a ball holds none yet.
 FixedNodes supports(const Scene& scene, const CellGrid& grid, bool quarter);
 
 /// Half the cells along each side, with the mean modulus of those in each (harmonic means here make the cycle
@@ -81,7 +81,7 @@ class HalvedPlanes {
  public:
   HalvedPlanes(const CellGrid& fine, const CellGrid& coarse);
   uint32_t fine(uint32_t coarse_plane) const;
-  /// Of the plane itself or, where it lies between two, of the one above it.
+  /// Coarse plane at a fine plane or, where that lies between two, the one above it.
   uint32_t coarse(uint32_t fine_plane) const;
   bool between(uint32_t fine_plane) const { return fine(coarse(fine_plane)) != fine_plane; }
 

@@ -24,7 +24,7 @@ struct Smoothing {
 /// nu = 0.4999 and a stiffness ratio of 1e4 218 instead of 810 to 1e-8 on 32 x 32 x 16 cells.
 inline constexpr Smoothing kThorough = {16, 40};
 
-/// Of a grid whose scaled matrix has no eigenvalue above `highest`.
+/// Steps for a grid whose scaled matrix has no eigenvalue above `highest`.
 std::vector<ChebyshevStep> chebyshev_steps(double highest, const Smoothing& smoothing);
 
 struct GridLevel {

@@ -35,7 +35,7 @@ PALPATE_INLINE Moments<Real> moments(const Real* at, size_t row, size_t plane, s
   return {r.one - l.one, r.y + l.y, r.z + l.z, r.y - l.y, r.z - l.z, r.yz + l.yz, r.yz - l.yz};
 }
 
-/// What the moments of a row's cells push back with: `out` has a row of kPitch for each.
+/// Reaction to the moments of a row's cells: `out` has a row of kPitch for each.
 template <typename Real>
 PALPATE_INLINE void push_back(const LayerStiffness<Real>& s, const float* young, const Real* ux,
                               const Real* uy, const Real* uz, size_t row, size_t plane, uint32_t cells,

@@ -7,7 +7,7 @@
 namespace palpate::fem {
 namespace {
 
-/// What an odd plane of fine nodes takes from the coarse plane above it: its place between the two.
+/// Weight of the coarse plane above an odd plane of fine nodes: its place between the two.
 float upper_fraction(const CellGrid& fine, uint32_t odd_plane) {
   const double above = fine.size_z_mm[odd_plane - 1], below = fine.size_z_mm[odd_plane];
   return static_cast<float>(below / (above + below));

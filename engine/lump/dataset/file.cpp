@@ -38,7 +38,7 @@ class Column {
     const int rank = static_cast<int>(sizes_.size());
     space_ = Hdf5(H5Screate_simple(rank, sizes_.data(), nullptr), H5Sclose);
     const Hdf5 how(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    // What a file says of its making differs from run to run; the same cases make the same bytes.
+    // Times of creation would differ from run to run; without them the same cases make the same bytes.
     if (H5Pset_obj_track_times(how, false) < 0 || H5Pset_chunk(how, rank, chunks.data()) < 0 ||
         H5Pset_shuffle(how) < 0 || H5Pset_deflate(how, 4) < 0 || H5Pset_fletcher32(how) < 0)
       fail();
@@ -204,7 +204,7 @@ void write_lump_file(const std::filesystem::path& path, const Sweep& sweep, cons
   const std::filesystem::path partial =
       folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + ".partial");
   try {
-    // Of this version on, the library puts check sums to its own tables too, not only to our values.
+    // From this version on, the library adds check sums to its own tables too, not only to our values.
     const Hdf5 how(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (H5Pset_libver_bounds(how, H5F_LIBVER_V110, H5F_LIBVER_V110) < 0) cannot_write(path, hdf5_reason());
     const Hdf5 timeless(H5Pcreate(H5P_FILE_CREATE), H5Pclose);

@@ -140,8 +140,8 @@ Data read_lump_file(const std::filesystem::path& path) {
     if (state[i] < 0 || state[i] > 2) file.refuse("a state of " + std::to_string(state[i]));
     Sample sample;
     sample.what = lump_case(s, number[i]);
-    // What the file says of a case and what its sweep says must agree: it was not edited, the sequence is the
-    // same.
+    // A case in the file and the same case of its sweep must agree: the file was not edited, the sequence is
+    // the same.
     const auto& lump = sample.what.lump;
     if (shape[i] != (lump ? static_cast<int>(lump->shape) : -1) ||
         !same(diameter[i], lump ? lump->diameter_mm : NAN) || !same(depth[i], lump ? lump->depth_mm : NAN) ||

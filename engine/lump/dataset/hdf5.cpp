@@ -25,7 +25,7 @@ std::string hdf5_reason() {
 
 bool put_attribute(hid_t object, const char* name, const std::string& text) {
   const Hdf5 kind(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
-  // Of variable length: other readers take those of a fixed one for bytes without an encoding.
+  // Strings of variable length: other readers take those of a fixed one for bytes without an encoding.
   if (!kind.good() || !space.good() || H5Tset_size(kind, H5T_VARIABLE) < 0 ||
       H5Tset_cset(kind, H5T_CSET_UTF8) < 0)
     return false;

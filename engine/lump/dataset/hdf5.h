@@ -9,7 +9,7 @@
 
 namespace palpate::lump {
 
-/// What an H5...open or H5...create returned, closed by its own function.
+/// A handle that an H5...open or H5...create returned, closed by its own function.
 class Hdf5 {
  public:
   Hdf5(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -67,7 +67,7 @@ class Hdf5Quiet {
   void* data_ = nullptr;
 };
 
-/// What went wrong at the bottom of the last call that failed.
+/// Innermost error of the last call that failed.
 std::string hdf5_reason();
 
 /// A text as attribute of a file or a dataset. False where it failed.

@@ -85,7 +85,7 @@ std::optional<std::pair<std::string, uint64_t>> read_head(int file, const std::f
   };
   if (start.compare(0, kMagicBytes, kMagic, std::min(start.size(), kMagicBytes)) != 0)
     throw refuse("something else");
-  // What is shorter than its head was killed before its first case.
+  // A journal shorter than its head was killed before its first case.
   if (start.size() < kMagicBytes + sizeof(Frame)) return std::nullopt;
   Frame frame{};
   std::memcpy(&frame, start.data() + kMagicBytes, sizeof frame);

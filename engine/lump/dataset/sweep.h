@@ -16,8 +16,8 @@ struct Range {
   double low = 0, high = 0;
 };
 
-/// What is swept. Diameters, depths and offsets are drawn from what fits into the block that was drawn
-/// before: a range is squeezed, never refilled, so that the sweep stays even.
+/// Parameters of a sweep. Diameters, depths and offsets are drawn from what fits into the block that was
+/// drawn before: a range is squeezed, never refilled, so that the sweep stays even.
 struct Sweep {
   uint64_t seed = 1;
   Range size_mm{4, 14};            ///< diameter
@@ -42,7 +42,7 @@ struct Sweep {
   double no_lump_fraction = 1.0 / 12;            ///< of the cases, tissue alone
   uint32_t loads = 4;                            ///< equal steps of the press
   std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness
-  /// What solve_extrapolated() takes beside them, of the same proportions; 0, 0, 0: one grid.
+  /// Cells of solve_extrapolated()'s coarser grid, of the same proportions; 0, 0, 0: one grid.
   std::array<uint32_t, 3> coarser_cells = {24, 24, 12};
   std::array<uint32_t, 2> nodes = {33, 33};  ///< of the maps along x and y, the first and the last on the rim
   double residual = 1e-5, step_mm = 2;       ///< of the solver, see LargeStrainOptions

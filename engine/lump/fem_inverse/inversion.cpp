@@ -243,7 +243,7 @@ bool better(const Answer& a, const Answer& b) {
   return a.reports() != b.reports() ? a.reports() : a.chi2() < b.chi2();
 }
 
-/// Of the best answer beside another.
+/// Likelihood of an answer relative to the best one.
 double likelihood(const Answer& answer, const Answer& best) {
   return answer.reports() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
 }

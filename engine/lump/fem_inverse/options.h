@@ -1,4 +1,4 @@
-// What a direct inversion starts from and reckons with.
+// Options of a direct inversion: start, errors, effort.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@ struct DirectInversionOptions {
   double gauge_fraction = 0.001;   ///< standard deviation of a force of the observation
   double young_fraction = 0.01;    ///< of the tissue's modulus
   double model_fraction = 0.0015;  ///< of the observation's peak, what the elements' own values are off
-  /// Of a bump's height at each place, what elements are off by: once for the whole bump, and once in common
-  /// with neighbours within some 3 mm. The same at all loads, and what of it changes from the first load to
-  /// the last. As 64 and 40 cells that do not follow a lump differ from those that do.
+  /// Error of the elements, share of a bump's height at each place: once for the whole bump, and once in
+  /// common with neighbours within some 3 mm. The same at all loads, and what of it changes from the first
+  /// load to the last. As 64 and 40 cells that do not follow a lump differ from those that do.
   double bump_fraction = 0.008, bump_change_fraction = 0.003;
 };
 

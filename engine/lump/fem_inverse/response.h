@@ -1,5 +1,5 @@
-// What a block with a lump answers to known forces, as a sensor reads it, and how the answer changes with the
-// lump: the finite elements behind the direct inversion.
+// Response of a block with a lump to known forces, as a sensor reads it, and its derivatives with respect to
+// the lump: the finite elements behind the direct inversion.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace palpate::lump {
 
-/// What is sought. Logarithms, so that no step leaves what makes sense, and places from the block's middle.
+/// Unknowns. Logarithms, so that no step makes them negative, and places from the block's middle.
 enum Unknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
 
 struct ResponseOptions {
@@ -44,12 +44,12 @@ struct Prediction {
   Eigen::VectorXd by_modulus;
 };
 
-/// What is between a prediction and cells of no size, by finer grids. Zeros where there is but one grid.
+/// Difference between a prediction and cells of no size, by finer grids. Zeros where there is but one grid.
 struct GridCorrection {
   bool converged = false;
   Eigen::VectorXd add_Pa;
-  /// What the grids leave open: how much less would be added without the coarsest of three or more; of two,
-  /// if errors shrank with the cells' power of 1.8 instead of their square.
+  /// Uncertainty of the correction: how much less would be added without the coarsest of three or more; of
+  /// two, if errors shrank with the cells' power of 1.8 instead of their square.
   Eigen::VectorXd open_Pa;
 };
 

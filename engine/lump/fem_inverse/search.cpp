@@ -22,7 +22,7 @@ constexpr double kWorthAnother = 1;     // of chi2, that a second step at a rati
 constexpr Range kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
 constexpr double kLower = 1;            // of chi2: a better lump than the best
 constexpr double kGridDoubt = 2;        // standard deviations of the change that fewer grids would make
-// Of Gaussians that the elements' errors are sums of.
+// Gaussians whose sum is the elements' error.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
 const LumpStep kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
@@ -176,7 +176,7 @@ Case::Lump DirectSearch::moved(const Case::Lump& from, const LumpStep& by) const
   return lump;
 }
 
-/// What a prediction may be off by, per factor of unit variance.
+/// Error of a prediction, per factor of unit variance.
 Eigen::MatrixXd DirectSearch::doubted(const State& state) const {
   const Eigen::VectorXd& pressure_Pa = state.prediction.pressure_Pa;
   const Eigen::Index count = doubt_.rows(), fields = doubt_.cols();

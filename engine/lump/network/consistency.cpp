@@ -95,7 +95,7 @@ class Look {
     // A load of which nothing was seen contradicts nothing; the estimate says that it was not seen.
     for (const MapSums& sums : sums_)
       if (sums.nodes < 1) return {};
-    // What a wrong unit or order does to the rest is no news.
+    // The rest contradicts the block anyway where a unit or the order is wrong.
     if (units() || order()) return std::move(found_);
     if (nodes_ != nullptr && surroundings) {
       slide();

@@ -1,4 +1,4 @@
-// What in an observation contradicts the rest of it, or what is told of the block: units, pitch, window,
+// Contradictions within an observation, or between it and the block as stated: units, pitch, window,
 // order of the loads.
 //
 // Pressure has to add up to force, to rise with it, and to fall towards the block's rim as the model's own
@@ -16,7 +16,7 @@
 
 namespace palpate::lump {
 
-/// What is wrong, as far as it can be told.
+/// The input that is wrong, as far as it can be identified.
 enum class Fault : uint8_t {
   Unit,      ///< of pressure, force or modulus
   Sum,       ///< the maps carry more than the force on the whole block

@@ -35,7 +35,7 @@ void wall(double over, double width, int index, double sign, double& chi_square,
   }
 }
 
-/// Of a variance that rounding may have made nothing.
+/// Standard deviation of a variance that rounding may have made negative.
 double sd_of(double variance) {
   return std::sqrt(std::max(variance, 1e-8));
 }
@@ -77,7 +77,7 @@ double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) co
     *slope = jacobian.transpose() * rest;
     *normal = dense::product_tn(jacobian, jacobian);
   }
-  // What the training held is likelier than what it did not: wide marginals over its ranges, walls beyond
+  // Prior: wide marginals over the ranges of the training data, walls beyond
   // them.
   const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm),
                                                        log_range(model_.ratio)};
@@ -223,7 +223,7 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
   }
 }
 
-/// What each shape that is worth a try becomes by a search from where the network puts it.
+/// Fits of each likely shape, by a search that starts from the network's answer.
 std::vector<Fit> fits_of(const Model& model, const Fitter& fitter, const Answer& answer, Method method) {
   const auto likeliest =
       static_cast<size_t>(std::max_element(answer.shape_probability.begin(), answer.shape_probability.end()) -
@@ -248,7 +248,7 @@ const Fit& best_of(const std::vector<Fit>& fits) {
                            [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
 }
 
-/// What is left of an observation with and without the best lump, as the sensor's pattern.
+/// Residual of an observation with and without the best lump, as the sensor's pattern.
 void judge_pattern(const Model& model, const PressedNodes& nodes, const Fitter& fitter, const Fit& best,
                    Inference& found) {
   const PatchErrors& errors = fitter.patch().errors;

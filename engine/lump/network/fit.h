@@ -27,7 +27,7 @@ class Fitter {
       : model_(model), nodes_(nodes), patch_(patch) {}
 
   const PatchObservation& patch() const { return patch_; }
-  /// Of a lump that was fitted: the fields' factors at each load.
+  /// Factors of the fields at each load, for a fitted lump.
   Eigen::MatrixXd factors(const Fit& fit) const;
 
   /// Levenberg and Marquardt's search from where the fit is; `ratio_held`: its third number stays.
@@ -51,7 +51,7 @@ struct Posterior {
   std::vector<Part> parts;
   std::array<double, 4> shape_probability{};
 
-  /// Of a logarithm, where the sum of its parts reaches `fraction`.
+  /// Quantile of the logarithm of a parameter.
   double quantile(Parameter what, double fraction) const;
 };
 

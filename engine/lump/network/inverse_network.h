@@ -26,7 +26,7 @@ struct PatchObservation {
 
   PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from);
   void set_pattern(double size);
-  /// Of unit variance.
+  /// Components of unit variance.
   Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const {
     return whitener.of(errors.of_factors(factors));
   }
@@ -37,7 +37,7 @@ struct PatchObservation {
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch);
 
-/// What the network says of a patch.
+/// The network's output for a patch.
 struct Answer {
   std::array<double, 4> shape_probability{};   ///< in the order of fem::InclusionShape
   std::array<double, 4> across_probability{};  ///< of each shape, that it lies across the patch

@@ -24,7 +24,8 @@ std::array<double, 4> cubic_weights(double t) {
           0.5 * t * t * (t - 1)};
 }
 
-/// Of a place in nodes from the first; `mirrored`: the first node is a plane of symmetry.
+/// Interpolation weights at a place in nodes from the first; `mirrored`: the first node is a plane of
+/// symmetry.
 Taps taps_at(double place, uint32_t nodes, bool mirrored) {
   const double i = std::clamp(place, 0.0, nodes - 1.0);
   const auto cell = std::min<Eigen::Index>(static_cast<Eigen::Index>(i), nodes - 2);
@@ -242,7 +243,7 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
     calibration.inflation[p] = mix([p](const Calibration& t) { return t.inflation[p]; });
   calibration.place_inflation = mix([](const Calibration& t) { return t.place_inflation; });
   calibration.log_likelihood_ratio = mix([](const Calibration& t) { return t.log_likelihood_ratio; });
-  // What a calibration may leave by itself is no reason to call an observation strange.
+  // A misfit that calibration alone may leave does not make an observation unlike the training data.
   calibration.misfit = std::max(kLeastMisfit, mix([](const Calibration& t) { return t.misfit; }));
   calibration.rest = mix([](const Calibration& t) { return t.rest; });
   calibration.plain_pattern = mix([](const Calibration& t) { return t.plain_pattern; });

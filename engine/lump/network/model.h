@@ -1,4 +1,4 @@
-// What a lump network holds: the pressure without a lump, the shapes that bumps have, the network from a lump
+// A lump network: the pressure without a lump, the shapes that bumps have, the network from a lump
 // to its bump, and what was found about all three on cases that they had not seen.
 #pragma once
 
@@ -26,7 +26,7 @@ struct Base {
   static Eigen::Matrix<float, kTerms, 1> terms(double thickness_mm, double load);
   /// The quarter at a load (force over area and modulus), x fastest.
   Eigen::VectorXf quarter(double thickness_mm, double load) const;
-  /// Of a quarter, at a place from the block's middle.
+  /// Value of a quarter's map at a place from the block's middle.
   double at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) const;
 };
 
@@ -55,7 +55,7 @@ inline constexpr std::array<double, 3> kPatternLengths_mm = {1.5, 3.5, 8};
 /// One parameter of the lump that is estimated.
 enum Parameter : uint8_t { kSize, kDepth, kRatio, kParameters };
 
-/// What was found on unseen observations of one number of loads and one noise.
+/// Results on unseen observations of one number of loads and one noise.
 struct Calibration {
   std::array<double, kParameters> inflation{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_inflation = 1;
@@ -119,7 +119,7 @@ struct Model {
   std::vector<SmallNetwork> ensemble;
   Eigen::VectorXf in_mean, in_scale, out_mean, out_scale;
 
-  /// Of the mean's error: squares of the fields' factors, where the bump's are one in all.
+  /// Mean error of the emulator: squares of the fields' factors, where those of the bump add up to one.
   Eigen::MatrixXd discrepancy;
   double load_correlation = 0;   ///< of the discrepancy at one load with that at another
   double error_over_spread = 1;  ///< of the members' mean, over how far they differ
@@ -160,7 +160,7 @@ Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setti
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes = nullptr);
 
-/// What the width of an interval depends on besides: where in their ranges the estimates of size, depth and
+/// Further inputs of an interval's width: where in their ranges the estimates of size, depth and
 /// ratio (logarithms) lie.
 inline constexpr size_t kLocal = 5;
 Eigen::Matrix<double, kLocal, 1> local_terms(const Model& model, const std::array<double, kParameters>& logs);

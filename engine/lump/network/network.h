@@ -45,8 +45,8 @@ class Network {
   static Network parse(const std::string& bytes, const std::string& name);
   std::string bytes() const;
 
-  /// What lies behind an observation. Throws Error(Failure::Usage) where the observation's parts do not fit
-  /// each other (see observation.h); what cannot be told is a verdict.
+  /// Estimates the lump behind an observation. Throws Error(Failure::Usage) where the observation's parts do
+  /// not fit each other (see observation.h); an observation that allows no estimate gets a verdict instead.
   Estimate estimate(const Observation& observation, Method method = Method::Refined) const;
 
   const Model& model() const { return *model_; }

@@ -18,7 +18,7 @@ constexpr double kLeastHeight = 0.1;  // of the higher top: ground beside a stee
 constexpr double kLeastFall = 0.1;    // of it: the two ends of one stiff long lump make less
 constexpr double kLeastNoises = 6;
 
-/// What stands out, all loads in one, on the observation's own lattice.
+/// Pressure above the block's own, all loads in one, on the observation's own lattice.
 struct Relief {
   int width = 0, height = 0;
   double pitch_mm = 1, x_mm = 0, y_mm = 0;  // of the first node

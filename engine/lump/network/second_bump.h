@@ -24,8 +24,9 @@ struct SecondBump {
 /// the rim's own error is. None where there is one top alone; noise makes small falls.
 std::optional<SecondBump> find_second_bump(const PressedNodes& nodes);
 
-/// Whether a fall is beyond what noise and single lumps make. Of 666 single lumps of all shapes one is told
-/// as two, at one load; two balls of 8 mm, 5 mm deep, are told from 10 mm apart on, noise of 5 % included.
+/// Whether a fall is beyond what noise and single lumps make. Of 666 single lumps of all shapes one is
+/// reported as two, at one load; two balls of 8 mm, 5 mm deep, are reported from 10 mm apart on, noise of 5 %
+/// included.
 bool reports_two(const SecondBump& bump);
 
 /// Both of an observation, told by the model's block alone. None also where the observation cannot be used.

@@ -1,4 +1,4 @@
-// What a lump network is made of, step by step, as its file has it: for pictures and for people.
+// Steps of a lump network as its file has them: for pictures and for people.
 #pragma once
 
 #include <cstdint>

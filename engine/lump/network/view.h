@@ -51,7 +51,7 @@ struct PatchView {
 
   PatchView(const Model& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap);
   std::array<double, 2> to_patch(double x_mm, double y_mm) const;
-  /// Of a shift in the patch's axes.
+  /// Turns a shift in the patch's axes into the block's.
   std::array<double, 2> to_block(double u_mm, double v_mm) const;
 
  private:
@@ -68,7 +68,7 @@ struct PatchSums {
 };
 PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view);
 
-/// What a patch's factors may be off by, beside the lump: each value's noise, the network's own error, the
+/// Covariance of a patch's factors without the lump: each value's noise, the network's own error, the
 /// gauge's, and a pattern of the sensor that is alike at all loads, white or smooth, added or a gain.
 class PatchErrors {
  public:
@@ -77,7 +77,7 @@ class PatchErrors {
   /// The patch's own factors, as numbers of variance noise^2 each where there is noise alone; and others.
   const Eigen::VectorXd& observation() const { return observation_; }
   Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const;
-  /// Of PatchSums::right of other values at the same nodes.
+  /// PatchSums::right for other values at the same nodes.
   Eigen::VectorXd of_right(const Eigen::MatrixXd& right) const;
   /// Covariance of those, with a pattern of that standard deviation (over modulus, at the highest load).
   Eigen::MatrixXd covariance(double pattern) const;

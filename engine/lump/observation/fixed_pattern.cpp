@@ -7,7 +7,8 @@
 namespace palpate::lump {
 namespace {
 
-// Of white noise on nodes beyond both ends, values of unit variance that are correlated over a length.
+// Matrix that makes values of unit variance, correlated over a length, of white noise on nodes beyond both
+// ends.
 Eigen::MatrixXd smoothing(uint32_t nodes, Eigen::Index beyond, double length) {
   Eigen::MatrixXd taps(nodes, nodes + 2 * beyond);
   for (Eigen::Index i = 0; i < taps.rows(); ++i) {

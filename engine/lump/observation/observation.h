@@ -1,4 +1,4 @@
-// What a sensor tells of a block that was pressed, and what can be said of the lump in it.
+// A sensor's observation of a pressed block, and the estimate of the lump in it.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace palpate::lump {
 
-/// Of a window's place in the block, along x and along y, where nothing else is known: standard error, mm.
+/// Standard error of a window's place in the block, along x and along y, where nothing else is known, mm.
 inline constexpr double kPlaceSd_mm = 0.2;
 
 /// Pressure maps of one block at rising loads, all of the same window, and what is known besides.
@@ -66,7 +66,7 @@ constexpr bool reports_numbers(Status verdict) {
   return verdict == Status::Found || verdict == Status::StiffnessOpen;
 }
 
-/// What an input that is stated wrong does to an estimate: relative changes of size, depth and ratio where it
+/// Effect on an estimate of an input that is stated wrong: relative changes of size, depth and ratio where it
 /// is `error` lower and higher than stated; NaN where the estimate then reports no numbers.
 struct InputEffect {
   std::string input;  ///< "modulus", "thickness", "pitch", or "light" of the window's middle

@@ -1,4 +1,4 @@
-// What a sensor's limit hides of an observation: the highest pressures, and so the top of a bump.
+// The part of an observation beyond a sensor's limit: the highest pressures, and so the top of a bump.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@ inline constexpr double kReportedSaturation = 0.01;
 /// From here on a load is left out: the top that it hides is what tells size, depth and ratio apart.
 inline constexpr double kMostSaturation = 0.03;
 
-/// Of each load, the fraction of the window's nodes that the sensor's limit hides. What no load sees, and the
-/// highest one does not count as saturated, is no part of the window.
+/// For each load, the fraction of the window's nodes beyond the sensor's limit. Nodes that no load sees, and
+/// that the highest one does not count as saturated, are no part of the window.
 std::vector<double> saturated_fractions(const Observation& observation);
 
-/// Of the last one of maps whose sensor is not known: unseen nodes that an earlier map has seen, and holes
-/// with seen nodes all around. Share of what is not unseen for another reason.
+/// Saturated fraction of the last map where the sensor is not known: unseen nodes that an earlier map has
+/// seen, and holes with seen nodes all around. Share of what is not unseen for another reason.
 double saturated_fraction(const std::vector<fem::Map>& pressure_Pa);
 
 /// The observation without the loads whose top is hidden. `estimate` gets a reason for each of them and for

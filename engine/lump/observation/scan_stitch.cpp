@@ -230,7 +230,7 @@ fem::Map empty_map(const Grid& grid, float value) {
           std::vector<float>(size_t{grid.width} * grid.height, value)};
 }
 
-/// What the blending tells besides the maps.
+/// Results of the blending besides the maps.
 struct Blend {
   double variance = 0;                         // of a blended value by the presses' noise, summed
   double between = 0, freedom = 0, noise = 0;  // squares between presses; their number; what noise makes

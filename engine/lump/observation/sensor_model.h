@@ -20,7 +20,7 @@ struct PalpationSensor {
   double pixel_noise_gray = 1;  ///< standard deviation, before the level is rounded
   double node_pitch_mm = 1.25;  ///< of the observation: pixels are averaged around its nodes
   double least_cell = 0.9;  ///< fraction of the square around a node that the camera must see for it to count
-  /// What the calibration leaves: independent noise of each node, fraction of the highest load's peak
+  /// Noise after calibration: independent at each node, fraction of the highest load's peak
   /// pressure.
   double noise_fraction = 0.002;
   /// And a pattern that is the same at every load, fraction of the highest load's peak pressure: see

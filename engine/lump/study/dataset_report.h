@@ -11,15 +11,15 @@ namespace palpate::lump {
 /// "123 of 3000 cases, 14.2 a minute, 3 h 22 min left, 2 not converged".
 std::string progress_text(const DatasetProgress& progress);
 
-/// What a run did, and how to go on where it was interrupted.
+/// Summary of a run, and how to go on where it was interrupted.
 std::string dataset_text(const DatasetJob& job, const DatasetReport& report);
 std::string dataset_json(const DatasetJob& job, const DatasetReport& report);
 
 struct DatasetInfo {
   std::string text, json;
 };
-/// What a file holds: sweep, cases by state and shape, ranges of inputs, forces and pressures; where only its
-/// journal is there, how far it came. Throws Error(Failure::Input) where there is neither.
+/// Contents of a file: sweep, cases by state and shape, ranges of inputs, forces and pressures; where only
+/// its journal is there, how far it came. Throws Error(Failure::Input) where there is neither.
 DatasetInfo dataset_info(const std::filesystem::path& file);
 
 }  // namespace palpate::lump

@@ -120,7 +120,7 @@ class Lead {
       });
       report_.written = true;
     }
-    // What the file does not hold stays where it is.
+    // Cases that the file does not hold stay in the journal.
     const bool all_in_file =
         journal_.size() == 0 || (report_.complete && journal_.cases().begin()->first >= job_.first &&
                                  journal_.cases().rbegin()->first - job_.first < job_.count);
@@ -161,7 +161,7 @@ class Lead {
       report_.progress.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
       if (job_.progress) job_.progress(report_.progress);
     }
-    // What came in since, and what the threads have ready, is done as well.
+    // Cases that came in since, and those the threads have ready, are kept as well.
     while (const auto done = team.take(0)) keep(done->packed, done->wall_s);
   }
 

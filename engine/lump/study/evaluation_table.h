@@ -1,4 +1,4 @@
-// What a sensor's noise, number of loads and exposure do to estimates of lumps: one score for each.
+// Effect of a sensor's noise, number of loads and exposure on estimates of lumps: one score for each.
 #pragma once
 
 #include <string>

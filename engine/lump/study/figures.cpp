@@ -56,7 +56,7 @@ std::vector<FigurePress> press(const std::string& name, const fem::Scene& scene,
   return all;
 }
 
-/// What the inclusion adds to the block that has none.
+/// Sets the bump: the difference from the block without an inclusion.
 void set_bump(FigurePress& p, const FigurePress& without) {
   if (!p.good || !without.good) return;
   const Profile base = profile_along_x(without.press.pressure_Pa, bump_center_mm(p.press.pressure_Pa)[1]);

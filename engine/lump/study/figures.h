@@ -34,7 +34,7 @@ struct FigurePress {
   GaussianFit bump_fit;
 };
 
-/// What the paper prints of a line in Fig. 20 or 22, without units: a in gray levels (its 2323 for 12 mm is
+/// The paper's values for a line in Fig. 20 or 22, without units: a in gray levels (its 2323 for 12 mm is
 /// beyond 8 bits; 232.3 fits its figure), sigma^2 in squares of its own pixels or mm.
 struct PaperFit {
   double amplitude_gray = 0, variance = 0;

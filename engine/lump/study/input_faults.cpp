@@ -76,7 +76,7 @@ Observation with_forces(Observation observation, double factor) {
   return observation;
 }
 
-/// Of the whole face the nodes from a corner on.
+/// The nodes of the whole face from a corner on.
 Observation part(Observation observation, uint32_t first, uint32_t side) {
   return each_map(std::move(observation), [&](fem::Map& map) {
     fem::Map cut{side, side, map.pitch_mm, {}};

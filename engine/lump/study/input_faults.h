@@ -16,7 +16,7 @@ struct FaultRow {
   double inconsistent =
       0;               ///< share of the blocks whose estimate says that the observation contradicts itself
   double numbers = 0;  ///< share of those that report numbers all the same
-  /// Of lumps whose numbers are reported with and without the fault: how size, depth and ratio move, median
+  /// For lumps whose numbers are reported with and without the fault: how size, depth and ratio move, median
   /// of (with over without, less 1); NaN where there are none.
   std::array<double, 3> move{};
 };

@@ -1,5 +1,5 @@
-// What estimates of a lump are worth at the edges: stiff and soft lumps, at the surface, too wide, two of
-// them, none, other tissue than was told, noise, a saturated sensor.
+// Estimates of lumps in extreme cases: stiff and soft lumps, at the surface, too wide, two of
+// them, none, other tissue than stated, noise, a saturated sensor.
 #pragma once
 
 #include <functional>

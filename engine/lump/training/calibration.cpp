@@ -1,4 +1,4 @@
-// What answers are worth, from observations of cases that were kept aside.
+// Calibration of intervals and verdicts on observations of cases that were kept out of training.
 #include <algorithm>
 #include <atomic>
 #include <cmath>

@@ -212,7 +212,7 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
   in = model.in_scale.asDiagonal() * (in.colwise() - model.in_mean);
   out = model.out_scale.cwiseInverse().asDiagonal() * (out.colwise() - model.out_mean);
   weight = model.out_scale.asDiagonal() * weight;
-  // Of one size on average, so that the step suits any data.
+  // Unit mean square, so that the step suits any data.
   weight /= std::sqrt(weight.array().square().mean());
 
   model.ensemble.resize(options.ensemble);

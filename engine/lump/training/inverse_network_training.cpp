@@ -306,7 +306,7 @@ void find_components(InverseNetwork& inverse, const Model& model, const Observat
   inverse.middle = middle.cast<float>();
 }
 
-/// What a simulated observation teaches.
+/// Training example made of a simulated observation.
 struct Lesson {
   Eigen::Index output = 0;  ///< class, see reader_output
   size_t shape = 0;
@@ -353,7 +353,7 @@ double lesson_loss(const Lesson& lesson, const Eigen::Ref<const Eigen::VectorXf>
   return loss;
 }
 
-/// What the logarithms of a lump's parameters are scaled by: those of their ranges.
+/// Scales of the logarithms of a lump's parameters: those of their ranges.
 void scale_parameters(InverseNetwork& inverse, const Model& model) {
   const std::array<std::array<double, 2>, kParameters> ranges = {model.size_mm, model.depth_mm, model.ratio};
   for (size_t p = 0; p < kParameters; ++p) {

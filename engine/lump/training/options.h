@@ -1,4 +1,4 @@
-// What a lump network is trained from, how, and what is reported of it.
+// Training of a lump network: data, options and report.
 #pragma once
 
 #include <array>

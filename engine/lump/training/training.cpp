@@ -30,7 +30,7 @@ void widen(std::array<double, 2>& range, double value) {
   range = {std::min(range[0], value), std::max(range[1], value)};
 }
 
-/// What the examples span.
+/// Ranges that the examples span.
 void find_ranges(Model& model, const Examples& all) {
   constexpr std::array<double, 2> kNothing = {1e30, -1e30};
   model.size_mm = model.depth_mm = model.ratio = model.thickness_mm = model.load = kNothing;
