@@ -37,7 +37,7 @@ void start_log() {
   spdlog::set_default_logger(logger);
 }
 
-/// What stdout carries.
+/// Form of the result on stdout.
 enum class Form : uint8_t { Text, Json, JsonLines };
 
 Form form_of(int argc, char** argv) {

@@ -16,7 +16,7 @@ namespace palpate {
 /// slope; or where it is asked for and frames have 8 bits.
 bool may_show_slopes(const Sensor& sensor, bool asked = false);
 
-/// What is to be measured of an input: no more than the signal needs; none: what any signal may need.
+/// Outputs to measure of an input: no more than the signal needs; without a signal all that any may need.
 uint32_t force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal);
 
 /// The names of signals and models as the command line spells them.

@@ -14,7 +14,7 @@ namespace {
 constexpr size_t kEnoughPresses = 3;
 constexpr double kManyLeftOut = 0.25;  // of the touched frames
 
-/// What would help, the most telling first.
+/// Advice, the most helpful first.
 std::string advice(const ForceOutcome& o, size_t presses) {
   std::map<LeftOut, size_t> counts;
   for (const ForceSample& s : o.samples) ++counts[s.left_out];

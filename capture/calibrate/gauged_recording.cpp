@@ -108,7 +108,7 @@ TimeAlignment align(GaugedRecording& recording, const Gauge& gauge) {
   return *best;
 }
 
-/// Of recording and gauge, which reads `late` frames late; NaN where either does not vary.
+/// Correlation of recording and gauge, which reads `late` frames late; NaN where either does not vary.
 double correlation(const GaugedRecording& recording, const std::vector<double>& signal, const Gauge& gauge,
                    int64_t late) {
   double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
@@ -276,7 +276,7 @@ void zero_readings(const GaugeRequest& request, GaugedRecording& recording) {
   }
   for (size_t p = 0; p < kParts.size(); ++p) {
     if (readings[p].empty()) continue;
-    // What is pulled along a single direction leaves the other at next to nothing.
+    // A pull along a single direction leaves the other at next to nothing.
     const std::string note = take_off_zero(readings[p], touched, kParts[p].name + request.gauge,
                                            p == 0 ? Pressed::Above : Pressed::Either, p == 0 ? 0 : range_N);
     if (!note.empty()) recording.notes.push_back(note);

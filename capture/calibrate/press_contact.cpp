@@ -32,7 +32,7 @@ std::vector<cv::Mat> change_of(const Frame& frame, const Frame& background) {
   return change;
 }
 
-/// What counts as touch: of the brightest or most changed channel, through the filter.
+/// Change that counts as touch: that of the brightest or most changed channel, through the filter.
 cv::Mat counted(const std::vector<cv::Mat>& change, Signal signal, Filter filter) {
   static const cv::Mat binomial = (cv::Mat_<float>(5, 1) << 1 / 16.f, 4 / 16.f, 6 / 16.f, 4 / 16.f, 1 / 16.f);
   cv::Mat most = cv::Mat::zeros(change.front().size(), CV_32F);

@@ -28,7 +28,7 @@ struct ShearRequest {
   std::optional<double> friction;     ///< where no recording slips
 };
 
-/// What is to be measured of an input; `signal` none: what either needs.
+/// Outputs to measure of an input; `signal` none: those that either needs.
 uint32_t shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> signal);
 
 /// The names of signals as the command line spells them.

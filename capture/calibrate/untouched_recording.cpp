@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Of what a kind of frame shows and others lack: below it nothing is shown.
+// Least difference between kinds of frames that counts as evidence.
 constexpr double kNoEvidence = 0.002;
 constexpr uint64_t kLeastTouched_px = 25;  // fewer above the threshold are no touch
 constexpr size_t kLeastRest = 3;           // untouched frames that show the noise

@@ -44,7 +44,7 @@ UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor
 /// Fills in what `threshold_gray` makes of the recording.
 void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray,
                      UntouchedRecording& found, const std::function<bool(uint64_t)>& more);
-/// What the touches of a recording change from the sensor's untouched image, by a threshold that a touch
+/// Change by the touches of a recording from the sensor's untouched image, by a threshold that a touch
 /// surely passes: clear_threshold() of the sensor's, or more where untouched frames change by more. A frame
 /// in which no touch is evident above noise and light (evident_touch_px) is untouched.
 UntouchedRecording judge_touches(const std::string& input, const Sensor& sensor,

@@ -13,8 +13,8 @@ struct Event {
   uint64_t frame = 0;
   double time_s = 0;
   std::string kind;  ///< "mark", "zero", "zero ended" or "lump"
-  /// Of a mark: what was typed, else its number; of a zero: what was subtracted from then on; of a lump: what
-  /// a press told.
+  /// For a mark, what was typed, else its number; for a zero, what was subtracted from then on; for a lump,
+  /// the a press told.
   std::string text;
 };
 

@@ -24,7 +24,7 @@ struct QuantityColumns {
   std::optional<size_t> low, high;
 };
 
-/// What each column of a table means.
+/// Meaning of each column of a table.
 struct Columns {
   std::vector<std::string> names;
   std::vector<QuantityColumns> quantities;
@@ -75,7 +75,7 @@ Columns columns_of(const CsvTable& table, const JudgedTableOptions& options) {
     if (!column)
       throw Error(Failure::Usage, "a column of the table", "'" + name + "'" + did_you_mean(name, all),
                   "--by with names of " + printable(table.header_line()));
-    // What was estimated is crossed by what was true: cells of estimates would gather its errors.
+    // An estimate is judged by cells of its truth: cells of the estimate would gather its errors.
     const auto estimated = std::ranges::find(columns.quantities, *column, &QuantityColumns::value);
     const bool has_truth = estimated != columns.quantities.end();
     columns.conditions.push_back(has_truth ? table.find("true_" + name).value_or(estimated->truth) : *column);

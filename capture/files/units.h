@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-/// What a column measures, in the unit that its values are turned into.
+/// Quantity of a column, in the unit that its values are converted into.
 enum class Quantity : uint8_t {
   Force_N,    ///< also mN, kN, gf, kgf, lbf, and g, kg, lb of a scale
   Time_s,     ///< also ms, us, ns

@@ -143,7 +143,7 @@ bool VideoFile::cut_short() const {
   return ended_ && announced_ && video_->frames_are_counted() && video_->faults().seen + 1 < *announced_;
 }
 
-/// What the container states and the file lacks.
+/// Part that the container states and the file lacks.
 std::string VideoFile::end_missing() const {
   if (!ended_) return {};
   const uint64_t seen = video_->faults().seen;

@@ -66,7 +66,7 @@ class Comparison {
       depth_map_mm_;
 };
 
-/// Of two maps of one size; 0 where they are empty.
+/// RMS difference of two maps of one size; 0 where they are empty.
 double rms_difference(std::span<const float> a, std::span<const float> b);
 
 }  // namespace palpate

@@ -109,7 +109,7 @@ class Session : public Source {
   std::optional<std::string> recorded(uint64_t sequence) const;
   /// The names of their cells, as Measurements::cell_names was then.
   std::string recorded_names() const;
-  /// Of all frames with recorded measurements, rising.
+  /// Numbers of all frames with recorded measurements, rising.
   std::vector<uint64_t> measured_sequences() const;
 
   FrameFormat format() const override;

@@ -55,8 +55,8 @@ const Scene& find_scene(const std::string& name) {
 
 namespace {
 
-/// Of the light: while unloading it is that of a force larger by up to hysteresis * full scale, most at half
-/// of it; from one branch to the other over a tenth of full scale.
+/// Hysteresis of the light: while unloading it is that of a force larger by up to hysteresis * full scale,
+/// most at half of it; from one branch to the other over a tenth of full scale.
 void add_hysteresis(std::vector<ScriptState>& states, const ScriptRules& rules) {
   if (rules.hysteresis == 0 || rules.largest_force_N <= 0) return;
   double before_N = 0, unloading = 0;

@@ -27,7 +27,7 @@ ControlType type_of(uint32_t type) {
   }
 }
 
-/// Of any type but Other.
+/// Reads a control of any type but Other.
 std::optional<int64_t> read(int file, uint32_t id, bool wide) {
   v4l2_ext_control control{};
   control.id = id;

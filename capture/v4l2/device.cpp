@@ -62,7 +62,7 @@ std::vector<std::string> node_paths() {
   return paths;
 }
 
-/// What to try instead of a camera that there is none of.
+/// Advice where a camera does not exist.
 std::string another_camera() {
   std::string list;
   for (const NodeReport& node : list_nodes())

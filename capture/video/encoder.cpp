@@ -138,7 +138,7 @@ void Encoder::open_codec(double rate_Hz) {
   codec_->time_base = av_inv_q(codec_->framerate);
   codec_->thread_count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   codec_->pix_fmt = avi ? AV_PIX_FMT_YUVJ420P : AV_PIX_FMT_YUV420P;
-  // What swscale makes of RGB.
+  // The matrix by which swscale converts RGB.
   codec_->colorspace = AVCOL_SPC_SMPTE170M;
   codec_->color_range = avi ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
   codec_->gop_size = 12;

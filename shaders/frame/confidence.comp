@@ -1,4 +1,4 @@
-// What is known of each pixel: the frame's raw values beside what the background and the pad's outline say once and for all. All
+// Confidence of each pixel: the frame's raw values combined with what background and outline determine once and for all. All
 // integer. An invocation owns 16 columns and TILE_ROWS rows. Variants: WIDE (16-bit pixels), PLANES (1 or
 // 3), MARKERS (the frame is one whose printed markers were filled).
 #version 460

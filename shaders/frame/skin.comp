@@ -93,7 +93,7 @@ Row plus(Row r, Row s, float w) {
   return Row(r.a + w * s.a, r.b + w * s.b, r.c + w * s.c, r.d + w * s.d, r.e + w * s.e, r.f + w * s.f);
 }
 
-// Of the four from sample 4 k on, those within the window are 1.
+// 1 for those of the four samples from 4 k on that lie within the window.
 vec4 within(int k) { return vec4(lessThan(4 * k + ivec4(0, 1, 2, 3), ivec4(kSide))); }
 
 vec4 window_at(int row, int k, int which, int point) { return texelFetch(windows, (((row * kFours + k) << 2) + which) * int(push.points) + point); }
@@ -229,7 +229,7 @@ void main() {
 
   const vec2 at = vec2(rest) + shift;
   const bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x <= float(push.width - 1) && at.y <= float(push.height - 1);
-  // What is lost stays where it was last seen, until it is found.
+  // A lost point stays where it was last seen, until it is found.
   const bool good = inside && correlation >= kSkinLeastCorrelation && shift.x == shift.x && shift.y == shift.y;
   motions[point] = good ? vec4(shift, correlation, noise) : vec4(start, 0.0, 0.0);
 }

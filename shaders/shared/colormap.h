@@ -15,7 +15,7 @@ namespace palpate::viz {
 #define PALPATE_MAP_CIVIDIS 1
 #define PALPATE_MAP_MAGMA 2
 
-// What the colours of the surface show.
+// Quantities that the colours of the surface show.
 #define PALPATE_SHOWN_DEPTH 0
 #define PALPATE_SHOWN_PRESSURE 1
 #define PALPATE_SHOWN_STRAIN 2

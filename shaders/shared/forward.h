@@ -48,7 +48,7 @@ struct ForwardTransferPush {
 // Layers that are not there, before the first and behind the last, so that transfers need no branch.
 const uint kForwardSpareLayers = 2;
 
-// What the scalar kernel does with the sums that the others leave.
+// Steps of the scalar kernel, on the sums that the others leave.
 const uint kForwardBalance = 0;    // a new round: squares of all forces, and of those out of balance
 const uint kForwardDirection = 1;  // after the cycle: residual times correction, both over `scale`
 const uint kForwardLength = 2;     // after the product: direction times product

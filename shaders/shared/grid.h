@@ -64,7 +64,7 @@ struct RestLevelPush {
   uint edges;  // 1: four more records, of the first and last column and row
 };
 
-// What the height map says about one tile.
+// Heights of one tile at rest.
 struct RestLevelRecord {
   float mean;     // mm, over the tile's pixels that were read
   float highest;  // mm

@@ -1,4 +1,4 @@
-// What the surface view's shaders are told with every draw; 128 bytes, the least that every device takes.
+// Push constants of the surface view's shaders; 128 bytes, the least that every device takes.
 #ifndef PALPATE_SHARED_SURFACE_VIEW_H
 #define PALPATE_SHARED_SURFACE_VIEW_H
 

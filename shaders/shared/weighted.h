@@ -25,7 +25,7 @@ struct WeightedPush {
   float scale;        // mm per px: turns differences of height in px into mm
 };
 
-// What the scalar kernel does with the sums that the others leave.
+// Steps of the scalar kernel, on the sums that the others leave.
 const uint kScalarStart = 0;      // a new solve: squares are those of the right side
 const uint kScalarDirection = 1;  // after the preconditioner: how much of the last direction goes on
 const uint kScalarLength = 2;     // after the operator: how far along the direction

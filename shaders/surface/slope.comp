@@ -18,7 +18,7 @@ layout(binding = FIRST_OUTPUT + 1) writeonly buffer Coarse { vec4 coarse[]; };
 // The integral from sample b to c of the cubic through a, b, c, d.
 vec4 pair(vec4 a, vec4 b, vec4 c, vec4 d) { return (13.0 * (b + c) - a - d) / 24.0; }
 
-// What does not change from row to row: 1 for each pair of columns inside the frame, from (-1, 0) to (7, 8).
+// Constant from row to row: 1 for each pair of columns inside the frame, from (-1, 0) to (7, 8).
 struct Edges {
   vec4 pairs_a, pairs_b;
   float pair_c;

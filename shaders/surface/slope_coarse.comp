@@ -16,7 +16,7 @@ layout(binding = FIRST_OUTPUT) writeonly buffer Coarse { vec4 coarse[]; };
 // 24 times the integral from sample b to c of the cubic through a, b, c, d.
 vec4 pair(vec4 a, vec4 b, vec4 c, vec4 d) { return 13.0 * (b + c) - a - d; }
 
-// What does not change from row to row.
+// Values that do not change from row to row.
 struct Columns {
   vec4 faces;           // 1 where the face left of a cell has pixels on both sides
   float last_face;      // the same right of the fourth cell

@@ -1,4 +1,4 @@
-// What heights leave of the right side, summed over blocks of two by two cells: the coarser level's right side. `heights` are those of
+// Residual of the heights, summed over blocks of two by two cells: the coarser level's right side. `heights` are those of
 // the tile with HEIGHTS_HALO cells around it, `right` the right side with RIGHT_HALO. Included after `coarse` (writeonly) is declared.
 void put_residual_sums(ivec2 origin) {
   FOR_SHARED(n, kTileWidth * kTileHeight / 4) {

@@ -28,7 +28,7 @@ TEXELS(5, vec4, contact);
 layout(binding = 6) writeonly buffer Sums { vec4 sums[]; };
 #endif
 
-// What only cells with contact ask for.
+// Inputs that only cells with contact need.
 #if defined(GRADIENT) || defined(RIGHT)
 #define CONTACT
 #endif

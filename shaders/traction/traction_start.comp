@@ -19,7 +19,7 @@ layout(binding = 5) writeonly buffer Groups { uint groups[]; };
 // A cell without pressure enters only where a direction wants it; a trace in each lets them all begin.
 const float kTrace_MPa = 1e-9;
 
-// What a frame that failed left behind is no start.
+// A frame that failed leaves no start for the next.
 vec4 begin_from(uint i) {
   vec4 p = texelFetch(last, int(i));
   bvec4 finite = notEqual(floatBitsToUint(p) & 0x7f800000u, uvec4(0x7f800000u));

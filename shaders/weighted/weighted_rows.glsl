@@ -14,7 +14,7 @@ struct Pair {
   vec4 a, b;
 };
 
-// Of one row: right faces of columns -1 .. 7, lower faces of columns 0 .. 7.
+// Faces of one row: right faces of columns -1 .. 7, lower faces of columns 0 .. 7.
 struct Faces {
   float l;
   vec4 xa, xb, ya, yb;

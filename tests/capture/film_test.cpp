@@ -70,7 +70,7 @@ TEST_F(FilmTest, HoldsEveryPictureInBothContainers) {
   }
 }
 
-/// What Chromium shows of a page, as HTML; empty where there is no Chromium.
+/// A page as Chromium shows it, as HTML; empty where there is no Chromium.
 std::string shown_by_chromium(const fs::path& page, const fs::path& profile) {
   const std::string command =
       "timeout 600 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir='" +

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-/// Of even cells with a modulus of 1.
+/// Cube of even cells with a modulus of 1.
 inline fem::CellGrid cube(uint32_t cells, double pitch_mm) {
   fem::CellGrid grid;
   grid.cells = {cells, cells, cells};

@@ -122,7 +122,7 @@ std::array<std::vector<double>, 3> surface_of(const Load& load, double poisson) 
   return out;
 }
 
-/// What a camera sees of the layer under part of each load, MPa.
+/// View of the layer by a camera under part of each load, MPa.
 struct Seen {
   Seen(double poisson, double pressure, double drag, double twist)
       : contact(size_t{kCells} * kCells),
@@ -194,7 +194,7 @@ TEST(LayerTraction, SidesOfTheBlockAreFarEnough) {
   }
 }
 
-/// Of a rigid sphere on a block of so many bricks through its thickness: what is found over what pressed.
+/// Error for a rigid sphere on a block of so many bricks through its thickness: force found over true force.
 struct SphereError {
   double force = 0, peak = 0;
 };

@@ -271,7 +271,7 @@ constexpr std::array kReaders{
     Reader{"network", "model.lump", read_network, mend_network},
 };
 
-/// What an error's line lacks; empty: nothing.
+/// Missing parts of an error's line; empty: none.
 std::string fault_of(const Reader& reader, const Error& error) {
   constexpr size_t kLongest = 700;
   const std::string line = error.what();

@@ -258,7 +258,7 @@ TEST_F(Gpu, CommandsRunAsOftenAsSubmittedAndTellTheirTimes) {
   EXPECT_EQ(moved.times().size(), 3u);
 }
 
-// What a device may lack gives the same numbers without it, and validation has nothing to say.
+// Without an optional feature the numbers are the same, and validation reports nothing.
 TEST(GpuWithout, GivesTheSameRecords) {
   const auto records = [](const ContextOptions& options) {
     Context context(options);

@@ -140,7 +140,7 @@ TEST(LumpConsistency, WrongUnitsAreNamed) {
 
 TEST(LumpConsistency, APitchAndAWindowThatAreToldWrongAreFoundAndMeasured) {
   const size_t all = stored().size();
-  // Of one lump a thickness explains as much.
+  // A wrong thickness explains one lump as well.
   EXPECT_GE(count_of(Fault::Pitch, [](Observation& o) { pitch(o, 0.8); }), all - 1);
   // Crops of 24 x 21 nodes whose middles lie 3.75 mm off: one of the four lumps is longer than the crop.
   EXPECT_GE(count_of(Fault::Window, [](Observation& o) { crop(o, 7, 1, 23, 21); }), all - 1);

@@ -112,7 +112,7 @@ TEST(ErrorSources, ALumpThatGoesAwayWithUnevenLightIsUnusable) {
   EXPECT_NE(gone.reasons[0].find("unevenness, which is known to 1 %"), std::string::npos) << gone.reasons[0];
   o.uneven_sd = 0.001;
   EXPECT_EQ(estimator(o).verdict, lump::Status::Found);
-  // Of a scan the light is that of each window.
+  // In a scan each window has its own light.
   int asked = 0;
   estimator(o, [&](double fraction) {
     ++asked;

@@ -42,7 +42,7 @@ TEST(LumpEvaluationCells, VerdictsReportRefuseAndAreWrong) {
     EXPECT_EQ(cases.cases[i].reported, reported[i]) << i;
     EXPECT_EQ(cases.cases[i].wrong, wrong[i]) << i;
   }
-  // Of an open ratio the interval is stated, its middle is not.
+  // An open ratio has an interval and no middle.
   EXPECT_TRUE(std::isnan(cases.cases[3].values[2].value));
   EXPECT_EQ(cases.cases[3].values[2].high, 60);
   EXPECT_NEAR(cases.cases[0].conditions[4], 5, 1e-12);

@@ -36,7 +36,7 @@ TEST(LumpProfile, ExactGaussiansComeBack) {
       }
 }
 
-// Of 300 noisy lines each parameter lies within one standard error about as often as it should.
+// Over 300 noisy lines each parameter lies within one standard error about as often as it should.
 TEST(LumpProfile, ErrorsCover) {
   const double truth[] = {100, 1.5, 3, 200};
   int within[4] = {};

@@ -1,4 +1,4 @@
-// What a verdict is worth: tissue alone under every noise and pattern is no lump, and an observation says the
+// Verdicts: tissue alone under every noise and pattern is no lump, and an observation gives the
 // same from whichever side it is looked at.
 #include <gtest/gtest.h>
 

@@ -16,7 +16,7 @@ namespace {
 constexpr uint32_t kWidth = 380, kHeight = 277;
 constexpr double kPitch_mm = 0.09;
 
-/// What a place adds to red, green and blue.
+/// Change of red, green and blue at a place.
 using Change = std::function<std::array<double, 3>(double x_px, double y_px)>;
 
 class GelContactsTest : public testing::Test {
@@ -198,7 +198,7 @@ TEST_F(GelContactsTest, APressKeepsItsLineageWhileItComesAndGoes) {
   EXPECT_NE(next[0].id, lineage);
 }
 
-// What a press leaves as it fades is one contact or none, unless its parts are sure by themselves.
+// A fading press is one contact or none, unless its parts are clear by themselves.
 TEST_F(GelContactsTest, APressThatFallsApartIsOne) {
   begin();
   const auto bar = [](double x, double y) {
@@ -255,7 +255,7 @@ TEST_F(GelContactsTest, GrayOfPiecesGoesToTheirContact) {
   EXPECT_EQ(found[0].saturated_px, 2u);
 }
 
-// What one strong press does to the gel around it is no second object: a smooth band across the picture, a
+// A strong press's effect on the gel around it is no second object: a smooth band across the picture, a
 // ring around it, a change of the light alone at the border.
 TEST_F(GelContactsTest, WhatAPressDoesAroundItIsNoOther) {
   const auto grown = [](double from, double to, double at) {

@@ -72,7 +72,7 @@ struct CutSphere {
   double force = 0;
 };
 
-// What presses beyond the border pulls on the surface inside. Where the contact is said to go on, the
+// A load beyond the border pulls on the surface inside. Where the contact is stated to go on, the
 // outermost cells do not carry it: the ridge is gone and the force is that of the grid.
 TEST(TractionAtTheBorder, ContactThatGoesOn) {
   for (const double thickness : {5.5, 40.0})
@@ -117,7 +117,7 @@ TEST(LayerContinuation, TransposesItself) {
     other += p[i] * back[i];
   }
   EXPECT_NEAR(one, other, 1e-9 * std::abs(one));
-  // What is in the grid and what is beyond are all there is.
+  // The part in the grid and the part beyond add up to the whole.
   LayerConvolution(LayerKernel(kGel, 2, 0.3), 13, 9, false).depth_by_pressure(p, inside);
   layer.depth_by_beyond(p, beyond);
   for (size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(depth[i], inside[i] + beyond[i], 1e-9);

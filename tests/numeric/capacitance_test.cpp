@@ -20,7 +20,7 @@ struct Mask {
   std::function<bool(double x, double y)> known;
 };
 
-// What flows through the missing faces of the edge cells.
+// Flow through the missing faces of the edge cells.
 std::vector<double> missing_flow(const Capacitance& c, const std::vector<double>& z, uint32_t width) {
   std::vector<double> m;
   for (const EdgeCell& cell : c.cells) {

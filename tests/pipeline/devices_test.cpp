@@ -21,7 +21,7 @@ struct Way {
   gpu::ContextOptions options;
 };
 
-/// Of a few frames.
+/// Results of a few frames.
 struct Measured {
   std::vector<Touch> touches;
   std::vector<std::vector<float>> depth_mm;

@@ -14,7 +14,7 @@ namespace {
 constexpr double kPress_mm = 3;  // radius
 constexpr uint32_t kUntouched = 12, kTouched = 4;
 
-/// What a seed makes of a gel.
+/// A random gel by its seed.
 class Gel {
  public:
   explicit Gel(const Case& c)

@@ -334,7 +334,7 @@ TEST_F(FailingProgram, ADeviceThatHangsEndsInOneLine) {
                  {"PALPATE_WAIT_LIMIT_S in seconds", "'soon'"}, around);
 }
 
-// What is live goes on: the device is opened anew, no frame of the recording is missing, and all are
+// A live session goes on: the device is opened anew, no frame of the recording is missing, and all are
 // measured.
 TEST_F(FailingProgram, ARecordingOutlivesItsDevice) {
   for (const auto& [name, around] : {std::pair{"lost", failing("vkQueueSubmit2", 30)},

@@ -19,7 +19,7 @@ class MarkedGel : public GpuTest {
     Touch touch;
   };
 
-  // Of the depth map against the truth, with markers where the untouched image is darker than without them.
+  // Error of the depth map, with markers where the untouched image is darker than without them.
   static Error error_of(const SyntheticRun& scene, const Frame& frame, const Truth& truth,
                         const std::vector<uint8_t>& markers, const Sensor& sensor) {
     PipelineOptions options{Output::Force | Output::Surface, SurfaceSolver::Converged, 1};

@@ -102,7 +102,7 @@ TEST_F(SteadyLightTest, ALightIsTrustedOnceMostOfAPictureHasAgreed) {
   light_.set_background(untouched_);
   light_.steady(picture(as_it_was(), kCovers_px));
   EXPECT_EQ(light_.summary().state, LightState::Unknown) << "after another untouched image";
-  // Of separate pictures each is by itself.
+  // Separate pictures are each followed alone.
   SteadyLight separate(kFormat, kSaturation, true);
   separate.set_background(untouched_);
   separate.steady(picture(as_it_was(), 0));

@@ -49,7 +49,7 @@ TEST_F(Evaluate, ATablesBadCornerIsNamed) {
   const Json honest = parse_json(run({"evaluate", "table", good, "--json"}).out);
   EXPECT_FALSE(honest["worst"]["value"]["quantities"]["value"]["below_promise"].get<bool>());
 
-  // What was judged can be judged again.
+  // The table that was written can be judged again.
   const Json again = parse_json(run({"evaluate", "table", folder_ / "out/coverage_cases.csv", "--json"}).out);
   EXPECT_EQ(again["worst"]["value"]["cell"], worst["cell"]);
 }

@@ -49,7 +49,7 @@ class LumpCommand : public Program {
     return std::system((std::string(command) + " > /dev/null 2>&1").c_str()) != 0;
   }
 
-  /// Of this program, with a word like that in their command line.
+  /// Processes of this program with such a word in their command line.
   static std::vector<pid_t> processes_of(const std::string& word) {
     std::vector<pid_t> found;
     for (const auto& entry : fs::directory_iterator("/proc")) {

@@ -83,7 +83,7 @@ TEST_F(Program, WordsThatAreNearlyRightAreUnderstood) {
                  {"did you mean 'palpation'?"});
   expect_refusal({"process", "synthetic:press?nois=off", "--out", (folder_ / "o").string()}, 3,
                  {"did you mean 'noise'?"});
-  // What is near to nothing is not guessed at.
+  // A word that resembles no command gets no guess.
   const Ended far = run({"xylophone"});
   EXPECT_EQ(far.exit_code, 2);
   EXPECT_FALSE(contains(far.err, "did you mean")) << far.err;
@@ -399,7 +399,7 @@ TEST_F(Program, WithoutAScaleLengthsAreInPixelsAndOfOneContact) {
     EXPECT_NEAR(contacts_px.number(i, "ellipse_minor_px") * pitch, contacts_mm.number(i, "ellipse_minor_mm"),
                 1e-6);
 
-  // What needs a scale says so.
+  // A command that needs a scale says so.
   std::ofstream(rec / "shear.json") << R"({"palpate_sensor":1,"pitch_mm_per_px":null,)"
                                        R"("shear":{"kx_N_per_mm":1,"ky_N_per_mm":1,"friction":1}})";
   expect_refusal({"process", (rec / "frames").string(), "--sensor", (rec / "shear.json").string(), "--out",

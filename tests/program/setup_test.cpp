@@ -53,7 +53,7 @@ TEST_F(SetupCommand, APadThatLightsUpIsKnownFromOneRecording) {
   EXPECT_FALSE(has_scale(sensor));
   ASSERT_TRUE(sensor.force);
   EXPECT_TRUE(sensor.force->fit_for_use);
-  // What it says is measured: other presses of the same pad read the force that there was.
+  // The calibration is right: other presses of the same pad read their true force.
   ASSERT_EQ(run("process " + frames + " --sensor '" + at("own.json") + "' --quiet --out '" + at("out") + "'"),
             0)
       << text("stderr");

@@ -124,7 +124,7 @@ TEST_F(KnownPartTest, EqualsDoublePrecisionOfThePartAlone) {
   }
 }
 
-// What is known in several parts, or has too long an edge, is not for it.
+// Known pixels in several parts, or with too long an edge, are refused.
 TEST_F(KnownPartTest, SaysWhatItCannotSolve) {
   Surface surface(context(), 320, 240, SurfaceSolver::Live, load_tuning(context()).tuning);
   std::vector<uint8_t> known(320 * 240, 1);

@@ -201,7 +201,7 @@ TEST_F(SlopeTest, ShadingEqualsReference) {
   EXPECT_GT(clipped, 1000u);
 }
 
-/// What the kernel says of cells: right side, right and lower faces, the field.
+/// The kernel's outputs for cells: right side, right and lower faces, the field.
 struct Cells {
   std::vector<double> right, across, down;
   double field = 0;

@@ -288,7 +288,7 @@ TEST_F(TractionStageTest, FollowsFrames) {
   EXPECT_GT(run(again).iterations, 1u);
 }
 
-// What has converged stays as it is, however many iterations were recorded; what has not says so.
+// A converged solution stays as it is, however many iterations were recorded; one that is not says so.
 TEST_F(TractionStageTest, ConvergedIsLeftAlone) {
   Scene scene({80, 60, 0.25});
   scene.add(Layer(kGel, 5.5).press_sphere(1, 8), 1.1, -0.6);

@@ -1,4 +1,4 @@
-// What printed markers leave in a surface: fine structure under them against that beside them.
+// Traces of printed markers in a surface: fine structure under them against that around them.
 #pragma once
 
 #include <algorithm>

@@ -83,7 +83,7 @@ complete -c palpate -f -a '(__palpate_complete)'
 
 using Words = std::vector<Completions::Word>;
 
-/// Of each usable device the first word of its name, or its index where that is not its alone.
+/// The first word of each usable device's name, or its index where another name begins alike.
 Words devices() {
   std::vector<gpu::DeviceReport> all;
   try {
@@ -130,7 +130,7 @@ Words inputs() {
 constexpr const char* kFiles = ":files";
 constexpr const char* kFolders = ":folders";
 
-/// What a value may be, by the name that the help gives it.
+/// Kind of a value, by the name that the help gives it.
 struct Kind {
   const char* value;
   Words (*words)();

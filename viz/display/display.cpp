@@ -19,7 +19,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Of a picture on a CPU driver, so that measuring has its fraction of the cores at 25 pictures a second.
+// Limit of a picture on a CPU driver, so that measuring has its fraction of the cores at 25 pictures a
+// second.
 constexpr double kDrawBudget_ms = 22;
 
 double seconds_between(std::chrono::steady_clock::time_point a, std::chrono::steady_clock::time_point b) {

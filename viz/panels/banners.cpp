@@ -53,7 +53,7 @@ void status_line(const Layout& layout, const HudContent& content, bool rates, fl
   const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2, margin = 12 * scale;
   const float gap = ImGui::CalcTextSize("   |   ").x;
   list->PushClipRect(low, high);
-  // What happened stands first; the frame, or how the program runs, on the right.
+  // The last event stands first; the frame, or how the program runs, on the right.
   std::string right = rates ? rates_text(content) : place_text(content);
   std::string left = content.live ? content.live->note : "";
   const std::string camera = content.live ? camera_text(content.live->camera) : "";

@@ -132,7 +132,7 @@ std::string trouble_of(const Json& json, Settings& s) {
 void Settings::take_from(const ViewState& v) {
   text_scale = v.text_scale;
   map = v.map;
-  // What this sensor cannot show stays as it was chosen with one that can.
+  // A quantity that this sensor cannot show stays as it was chosen with one that can.
   if (v.can_show(quantity)) quantity = v.quantity;
   lit = v.lit, grid = v.grid, axes = v.axes;
   charts = v.charts, section = v.section, contacts = v.contacts, skin = v.skin, controls = v.controls;

@@ -21,11 +21,11 @@ namespace {
 const ImVec4 kBlue{0.34f, 0.71f, 0.91f, 1}, kAmber{1, 0.72f, 0.28f, 1}, kRed{1, 0.47f, 0.24f, 1};
 constexpr ImU32 kCorner = IM_COL32(255, 190, 70, 255), kOutline = IM_COL32(255, 190, 70, 200);
 constexpr uint32_t kPicture_px = 1000;
-// What a heading has for a step, in the order of the steps.
+// Headings of the steps, in their order.
 constexpr std::array<const char*, SetupView::kSteps> kTitles{
     "1  frame", "2  untouched image", "3  touch", "4  scale", "5  surface from a ball", "6  force"};
 
-/// What is missing, by the names of this form instead of the options of the command.
+/// Names the missing inputs as this form does, instead of by the options of the command.
 std::string by_field(std::string words) {
   static const std::vector<std::pair<std::string, std::string>> kFields{
       {": --background FILE", ", in 'picture at rest'"},

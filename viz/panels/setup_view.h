@@ -16,7 +16,7 @@
 
 namespace palpate::viz {
 
-/// What the person has filled in. Empty or 0: nothing.
+/// Inputs that the person has filled in. Empty or 0: nothing.
 struct SetupForm {
   using Path = std::array<char, 512>;
   Path recording{}, sensor_file{}, background{}, grid_pictures{}, balls{}, gauge{};
@@ -40,7 +40,7 @@ struct SetupLine {
   std::string missing;  ///< what would make it known
 };
 
-/// What the person asks for next.
+/// Next request of the person.
 struct SetupWish {
   enum class What {
     Open,     ///< the recording that is named now

@@ -23,7 +23,7 @@ struct Choice {
   bool setup = false;  ///< instead: the form for a sensor of one's own, with `typed`
 };
 
-/// What went wrong with the last choice.
+/// Error of the last choice.
 struct StartTrouble {
   std::string message;  ///< one line; empty: nothing
   Choice choice;

@@ -1,4 +1,4 @@
-// What the machine has: Vulkan devices and cameras.
+// Vulkan devices and cameras of this machine.
 #include <pybind11/stl.h>
 
 #include "capture/v4l2/device.h"

@@ -8,7 +8,7 @@ namespace palpate::viz {
 
 /// Is there a display that Vulkan can draw to?
 bool display_available();
-/// What the desktop last said of a failure, e.g. right after display_available() found none.
+/// The desktop's last error message, e.g. right after display_available() found none.
 std::string desktop_message();
 /// Extensions that the Context of a window needs (ContextOptions::instance_extensions, with presentation =
 /// true). Throws Error(Failure::Display) without a display.

@@ -45,7 +45,7 @@ void hatch(std::span<Pixel> planes, const FrameFormat& format, uint32_t halvings
   }
 }
 
-// What the picture does not resolve need not get to the device.
+// Detail that the picture does not resolve is not uploaded.
 void copy_halved(const Frame& frame, uint32_t halvings, const FrameFormat& to, uint8_t* planes) {
   const FrameFormat& from = frame.format;
   const int type = from.bytes_per_pixel() == 2 ? CV_16U : CV_8U;

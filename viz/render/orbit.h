@@ -78,7 +78,7 @@ struct Eye {
   double aspect = 1;
   Mat4 clip_from_world{};
 
-  /// Of a picture `height_px` high, at the middle of what is seen.
+  /// Scale of a picture `height_px` high, at the middle of the view.
   double mm_per_px(double height_px) const {
     return 2 * distance_mm * std::tan(Camera::kFieldOfView_rad / 2) / height_px;
   }

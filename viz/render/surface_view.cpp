@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, MeshGovernor::kFinest};
 constexpr size_t kFirstLevel = 2;
-// Of the map in one pixel: from here on the blend of four slopes shows nothing that five texels do not.
+// Texels of the map in one pixel: from here on the blend of four slopes shows nothing that five texels do
+// not.
 constexpr double kSeveralTexels = 1.0;
 
 VkShaderModule make_module(gpu::Context& context, std::span<const uint32_t> spirv, const char* name) {
@@ -279,7 +280,7 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
   return mesh;
 }
 
-/// What the next picture binds. The oldest picture's sets and places serve again; its view is of a buffer
+/// Bindings of the next picture. The oldest picture's sets and places serve again; its view is of a buffer
 /// that may be gone.
 SurfaceView::Bound& SurfaceView::bind(const SurfaceMap& map) {
   gpu::TexelView heights(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);

@@ -61,7 +61,7 @@ class Window {
   GLFWwindow* handle() const { return window_; }
   const RenderPass& pass() const { return *pass_; }
   VkExtent2D extent() const { return extent_; }
-  /// Of text and panels, from the screen's resolution.
+  /// Scale of text and panels, from the screen's resolution.
   float scale() const;
   bool close_requested() const;
   bool minimised() const;

@@ -94,7 +94,7 @@ std::vector<ContactAnswer> answers_of(const ContactProblem& p, std::optional<Ind
   return answers;
 }
 
-/// What makes plain Hertz, or all of it, doubtful here, with the size of the error where it is known.
+/// Reasons why plain Hertz, or all of it, is doubtful here, with the size of the error where it is known.
 std::vector<std::string> warnings_of(const ContactProblem& p, const std::optional<Indentation>& reference,
                                      const std::string& why_none) {
   std::vector<std::string> lines;

@@ -31,7 +31,7 @@ struct ContactProblem {
 struct ContactAnswers {
   std::optional<Indentation> exact;  ///< none where the contact is wider than the solver or the sphere goes
   std::vector<ContactAnswer> ways;   ///< the exact one first
-  /// What makes plain Hertz, or all of it, doubtful here, with the size of the error where it is known.
+  /// Reasons why plain Hertz, or all of it, is doubtful here, with the size of the error where it is known.
   std::vector<std::string> warnings;
 };
 /// Throws Error(Failure::Input) on a problem out of range.

@@ -16,7 +16,7 @@ namespace {
 constexpr int kPanelWidth_px = 400, kPanelHeight_px = 300;
 constexpr size_t kMostColumns = 4;
 
-/// What one cell shows.
+/// Value and colour of one cell.
 struct Shown {
   double percent = 0;
   size_t count = 0;

@@ -27,7 +27,7 @@ std::optional<UntouchedRecording> look_at(const CalibrationRun& run, const Backg
                                           Sensor& sensor) {
   const Sensor reading = unrectified(sensor);
   if (is_camera(options.input)) {
-    // What a camera shows cannot be looked at twice.
+    // A camera's frames cannot be read twice.
     const RunWatch::Progress progress = run.watch.begin("untouched frames", options.frames);
     const std::vector<Frame> frames =
         take_frames(options.input, reading, options.frames, std::max(1u, options.every), [&](uint64_t n) {
@@ -64,7 +64,7 @@ std::optional<UntouchedRecording> look_at(const CalibrationRun& run, const Backg
   return found;
 }
 
-/// What the threshold gives on that recording.
+/// Touches that the threshold finds in that recording.
 std::string given_by(const UntouchedRecording& found) {
   if (found.looked <= found.untouched.size()) return "";
   std::string line = text("with a threshold of %.2f gray %llu of %llu frames touch, %.0f px in the median",

@@ -62,7 +62,7 @@ struct ScaleRequest {
   double spacing_sd = 0.002;  ///< relative
   double ring_mm = 0;         ///< outer diameter
   BallSize ball{};
-  /// Of each picture in which the ball is pressed, in order.
+  /// Travel of each picture in which the ball is pressed, in order.
   std::vector<double> travel_mm{};
 };
 CalibrationReport calibrate_scale(const ScaleRequest& options, const CalibrationRun& run);

@@ -29,7 +29,7 @@ void append_text(std::string& text, T value) {
   text.append(std::begin(digits), end);
 }
 
-// Of the pixel in column x and row y.
+// Vertex of the pixel in column x and row y.
 std::array<float, 3> vertex(const DepthView& map, uint32_t x, uint32_t y) {
   return {static_cast<float>(x * map.pitch_mm_per_px), static_cast<float>(0 - y * map.pitch_mm_per_px),
           map.depth_mm[size_t{y} * map.width + x]};

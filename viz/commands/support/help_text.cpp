@@ -33,7 +33,7 @@ std::string wrapped(const std::string& text, size_t used, size_t indent) {
   return lines;
 }
 
-/// What fits of a text, up to the last of its own breaks outside parentheses.
+/// The part of a text that fits, up to the last of its own breaks outside parentheses.
 std::string beginning(const std::string& text, size_t width) {
   if (text.size() <= width) return text;
   const std::string dots = " ...";
@@ -110,7 +110,7 @@ std::string short_help(const Help& help) {
   // A command's own first example is there however many options it has.
   examples.resize(std::min(examples.size(), std::max<size_t>(room, 1)));
   room -= std::min(room, examples.size());
-  // What room is left goes to the texts that were cut, the shortest first.
+  // Columns that are left go to the texts that were cut, the shortest first.
   for (size_t extra = 1; extra <= room; ++extra)
     for (size_t i = 0; i < lines.size(); ++i) {
       const bool command = i < help.commands.size();
