@@ -59,7 +59,7 @@ uint64_t evident_touch_px(const Frame& frame, const Frame& untouched, double thr
 std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, uint32_t wanted,
                                uint32_t every, const std::function<bool(uint64_t)>& more);
 
-/// Puts a copy of the untouched image `given` beside the sensor file `out`, as OUT_background with its own
+/// Puts a copy of the untouched image `given` next to the sensor file `out`, as OUT_background with its own
 /// ending, and its name into the sensor; returns the copy's path. Nothing where `given` is empty. Throws
 /// Error(Failure::Output), or Error(Failure::Input) where it cannot be read.
 std::filesystem::path keep_background(const std::filesystem::path& given, const std::filesystem::path& out,

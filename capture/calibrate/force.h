@@ -30,7 +30,7 @@ inline const std::map<std::string, ForceModel> kForceModelNames = {{"line", Forc
                                                                    {"spline", ForceModel::Spline},
                                                                    {"layer", ForceModel::Scale}};
 
-/// Touched frames beside their gauge readings, for the fit; saturated ones, those at the border and those
+/// Touched frames with their gauge readings, for the fit; saturated ones, those at the border and those
 /// without a reading stay in, marked. Presses are numbered over all recordings. `keep_border`: contacts at
 /// the border count, for pads that objects or their glow outgrow.
 std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings,
@@ -39,7 +39,7 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
 /// A calibration on a recording that it was not made from.
 struct ForceCheck {
   std::string input, gauge;
-  size_t readings = 0;         ///< valid estimates beside a gauge reading
+  size_t readings = 0;         ///< valid estimates with a gauge reading
   size_t flagged = 0;          ///< touched frames whose estimate says of itself that it is not valid
   double flagged_error_N = 0;  ///< their mean absolute error
   double mean_error_N = 0;     ///< absolute

@@ -339,7 +339,7 @@ Alignment parse_alignment(const std::string& text) {
 GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
                                      const GaugeRequest& request, const RunWatch& watch) {
   if (is_camera(input.input))
-    throw Error(Failure::Usage, "a recording beside its gauge's table", "a camera",
+    throw Error(Failure::Usage, "a recording with its gauge's table", "a camera",
                 "palpate record first, then the session");
   GaugedRecording recording;
   recording.input = input.input;

@@ -35,7 +35,7 @@ uint32_t shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> si
 inline const std::map<std::string, ShearSignal> kShearSignalNames = {{"centroid", ShearSignal::Centroid},
                                                                      {"skin", ShearSignal::Skin}};
 
-/// Touched frames beside their gauge readings. A contact whose normal force is not in the gauge's table has
+/// Touched frames with their gauge readings. A contact whose normal force is not in the gauge's table has
 /// the sensor's own, where that is valid.
 std::vector<ShearSample> shear_samples(const std::vector<GaugedRecording>& recordings, ShearSignal signal);
 

@@ -1,4 +1,4 @@
-// Wrench of a recording, frame by frame: the force and moment that the elastic layer tells, beside a gauge
+// Wrench of a recording, frame by frame: the force and moment by the elastic layer, compared with a gauge
 // where there is one.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Table of a force gauge that ran beside a recording: CSV with times or frames, and forces.
+// Table of a force gauge that ran with a recording: CSV with times or frames, and forces.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Presses of a sample in a recording, beside a gauge and a stage where there are any: what its modulus is
+// Presses of a sample in a recording, with a gauge and a stage where there are any: what its modulus is
 // estimated from.
 #pragma once
 

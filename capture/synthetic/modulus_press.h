@@ -1,6 +1,6 @@
 // A soft sample under the built-in sensor: the press by finite elements
 // (engine/elasticity/modulus/press_truth.h), seen through the simulated waveguide's light, noise and
-// rounding, beside a stage that is read with an error.
+// rounding, with a stage that is read with an error.
 #pragma once
 
 #include <vector>

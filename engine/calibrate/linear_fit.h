@@ -1,4 +1,4 @@
-// Straight lines from readings beside a gauge to the numbers of a sensor file.
+// Straight lines from readings with a gauge to the numbers of a sensor file.
 #pragma once
 
 #include <span>

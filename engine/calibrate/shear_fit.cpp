@@ -212,10 +212,10 @@ void find_friction(std::vector<ShearSample>& samples, ShearFit& fit) {
 
 ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
   if (samples.size() < kLeastReadings)
-    throw Error(Failure::Input,
-                "at least " + std::to_string(kLeastReadings) +
-                    " frames of a contact beside tangential gauge readings",
-                std::to_string(samples.size()), "a recording in which something presses and is pulled");
+    throw Error(
+        Failure::Input,
+        "at least " + std::to_string(kLeastReadings) + " frames of a contact with tangential gauge readings",
+        std::to_string(samples.size()), "a recording in which something presses and is pulled");
   check_pulled(samples, noise_mm);
   find_sticking(samples);
   ShearFit fit;

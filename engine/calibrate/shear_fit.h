@@ -1,4 +1,4 @@
-// Tangential stiffness and friction from a pulled contact beside a gauge.
+// Tangential stiffness and friction from a pulled contact with a gauge.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// One touched frame beside a tangential gauge. In order; frames of one contact in a row.
+/// One touched frame with a tangential gauge. In order; frames of one contact in a row.
 struct ShearSample {
   double ux_mm = 0, uy_mm = 0;  ///< since the contact's onset
   double fx_N = 0, fy_N = 0;    ///< gauge

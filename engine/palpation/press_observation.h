@@ -65,7 +65,7 @@ class PressureNodes {
 /// Frames while a press loads whose force lies within 4 % of `highest_N` around `at_N`, the nearest first, at
 /// most twelve. `force_N`: of each frame; after the highest one and the hold at it the press no longer loads.
 std::vector<size_t> frames_near(const std::vector<double>& force_N, double at_N, double highest_N);
-/// By how much frames of a load may lie beside it, fraction of the highest force.
+/// By how much frames of a load may differ from it, fraction of the highest force.
 inline constexpr double kLoadWidth = 0.04;
 /// Forces up to `top_N` in even shares.
 std::vector<double> even_loads(double top_N, uint32_t count);

@@ -1,4 +1,4 @@
-// Stiffness and friction from pulls beside a gauge: a spring that slides at a known limit.
+// Stiffness and friction from pulls with a gauge: a spring that slides at a known limit.
 #include "engine/calibrate/shear_fit.h"
 
 #include <gtest/gtest.h>

@@ -57,7 +57,7 @@ TEST_F(ModulusCommand, OtherUnitsAreConvertedAndUnreadColumnsNamed) {
 }
 
 TEST_F(ModulusCommand, TheStagesZeroIsAnUnknownAndItsDirectionIsFound) {
-  // A cube of 103 kPa, as its simulation has it, beside a stage that is at 0 or at 5 mm at first touch, or
+  // A cube of 103 kPa, as its simulation has it, with a stage that is at 0 or at 5 mm at first touch, or
   // that counts down from 12 mm.
   std::vector<double> young_MPa;
   for (const auto& [zero_mm, sign] : {std::pair{0.0, 1}, {5.0, 1}, {12.0, -1}}) {

@@ -1,4 +1,4 @@
-// Force on recordings of a real gel sensor beside a gauge: calibrated on one press, judged by another. They
+// Force on recordings of a real gel sensor with a gauge: calibrated on one press, judged by another. They
 // are not part of the repository; the test says loudly when it is skipped.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Contacts on recordings of a real gel beside a gauge, of two days: one object is one contact. They are not
+// Contacts on recordings of a real gel with a gauge, of two days: one object is one contact. They are not
 // part of the repository; the test says loudly when it is skipped.
 #include <gtest/gtest.h>
 

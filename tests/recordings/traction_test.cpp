@@ -1,4 +1,4 @@
-// Force by the elastic layer on recordings of a real gel sensor beside a gauge: one modulus from some
+// Force by the elastic layer on recordings of a real gel sensor with a gauge: one modulus from some
 // objects, judged by others. The recordings are not part of the repository; the test says loudly when it is
 // skipped.
 #include <gtest/gtest.h>

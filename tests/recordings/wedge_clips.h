@@ -1,4 +1,4 @@
-// Ten presses of real objects on a gel sensor beside a gauge. They are not part of the repository; tests that
+// Ten presses of real objects on a gel sensor with a gauge. They are not part of the repository; tests that
 // want them say loudly when they are skipped.
 #pragma once
 

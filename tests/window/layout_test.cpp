@@ -1,4 +1,4 @@
-// Layout of the picture: panels beside each other at every size.
+// Layout of the picture: panels side by side at every size.
 #include <gtest/gtest.h>
 
 #include <tuple>

@@ -179,7 +179,7 @@ TEST_F(WindowPicture, CalibrationsAreCurvesWithTheTouchOnThem) {
   const Run run = draw("synthetic:slide?size=320x240", 50, options, {}, [](Sensor& s) {
     s.force->loading = ForceCurve{s.force->c1_N_per_gray, s.force->c0_N, 1, {}, 0.02};
     s.force->unloading = ForceCurve{0.9 * s.force->c1_N_per_gray, s.force->c0_N, 1, {}, 0.03};
-    s.force->origin.from = "a press beside a gauge";
+    s.force->origin.from = "a press with a gauge";
     s.shear->ky_N_per_mm *= 0.7;
     s.shear->relative_sd = 0.05;
     s.shear->shift_max_mm = 0.5;

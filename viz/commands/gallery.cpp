@@ -44,7 +44,7 @@ struct Shown {
   Sensor sensor;
   ProcessSummary summary;
   TouchSpan peak;       ///< of the largest touch
-  std::string picture;  ///< its place beside the page
+  std::string picture;  ///< its place next to the page
   std::string missing;  ///< why it was not measured
 };
 
@@ -229,7 +229,7 @@ void add_gallery(CommandLine& program, Common& common, Command& chosen) {
       *command, common,
       "  palpate gallery recordings/ --out out/gallery\n"
       "  palpate gallery . --list mine.json --out out/mine\n"
-      "The list is a JSON array of {\"title\", \"sensor\" (beside the list), \"recording\", \"background\" "
+      "The list is a JSON array of {\"title\", \"sensor\" (next to the list), \"recording\", \"background\" "
       "(below DATA)}. A recording that is not there is told on the page.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return gallery(common, *options); }; });

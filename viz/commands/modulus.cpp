@@ -91,7 +91,7 @@ void simulate(gpu::Context& context, const Common& common, const Options& o, Mod
   }
   r.expected_MPa = scene.young_MPa;
   r.notes.push_back("simulated by finite elements of pad and sample, seen through the simulated waveguide" +
-                    std::string(o.stage_sd_mm > 0 ? ", beside a stage" : ", without a stage"));
+                    std::string(o.stage_sd_mm > 0 ? ", with a stage" : ", without a stage"));
 }
 
 Report run(const Common& common, const Options& o) {

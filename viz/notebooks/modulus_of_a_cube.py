@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Young's modulus of a cube
 #
-# A cube of silicone is pressed between the pad and a rigid table, beside a stage that says how far it has come.
+# A cube of silicone is pressed between the pad and a rigid table, with a stage that says how far it has come.
 # `palpate modulus --simulate` makes such presses by finite elements of pad and sample, seen through the simulated pad.
 
 # %%

@@ -16,7 +16,7 @@ float button_width(const char* label) {
   return ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
 }
 
-/// Buttons and boxes beside each other; what has no room begins the next row.
+/// Buttons and boxes side by side; what has no room begins the next row.
 class Rows {
  public:
   /// `other`: what the button says at another time; it is as wide as the wider of both, and none moves.

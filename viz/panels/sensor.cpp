@@ -118,7 +118,7 @@ std::vector<CalibrationLine> calibrations(const Sensor& s) {
 
 namespace {
 
-/// Force and shear, beside each other where there is room.
+/// Force and shear, side by side where there is room.
 void calibration_charts(const Sensor& sensor, const Touch& touch, float height, float scale, bool tared) {
   const std::optional<double> largest_N =
       sensor.force ? std::optional(calibrated_range(*sensor.force).most_N) : std::nullopt;

@@ -1,4 +1,4 @@
-// Thumbnails of recent sources: small files beside the window's settings.
+// Thumbnails of recent sources: small files next to the window's settings.
 #pragma once
 
 #include <filesystem>

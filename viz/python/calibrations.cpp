@@ -21,7 +21,7 @@ RunWatch watch_of(const std::atomic<bool>& stop) {
   return {.stop = [&stop] { return stop.load(); }, .progress = {}};
 }
 
-/// Recordings, each with the table of a gauge that ran beside it.
+/// Recordings, each with the table of a gauge that ran with it.
 struct Gauged {
   std::vector<InputRequest> inputs;
   std::vector<std::string> gauges;

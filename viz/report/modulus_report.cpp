@@ -237,7 +237,7 @@ std::string modulus_script(const ModulusReport& r, PlotKind kind) {
   std::string tics;
   for (size_t i = 0; i < kModulusMethods; ++i) {
     const ModulusEstimate& e = r.answer.methods[i];
-    // One word a line: the names stand beside each other.
+    // One word a line: the names stand side by side.
     std::string name = to_string(e.way);
     for (size_t at = name.find(' '); at != std::string::npos; at = name.find(' ', at + 2))
       name.replace(at, 1, "\\n");

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// Where a calibration goes, and who watches it. Images that belong to a sensor file lie beside it.
+/// Where a calibration goes, and who watches it. Images that belong to a sensor file lie next to it.
 /// Calibrations that make no image (scale, photometric, lookup) take an empty `out`: they write nothing then,
 /// and the sensor names the untouched image where it lies.
 struct CalibrationRun {

@@ -253,7 +253,7 @@ void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptio
   const size_t least = unknowns(options.model.value_or(ForceModel::Line), 0) + 1;
   if (count_used(samples) < least)
     throw Error(
-        Failure::Input, "at least " + std::to_string(least) + " frames of a contact beside gauge readings",
+        Failure::Input, "at least " + std::to_string(least) + " frames of a contact with gauge readings",
         std::to_string(count_used(samples)) + " of " + std::to_string(samples.size()) + why_left_out(samples),
         samples.empty() ? "a recording in which something presses"
                         : "a recording with more presses, less light, and the contact inside the frame, or "

@@ -1,4 +1,4 @@
-// Curves from a contact's signal to newtons, fitted to readings beside a gauge.
+// Curves from a contact's signal to newtons, fitted to readings with a gauge.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Readings beside a gauge, the branch that each is on, and the curves through some of them.
+// Readings with a gauge, the branch that each is on, and the curves through some of them.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-/// Why a reading beside a gauge does not count.
+/// Why a reading with a gauge does not count.
 enum class LeftOut : uint8_t { Used, NoGauge, Saturated, AtBorder, Outlier };
 const char* to_string(LeftOut left_out);
 

@@ -21,7 +21,7 @@ constexpr double kMostSaturated = 0.02;
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
 constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
 constexpr double kUprightRatioDoubt = 0.06, kLyingRatioDoubt = 0.04;  // of the logarithm
-constexpr double kRival = 0.1;  // likelihood beside the best shape's from which on a shape counts
+constexpr double kRival = 0.1;  // likelihood relative to the best shape's from which on a shape counts
 // Standard deviations of the ratio's logarithm, from which on the curvature at the best lump says too little
 // of its likelihood further away.
 constexpr double kCurved = 0.2;

@@ -151,7 +151,8 @@ Eigen::Matrix<double, kFeatures, 1> lump_features(const Guess& guess, const Sett
                                                   Eigen::Matrix<double, kFeatures, 3>* changes = nullptr);
 
 /// About how large a bump is over its load, by which the emulator's outputs are divided: stiff lumps, and
-/// those that are large beside their depth, show most. Optionally how its logarithm changes with the three.
+/// those that are large relative to their depth, show most. Optionally how its logarithm changes with the
+/// three.
 double lump_amplitude(const Guess& guess, std::array<double, 3>* changes = nullptr);
 
 /// The fields' factors of the bump (pressure over modulus) at each load, count x loads, by one member (or the

@@ -29,7 +29,7 @@ void add_calibrate_background(CommandLine& group, Common& common, Command& chose
                       "Number of a frame in which nothing touches; frames like it count as untouched");
   command->add_flag("--set-threshold", options->set_threshold,
                     "Also set contact.threshold_gray as suggested (without a sensor file it is)");
-  command->add_option("--out", common.out, "Sensor file to write; the image goes beside it")
+  command->add_option("--out", common.out, "Sensor file to write; the image goes next to it")
       ->required()
       ->option_text("FILE (required)");
   add_common(

@@ -29,7 +29,7 @@ void add_ball_options(CommandLine& command, BallRequest& options, Common& common
   command
       .add_option(
           "--background", options.background,
-          "Untouched image, kept beside --out (default: the sensor file's, or a video's first frames)")
+          "Untouched image, kept next to --out (default: the sensor file's, or a video's first frames)")
       ->check(Check::existing_file());
   command.add_option("--every", options.every,
                      "Look at every n-th frame (default: so that 400 are looked at)");

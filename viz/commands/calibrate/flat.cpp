@@ -26,7 +26,7 @@ void add_calibrate_flat(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag(
       "--change", options->change,
       "Even out the change from the untouched image: a waveguide, whose light shows where it is pressed");
-  command->add_option("--out", common.out, "Sensor file to write; the field's image goes beside it")
+  command->add_option("--out", common.out, "Sensor file to write; the field's image goes next to it")
       ->required()
       ->option_text("FILE (required)");
   add_common(

@@ -1,4 +1,4 @@
-// palpate calibrate force: from recordings beside a force gauge to a sensor file with its force calibration.
+// palpate calibrate force: from recordings with a force gauge to a sensor file with its force calibration.
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -125,7 +125,7 @@ Report force(const Common& common, Options options) {
 
 void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("force", "Signal to newtons, from recordings beside a force gauge");
+      group.add_subcommand("force", "Signal to newtons, from recordings with a force gauge");
   auto options = std::make_shared<Options>();
   add_gauged_options(
       *command, *options, common,
@@ -161,7 +161,7 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
       "  palpate calibrate force a.avi --gauge a.csv --check b.avi --check-gauge b.csv --sensor gel.json \\\n"
       "      --out gel2.json\n"
       "  palpate calibrate force synthetic:press --gauge truth --out pad.json\n"
-      "Beside --out lie its plot (OUT_force.png, .svg) and its points (OUT_force.csv). The first line is "
+      "Next to --out lie its plot (OUT_force.png, .svg) and its points (OUT_force.csv). The first line is "
       "the\n"
       "verdict; a calibration that is not fit for use is written, says so, and ends with exit code 3.\n");
   command->callback(

@@ -19,7 +19,7 @@ void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& co
   command.add_option("--sensor", options.sensor, "Sensor file to start from (sessions have their own)");
   command
       .add_option("--background", options.background,
-                  "Untouched image instead of the sensor file's; kept beside --out")
+                  "Untouched image instead of the sensor file's; kept next to --out")
       ->check(Check::existing_file());
   command.add_option(
       "--align", options.align,
@@ -28,7 +28,7 @@ void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& co
   command
       .add_option("--rate", options.rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
-  command.add_option("--plots", options.plots, "Folder for plots and points (default: beside --out)");
+  command.add_option("--plots", options.plots, "Folder for plots and points (default: next to --out)");
   command.add_option("--out", common.out, "Sensor file to write")->required()->option_text("FILE (required)");
 }
 

@@ -1,4 +1,4 @@
-// Common parts of the commands that calibrate from recordings beside a gauge: force and shear.
+// Common parts of the commands that calibrate from recordings with a gauge: force and shear.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +31,7 @@ std::vector<std::string> paired(const std::vector<std::string>& inputs, std::vec
 /// As find_input; a sensor without a scale cannot hold a calibration: Error(Failure::Sensor).
 MeasuredInput find_scaled_input(const Common& common, const std::string& input, const GaugedOptions& options);
 
-/// Where plots and points lie: in --plots or beside --out, under the sensor file's name and `ending`. Makes
+/// Where plots and points lie: in --plots or next to --out, under the sensor file's name and `ending`. Makes
 /// the folder.
 std::string plot_stem(const Common& common, const GaugedOptions& options, const std::string& ending);
 

@@ -1,4 +1,4 @@
-// palpate calibrate shear: from recordings of a pulled contact beside a tangential gauge to a sensor file
+// palpate calibrate shear: from recordings of a pulled contact with a tangential gauge to a sensor file
 // with stiffness and friction.
 #include "capture/calibrate/shear.h"
 #include "capture/calibrate/background.h"
@@ -51,7 +51,7 @@ Report shear(const Common& common, const Options& options) {
 
 void add_calibrate_shear(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("shear", "Shift to tangential force and friction, from pulls beside a gauge");
+      group.add_subcommand("shear", "Shift to tangential force and friction, from pulls with a gauge");
   auto options = std::make_shared<Options>();
   add_gauged_options(
       *command, *options, common,
@@ -73,7 +73,7 @@ void add_calibrate_shear(CommandLine& group, Common& common, Command& chosen) {
       "  palpate calibrate shear synthetic:pull synthetic:slide --gauge truth --out pad.json\n"
       "K comes from frames that stick, friction from those that slip; x is to the right in the image, y "
       "down.\n"
-      "Beside --out lies its plot (OUT_shear.png, .svg).\n");
+      "Next to --out lies its plot (OUT_shear.png, .svg).\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return shear(common, *options); }; });
 }

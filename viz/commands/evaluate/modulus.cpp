@@ -39,7 +39,7 @@ judge::JudgedCase case_of(const perf::ModulusTrial& trial) {
   return one;
 }
 
-/// Both with the stage beside the camera and by the camera alone; the two err together.
+/// Both with stage and camera, and by the camera alone; the two err together.
 void add_sample(gpu::Context& context, uint64_t seed, size_t group, judge::Cases& cases) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> even;

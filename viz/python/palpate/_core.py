@@ -95,7 +95,7 @@ def path_text(path: object, name: str) -> str:
     raise ArgumentError(f"{name} as a path", repr(path)[:80], "a text or a pathlib.Path")
 
 
-# What needs many libraries (videos, data sets) lies beside the program: in a build's folder, or installed.
+# What needs many libraries (videos, data sets) lies next to the program: in a build's folder, or installed.
 _here = Path(__file__).resolve().parent
 for _folder in (_here.parents[1] / "lib" / "palpate", _here.parents[2] / "palpate"):
     _palpate.add_module_folder(_folder)

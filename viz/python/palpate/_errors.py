@@ -44,4 +44,4 @@ class ExpiredError(Error, RuntimeError):
 
 
 class VersionError(Error, ImportError):
-    """The compiled part is missing or of another version than the Python files beside it."""
+    """The compiled part is missing or of another version than the Python files next to it."""

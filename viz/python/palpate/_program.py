@@ -27,7 +27,7 @@ def program() -> str:
             return str(file)
     found = shutil.which("palpate")
     if found is None:
-        raise _errors.InputError("the program palpate beside the module", "none, nor on the PATH", "installing the package palpate")
+        raise _errors.InputError("the program palpate next to the module", "none, nor on the PATH", "installing the package palpate")
     return found
 
 

@@ -111,7 +111,7 @@ def force(
     device: str = "",
     seed: int = 1,
 ) -> Calibration:
-    """Signal to newtons, from recordings beside a force gauge.
+    """Signal to newtons, from recordings with a force gauge.
 
     Args:
         recordings: one, or several.
@@ -164,7 +164,7 @@ def shear(
     device: str = "",
     seed: int = 1,
 ) -> Calibration:
-    """Shift to tangential force and friction, from pulls beside a tangential gauge.
+    """Shift to tangential force and friction, from pulls with a tangential gauge.
 
     Args:
         recordings: one, or several.
@@ -213,7 +213,7 @@ def background(
     Args:
         source: frames as the camera gives them: a recording that shows the pad at rest somewhere, one
             untouched picture, or a camera while nothing touches.
-        out: the sensor file to write; the image goes beside it.
+        out: the sensor file to write; the image goes next to it.
         sensor: a sensor file to start from; by default what the frames say.
         frames: how many untouched frames make the image, 2 to 1000.
         every: look at every n-th frame; by default at 400.
@@ -234,7 +234,7 @@ def flat(
     Args:
         source: frames of what should look even.
         sensor: the sensor file to start from.
-        out: the sensor file to write; the field's image goes beside it.
+        out: the sensor file to write; the field's image goes next to it.
         frames, every: how many, and which.
         change: even out the change from the untouched image: a waveguide, pressed all over.
     """
