@@ -182,7 +182,7 @@ uint32_t own_untouched_frames(const Sensor& sensor, const Source& source) {
   return std::max(1u, from.first_frames);
 }
 
-/// Where a recording's first frames stand for the untouched image, the gauge tells whether they are.
+/// Where a recording's first frames stand for the untouched image, the gauge shows whether they are.
 void refuse_touched_background(const GaugedRecording& recording, uint32_t first_frames) {
   constexpr double kMost = 0.1;  // of the gauge's range
   double low = std::numeric_limits<double>::infinity(), high = -low, first = 0;

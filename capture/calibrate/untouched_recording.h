@@ -15,7 +15,7 @@ struct UntouchedRecording {
   uint32_t step = 1;                ///< from one frame that is looked at to the next
   uint64_t looked = 0;              ///< frames
   std::vector<uint64_t> untouched;  ///< numbers of those in which nothing touches, rising
-  /// First frames of other kinds of frame that show no touch either, by what the frames alone tell.
+  /// First frames of other kinds of frame that show no touch either, by the frames alone.
   std::vector<uint64_t> rivals;
   UntouchedImage image;  ///< of up to the wanted number of them
   /// With the sensor's signal and `threshold_gray`.

@@ -14,7 +14,7 @@ struct Event {
   double time_s = 0;
   std::string kind;  ///< "mark", "zero", "zero ended" or "lump"
   /// For a mark, what was typed, else its number; for a zero, what was subtracted from then on; for a lump,
-  /// the a press told.
+  /// result of a press.
   std::string text;
 };
 

@@ -107,7 +107,7 @@ class ContactRows {
 };
 
 /// A frame as one line of JSON, keys as the columns; cells without meaning are left out. `contacts` is the
-/// list of the separate contacts, in a frame where they are told apart. Ends without a line end.
+/// list of the separate contacts, in a frame where they are separated. Ends without a line end.
 std::string json_line(const Touch& touch, MeasuredColumns columns, Digits digits = Digits::Deserved,
                       const Truth* truth = nullptr, std::optional<double> depth_rms_error_mm = std::nullopt,
                       const std::string& source = {});

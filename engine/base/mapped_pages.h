@@ -36,7 +36,7 @@ class MappedPages {
   /// Whole pages: mmap maps no less.
   size_t bytes() const { return bytes_; }
 
-  /// `user` is told before the pages are unmapped. Safe from any thread that holds these pages.
+  /// `user` is notified before the pages are unmapped. Safe from any thread that holds these pages.
   void add_user(const std::weak_ptr<PageUser>& user);
 
  private:

@@ -18,8 +18,8 @@ struct GridView {
 struct GridFit {
   Lens lens;      ///< residual_px: RMS distance of the points from the model
   int terms = 0;  ///< of the distortion that held-out points asked for: 0, 1 (k1), 2 (k2), 4 (p1, p2)
-  /// How far the points reach towards the image's corners, 0 to 1. Distortion that they do not tell there, to
-  /// 2 px, is left out.
+  /// How far the points reach towards the image's corners, 0 to 1. Distortion that they do not determine
+  /// there, to 2 px, is left out.
   double reach = 0;
   double held_out_px = 0;                    ///< RMS distance of every other point when the rest make the fit
   double plain_px = 0;                       ///< the same without any distortion
@@ -28,7 +28,7 @@ struct GridFit {
 };
 
 /// Every view has a homography of its own, the lens is common; focal length and centre are those of the image
-/// (`width`, `height`), since views of one plane do not tell them. Levenberg-Marquardt. Throws
+/// (`width`, `height`), since views of one plane do not determine them. Levenberg-Marquardt. Throws
 /// Error(Failure::Input) with fewer than 12 points in a view, or where the fit does not settle.
 GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t height);
 

@@ -14,7 +14,7 @@ namespace {
 constexpr size_t kBins = 64;
 constexpr size_t kLeastSamples = 200;
 constexpr uint32_t kSectors = 8;
-// Share of the depths' variance that the table explains, below which the change does not tell depth.
+// Share of the depths' variance that the table explains, below which the change does not determine depth.
 constexpr double kLeastExplained = 0.7;
 }  // namespace
 

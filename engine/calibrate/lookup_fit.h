@@ -41,7 +41,7 @@ class LookupFit {
   void add_ball(const Frame& frame, const Frame& background, Signal signal, double cx_px, double cy_px,
                 double contact_radius_px, double ball_radius_mm, const std::string& label,
                 std::span<const uint8_t> mask = {});
-  /// Throws Error(Failure::Input) without presses, or where the change does not tell depths apart.
+  /// Throws Error(Failure::Input) without presses, or where the change does not distinguish depths.
   LookupFitResult solve() const;
 
  private:

@@ -1,6 +1,6 @@
 // A sphere, cone or flat punch pressed into a pad of any thickness, both ways: force from depth, depth from
 // force. Frictionless, small strains, linear elasticity; exact within these, so that the closed forms of
-// hertz.h (Hertz, Dimitriadis, Garcia) can be told by how much they are off. layer.h solves the same equation
+// hertz.h (Hertz, Dimitriadis, Garcia) can be compared with it. layer.h solves the same equation
 // for the paraboloid and gives the surface around the contact too. Lengths in mm, forces in N, moduli in MPa.
 #pragma once
 

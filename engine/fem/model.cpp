@@ -88,7 +88,7 @@ void ContactModel::press(double way_mm, Result& result) {
         for (uint32_t i = 0; i <= nx; ++i) {
           const size_t n = grid_.node(i, j, k);
           displacement_[2 * nodes + n] = way_mm * (1 - depth / whole);
-          // A pressure that presses about that far; measure() is told how far it was.
+          // A pressure that presses about that far; measure() gets the exact distance.
           if (k == 0 && scene_.presser == Presser::Pressure)
             load_[2 * nodes + n] = way_mm / whole * grid_.size_x_mm * grid_.size_y_mm * rim_fraction(i, j);
         }

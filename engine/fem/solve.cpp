@@ -79,7 +79,7 @@ void warn(const Scene& scene, bool large_strain, Result& result) {
   }
 }
 
-/// `error`: where to say what two grids tell; null: one grid is wanted.
+/// `error`: receives the error estimate by two grids; null: one grid is used.
 Result solve_at_large_strain(const Scene& scene, const Options& options, std::optional<GridError>* error) {
   LargeStrainOptions large;
   if (options.residual != 0) large.residual = std::max(options.residual, 1e-10);

@@ -10,7 +10,7 @@
 
 namespace palpate::fem {
 
-/// How far off an answer may be for the size of the cells, as two grids tell it (solve_extrapolated()).
+/// How far off an answer may be for the size of the cells, estimated by two grids (solve_extrapolated()).
 struct GridError {
   double force_N = 0;               ///< where a press was asked for
   double press_mm = 0;              ///< where a force was

@@ -43,12 +43,12 @@ struct ContextOptions {
   /// For how long the device may work on one submission before it counts as lost, s; 0: 20 s on a GPU, 600 s
   /// on a processor.
   double wait_limit_s = 0;
-  /// The driver tells what it made of each kernel (VK_KHR_pipeline_executable_properties, which is then
-  /// required).
+  /// The driver reports statistics of each compiled kernel (VK_KHR_pipeline_executable_properties, which is
+  /// then required).
   bool statistics = false;
-  /// Is told of each kernel before it is compiled.
+  /// Called with each kernel before it is compiled.
   std::function<void(const Shader&, const KernelInterface&)> on_kernel;
-  /// Is told of each dispatch as it is recorded.
+  /// Called with each dispatch as it is recorded.
   std::function<void(const Dispatch&)> on_dispatch;
 };
 

@@ -45,7 +45,7 @@ bool longer_along_y(const Observation& observation, double x_mm, double y_mm) {
   return along_y > along_x;
 }
 
-/// Cells are too coarse for some lumps, which nothing in their own fit tells: where a value lies outside of
+/// Cells are too coarse for some lumps, which their own fit does not show: where a value lies outside of
 /// the network's interval, one of the two is wrong, and the interval holds both.
 void hold_against(const Estimate& network, Estimate& direct) {
   const auto hold = [&direct](const char* name, const Value& other, Value& value) {

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// With fewer pairs a strain tells more of single points than of the shape.
+/// With fewer pairs a strain depends on single points more than on the shape.
 constexpr size_t kLeastPairs = 12;
 /// Points of the spline that maps the strain.
 constexpr size_t kMostInField = 800;
@@ -122,7 +122,7 @@ Compression compare_compressions(std::span<const ShapePoint> before, std::span<c
     found.match = std::move(match);
     return found;
   }
-  // The partners themselves, not where the smooth warp brings a point: their scatter tells the errors.
+  // The partners themselves, not where the smooth warp brings a point: the errors follow from their scatter.
   std::vector<MatchedPoint> pairs;
   for (size_t i = 0; i < before.size(); ++i)
     if (const Partner& partner = match.partners[i]; partner.target)

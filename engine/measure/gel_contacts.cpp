@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kSide = shared::kCellSide;
 constexpr float kNoise_gray2 = 0.75f;      // of a camera, until it is learned
 constexpr float kLeastNoise_gray2 = 0.3f;  // rounding and compression leave this much
-constexpr size_t kLightCells = 1500;       // that the light is told from
+constexpr size_t kLightCells = 1500;       // that the light is estimated from
 constexpr uint64_t kPriorFrames = 4, kMemory_frames = 64;
 constexpr float kOverMedian = 0.9f;      // of the first frames' change: noise
 constexpr float kLeastStructure = 0.7f;  // over noise, which alone makes half of it

@@ -37,7 +37,7 @@ class GelContacts {
   static constexpr double kCore = 3;         ///< that one has to reach to go on
   static constexpr double kOutline = 0.2;    ///< of the structure's 95th percentile over the contact
   static constexpr double kLargePart = 0.6;  ///< of the largest outline's area: another object's
-  static constexpr double kApart_mm = 10;    ///< from that outline: there another object is told by itself,
+  static constexpr double kApart_mm = 10;    ///< from that outline: there another object is found by itself,
   static constexpr double kLeastApart_mm2 = 53;  ///< if its outline is so large
   static constexpr double kClearPart = 6;        ///< of its structure over the noise
   static constexpr double kFaint = 2;  ///< structure of what is no contact at the border, next to one whose
@@ -59,7 +59,7 @@ class GelContacts {
   /// to the contact that each lies in; what lies in none is left out. Fills `found` with shapes only.
   void find(std::span<const shared::CellChange> cells, std::span<const ContactTouch> gray,
             std::vector<ContactTouch>& found);
-  /// A foot joins contacts that the pad's slope between them does not tell apart: those of the last frame are
+  /// A foot joins contacts that the pad's slope between them does not separate: those of the last frame are
   /// split by their depth, as DepthBasins does. `depth_mm`: mean of each cell, 0 at rest; `error_mm`: of
   /// them, as far as is known.
   void split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
@@ -79,7 +79,7 @@ class GelContacts {
   std::span<const uint8_t> at_rest() const { return at_rest_; }
   /// Red, green and blue of the last frame.
   const std::array<LightChange, 3>& light() const { return light_; }
-  /// Whether enough of the last frame was untouched to tell them.
+  /// Whether enough of the last frame was untouched to estimate them.
   bool light_known() const { return light_known_; }
   /// Whether enough of it was, see LightTrust: else the untouched image may be another pad's.
   bool light_trusted() const { return light_trusted_; }

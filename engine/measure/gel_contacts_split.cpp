@@ -1,4 +1,4 @@
-// Contacts of a gel that one foot joins: told apart by their structure, or by the depth between them.
+// Contacts of a gel that one foot joins: separated by their structure, or by the depth between them.
 #include <algorithm>
 
 #include "engine/measure/gel_contacts.h"
@@ -133,7 +133,7 @@ bool GelContacts::is_band(const Part& part) const {
   return (down && height > kBand * width) || (across && width > kBand * height);
 }
 
-// Connected cells within outlines; label_ tells which of parts_, from 1, a cell belongs to.
+// Connected cells within outlines; label_ is the number in parts_, from 1, that a cell belongs to.
 void GelContacts::find_parts() {
   std::fill(label_.begin(), label_.end(), 0u);
   parts_.clear();

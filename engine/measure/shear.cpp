@@ -25,7 +25,8 @@ struct ShearTracker::Force {
 
   Force(const ShearCalibration& c, double shift_x_mm, double shift_y_mm, const Estimate& normal_N)
       : x_N(c.kx_N_per_mm * shift_x_mm), y_N(c.ky_N_per_mm * shift_y_mm), size_N(std::hypot(x_N, y_N)) {
-    // Without a force there is no friction limit to tell slip by: the shear is then no better than its shift.
+    // Without a force there is no friction limit to detect slip by: the shear is then no better than its
+    // shift.
     if (normal_N.validity == Validity::NotCalibrated) {
       slip = Slip::NotCalibrated;
     } else if (const double limit = c.friction * std::max(normal_N.value, 0.0); size_N >= limit) {

@@ -44,7 +44,7 @@ class SkinTracker {
   void restart();
   /// `outline` is null without contact. `sd_px`: standard error of each point. With fewer than three points
   /// under the contact only the counts are filled (Validity::NoContact); a stick share that the motion is too
-  /// small to tell is BelowRange.
+  /// small to measure is BelowRange.
   SkinMotion update(const ContactOutline* outline, std::span<const SkinPoint> points,
                     std::span<const float> sd_px);
 

@@ -50,7 +50,8 @@ double axial_strain_by_area(double area, double poisson = 0.5);
 /// a peak, and are NaN where the spline passes through all points.
 struct MeanStrain {
   PlaneStrain mean;  ///< principal values are those of the mean tensor
-  PlaneStrain sd;  ///< standard errors; of direction_rad NaN where the principal strains cannot be told apart
+  PlaneStrain
+      sd;  ///< standard errors; of direction_rad NaN where the principal strains do not differ significantly
 };
 
 /// The mean of independent estimates of one strain, its standard errors from their scatter. Throws

@@ -23,7 +23,7 @@ struct WeightedFaces {
 WeightedFaces weighted_faces(std::span<const float> gradients, std::span<const float> weights, uint32_t width,
                              uint32_t height);
 
-/// Where a slope jumps (the rim of a pressed ball) samples at pixel centres do not tell where between two of
+/// Where a slope jumps (the rim of a pressed ball) samples at pixel centres do not show where between two of
 /// them it does, and the heights beside would ring. There the two sides are joined by little: the face's
 /// weight is taken times kKinkWeight, its difference is the mean of its two slopes, and the faces beside it
 /// do not look across. A jump is where the slopes extrapolated from both sides differ by more than

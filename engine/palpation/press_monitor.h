@@ -85,7 +85,7 @@ class PressMonitor {
 
   PressSetup setup_;
   std::optional<PressureNodes> nodes_;  ///< none where the sensor is not calibrated in pascals
-  std::string lacking_;                 ///< why nothing can be told of any press with this block
+  std::string lacking_;                 ///< why no press of this block can be estimated
   PressDetector detector_;
   PressFrames frames_;
   PressAnswer now_;                  ///< of the press that goes on

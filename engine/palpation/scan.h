@@ -45,7 +45,7 @@ struct ScannedPress {
   lump::Estimate estimate;
 };
 
-/// All that a scan tells.
+/// Result of a scan.
 struct ScanAnswer {
   lump::ScanMap map;
   lump::Outline outline;  ///< of the higher bump where there are two

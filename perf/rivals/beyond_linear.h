@@ -13,7 +13,7 @@ struct BeyondLinear {
   double poisson = 0;
   double radius = 0, depth = 0;
   double force = 0;         ///< neo-Hookean, over E H^2
-  double force_error = 0;   ///< of it, relative, as elements of twice the size tell
+  double force_error = 0;   ///< of it, relative, estimated with elements of twice the size
   double linear_force = 0;  ///< of the exact layer (engine/elasticity/layer.h) at the same depth
   double contact_radius = 0, linear_contact_radius = 0;
   double peak_ratio = 0;   ///< of the largest pressures, neo-Hookean over linear

@@ -125,7 +125,7 @@ uvec4 reaching(uvec4 raw, uint limit) { return raw + (0x8000u - min(limit, 0x800
 uvec4 saturated_of(uvec4 raw) { return reaching(raw, push.saturation); }
 uvec4 dead_of(uvec4 rest) { return reaching(rest, push.dead); }
 
-// Saturated pixels are rare: rows only tell that there is one, and tiles without any make no turn of the loop that counts them.
+// Saturated pixels are rare: rows only mark that there is one, and tiles without any make no turn of the loop that counts them.
 bool any_saturated(Sums s) {
   uvec4 any = (s.saturated >> kSaturatedShift) & ONES;
   return (any.x | any.y | any.z | any.w) != 0;

@@ -93,7 +93,7 @@ void main() {
       if (listed < push.capacity) part_marks[listed * kMaxTileRows + y] = fill[y];
       fill[y] = 0;
     }
-    // A full list ends the search: what is missing is told by the sums of areas.
+    // A full list ends the search: the sums of areas show that something is missing.
     found = listed >= push.capacity ? area : found + part.area;
     ++order;
   }

@@ -43,7 +43,7 @@ struct ContactPush {
   uint tiles_y;
   uint threshold;   // in 1/128 gray levels
   uint saturation;  // gray levels
-  uint dead;        // gray levels: pixels that reach this untouched tell nothing by saturating
+  uint dead;        // gray levels: saturation of pixels that reach this untouched means nothing
   uint parts;       // room in the list of a tile's parts, for the kernels that sum those
 };
 

@@ -77,7 +77,7 @@ Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
 vec4 unpack(uvec2 w) { return vec4(w.x & 0xffffu, w.x >> 16, w.y & 0xffffu, w.y >> 16); }
 
 // The gray's gradient near a block of eight by eight pixels, from the quadric through the means of three by three blocks: in the
-// block's middle, and how it changes along the row (u) and down the column (v). A pixel's own neighbours tell its brightness well
+// block's middle, and how it changes along the row (u) and down the column (v). A pixel's own neighbours determine its brightness well
 // but not the direction in which it falls: there noise would turn the slope every way.
 struct Quadric {
   vec2 middle, along_u, along_v;

@@ -1,4 +1,4 @@
-// An untouched image that shows a touch is told, in a waveguide and in a gel; one that shows none is not.
+// An untouched image that shows a touch is reported, in a waveguide and in a gel; one that shows none is not.
 #include "capture/run/rest_check.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The inverse on maps that another program's finite elements made: what the network says of a lump is within
-// its intervals, or it says that it cannot tell.
+// its intervals, or it has no numbers and says so.
 #include "tests/support/calculix.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Observations that contradict themselves: stored presses of finite elements, as they are and told wrong.
+// Observations that contradict themselves: stored presses of finite elements, as they are and stated wrong.
 #include "engine/lump/network/consistency.h"
 
 #include <gtest/gtest.h>

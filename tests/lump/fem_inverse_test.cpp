@@ -121,7 +121,7 @@ TEST(DirectInversion, OneLoadAndNoiseLeaveTheStiffnessOpen) {
 }
 
 // Above a ratio of ten hardly anything changes, below three much does: the curvature at the best lump, the
-// same to either side, cannot tell.
+// same to either side, does not determine the side.
 TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
   fem::Inclusion small;
   small.size_mm = {6, 6, 6};

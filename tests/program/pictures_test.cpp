@@ -1,5 +1,5 @@
-// Folders of pictures: separate presses unless told otherwise; and headlines that say what the largest value
-// is worth.
+// Folders of pictures: separate presses unless stated otherwise; and headlines that say what the largest
+// value is worth.
 #include <algorithm>
 
 #include "tests/support/json.h"

@@ -1,4 +1,4 @@
-// Whether an untouched image that shows a touch is told, and one that shows none is left alone, on recordings
+// An untouched image that shows a touch is reported, and one that shows none is left alone, on recordings
 // of real sensors.
 #include "capture/run/rest_check.h"
 

@@ -230,7 +230,7 @@ void add_gallery(CommandLine& program, Common& common, Command& chosen) {
       "  palpate gallery recordings/ --out out/gallery\n"
       "  palpate gallery . --list mine.json --out out/mine\n"
       "The list is a JSON array of {\"title\", \"sensor\" (next to the list), \"recording\", \"background\" "
-      "(below DATA)}. A recording that is not there is told on the page.\n");
+      "(below DATA)}. A missing recording is named on the page.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return gallery(common, *options); }; });
 }

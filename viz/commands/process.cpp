@@ -105,7 +105,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
           "--outputs", options->outputs,
           "What to compute: force, surface, confidence, contacts, skin, gradient (default: force and "
           "contacts, and "
-          "surface and skin where the sensor can); with contacts separate contacts are told apart and "
+          "surface and skin where the sensor can); with contacts separate contacts are distinguished and "
           "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
           "surface leaves out what is not known")
       ->delimiter(',')
@@ -158,7 +158,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       "  palpate process press.avi --sensor gel.json --out out/press --confidence png16\n"
       "  palpate process --camera /dev/video0 --sensor pad.json --out out/press     until Ctrl-C\n"
       "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
-      "Rows of measurements.csv are whole as they are written; summary.json appears at the end and tells\n"
+      "Rows of measurements.csv are whole as they are written; summary.json appears at the end and states\n"
       "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"
       "depth/, confidence/ and pictures/ are replaced.\n");
   add_jsonl(*command, common);

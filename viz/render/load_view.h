@@ -24,7 +24,7 @@ class LoadMap {
   /// The pressure that the sensor reads in a frame of one plane, through the same 5 x 5 filter as the
   /// measurement; on the host, about 1 ms at 640 x 480. The texels stay until as many further updates.
   LoadTexels update(const Frame& frame, const Frame& background, const Sensor& sensor);
-  /// The pressure that the layer tells, cell by cell; nothing where nothing touches.
+  /// Pressure by the elastic layer, cell by cell; nothing where nothing touches.
   LoadTexels update(const TractionMaps& maps);
   /// Shear over pressure, 0 where the pressure is too small to divide by (friction_ratios).
   LoadTexels update_friction(const TractionMaps& maps);

@@ -39,9 +39,9 @@ std::string table_of(const Comparison& c) {
       text += "           -\n";
     }
   }
-  line = palpate::text("contact told right in %llu of %llu frames",
-                       static_cast<unsigned long long>(n.contact_agrees),
-                       static_cast<unsigned long long>(n.frames));
+  line =
+      palpate::text("contact right in %llu of %llu frames", static_cast<unsigned long long>(n.contact_agrees),
+                    static_cast<unsigned long long>(n.frames));
   text += line;
   if (n.contact_missed) {
     line = palpate::text("; %llu touches of up to %.4f N were too light to see",
@@ -52,7 +52,7 @@ std::string table_of(const Comparison& c) {
     text += "; " + std::to_string(n.contact_invented) + " frames without touch were taken for one";
   text += "\n";
   if (n.slip_judged) {
-    text += "stick or slip told right in " + std::to_string(n.slip_agrees) + " of " +
+    text += "stick or slip right in " + std::to_string(n.slip_agrees) + " of " +
             std::to_string(n.slip_judged) + " frames\n";
   }
   if (n.flagged) {
@@ -127,7 +127,7 @@ std::string describe(const ProcessSummary& s) {
   text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
   if (!s.force_states.empty()) {
     if (s.overflow_frames)
-      text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
+      text += "too many regions to separate contacts in " + counted(s.overflow_frames, "frame") +
               ": a higher contact.threshold_gray would leave the noise out\n";
     for (const auto& [state, frames] : s.force_states)
       text += "force " + state + ": " + counted(frames, "frame") + "\n";

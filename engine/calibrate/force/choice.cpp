@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHuge = std::numeric_limits<double>::infinity();
-constexpr double kLeastDrift_min = 10.0 / 60;  // a change per minute is not told from less
-constexpr size_t kFewestPresses = 3;           // more than recordings: their means tell a drift
+constexpr double kLeastDrift_min = 10.0 / 60;  // less does not determine a change per minute
+constexpr size_t kFewestPresses = 3;           // more than recordings: a drift follows from their means
 constexpr double kAlike = 0.03;                // of the least error: less of a difference is none
 
 // Where pixels show slopes, what bends is what presses: gradients come first there, and are measured only

@@ -88,8 +88,8 @@ class PhotometricFit {
                 std::span<const uint8_t> mask = {});
   static constexpr double kRestRing = 2;
 
-  /// Needs two presses or more. Throws Error(Failure::Input) when the colours cannot tell both slopes (gray
-  /// images, one light, wrong positions): when less than `kLeastExplained` of the normals' variance is
+  /// Needs two presses or more. Throws Error(Failure::Input) when the colours do not determine both slopes
+  /// (gray images, one light, wrong positions): when less than `kLeastExplained` of the normals' variance is
   /// explained on presses that the fit has not seen.
   /// The design is regularised, and the result says so, when its condition passes `kWorstCondition`.
   /// `rest_weight` multiplies the weight of the level parts, 0 to 1000. More of it keeps lamps that drift

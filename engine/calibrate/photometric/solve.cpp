@@ -240,14 +240,14 @@ CrossValidation cross_validate(std::span<const PhotometricPress> presses, double
   return v;
 }
 
-// By depth where a ball tells it.
+// By depth where a ball determines it.
 bool table_is_better(const HeldOutErrors& table, const HeldOutErrors& linear, bool with_depth) {
   return table.normal_rms <= linear.normal_rms &&
          (with_depth ? table.depth_rmse_mm < kClearlyBetter * linear.depth_rmse_mm
                      : table.normal_rms < kClearlyBetter * linear.normal_rms);
 }
 
-// Fills the shares explained; throws where the colours do not tell both slopes.
+// Fills the shares explained; throws where the colours do not determine both slopes.
 void explain(const NormalEquations& contacts, const CrossValidation& v, PhotometricFitResult& result) {
   const double spread_x = contacts.xx - contacts.x * contacts.x / contacts.weight;
   const double spread_y = contacts.yy - contacts.y * contacts.y / contacts.weight;

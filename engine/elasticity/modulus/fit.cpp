@@ -158,7 +158,7 @@ bool Fit::take_flat(ModulusFit& f) {
     if (approaches == 0 && edged == 0)
       return refuse(
           f, ModulusState::NotApplicable,
-          "force and depth tell of the pad alone: the sample's shortening needs the stage's approach "
+          "force and depth depend on the pad alone: the sample's shortening needs the stage's approach "
           "or how the contact's edge moves");
     return true;
   }

@@ -4,7 +4,7 @@
 // What determines it. The camera sees the pad: force (by calibration, or a gauge beside it), where the
 // contact ends, how deep the pad is. It does not see how far the sample gives way. That comes from
 // - the stage: approach less mean depth of the pad is a flat sample's shortening, exactly, whatever the
-//   distribution of pressure. A ball's share is told by the model. Only differences count where the zero of
+//   distribution of pressure. A ball's share is that of the model. Only differences count where the zero of
 //   the stage is not known.
 // - the contact's edge, flat sample: compressed by e it grows by Poisson's ratio times e (more by a tenth
 //   where sample and pad are alike, by half where the pad is softer: the model says). The size at rest is
@@ -12,7 +12,7 @@
 // - the contact's radius, ball: at one force a^3 ~ 1/E*, 1/E* = (1 - v^2)/E + (1 - vp^2)/Ep. An error da/a
 //   becomes 3 (1 + E/Ep) da/a in E: a ball much stiffer than the pad looks like a rigid one.
 // - depth beside radius, ball: of a^2/R the pad takes the fraction of its compliance. Needs no force.
-// Depth beside force alone tells of the pad, not of the sample: a flat sample whose size stays and whose
+// Depth and force alone determine the pad, not the sample: a flat sample whose size stays and whose
 // approach is not known is refused.
 #pragma once
 

@@ -29,7 +29,7 @@ bool matches(const InclusionCells& cells, const Scene& scene);
 /// The scene with its inclusion in these cells: their outer faces lie on the inclusion's surface, scaled so
 /// that they enclose its volume; what lies beyond gives way, and the block's faces keep an even grid. For a
 /// scene without pad and without other inclusions. `quarter` as voxelise(), of cells in the block's
-/// middle alone. None where a cell would be turned inside out, or a quarter does not tell the whole.
+/// middle alone. None where a cell would be turned inside out, or a quarter does not represent the whole.
 std::optional<CellGrid> fit(const Scene& scene, const InclusionCells& cells, bool quarter);
 
 }  // namespace palpate::fem

@@ -1,6 +1,6 @@
 // The forward model at large strain: neo-Hookean tissue and inclusion pressed step by step. A
 // press of 2 N on 40 x 40 mm of 4 kPa tissue is 25 % deep, where small strain is a quarter off; and only the
-// way the map changes from load to load tells a stiff small lump from a softer larger one.
+// way the map changes from load to load distinguishes a stiff small lump from a softer larger one.
 #pragma once
 
 #include <array>

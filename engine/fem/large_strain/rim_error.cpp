@@ -39,7 +39,7 @@ RimError::Load fit_load(const std::array<double, 3>& cells, const std::array<dou
   return load;
 }
 
-/// The rim's part of the maps, even over their middle (single nodes of coarse grids do not tell it); the rest
+/// The rim's part of the maps, even over their middle (single nodes of coarse grids are too noisy); the rest
 /// shrinks with the cells' square: P(h) = P(0) + a h^order + b h^2.
 void add_pressures(const std::array<double, 3>& cells, const std::array<const PressedBlock*, 3>& blocks,
                    RimError::Load& load) {

@@ -69,7 +69,7 @@ class BlockHypotheses {
   const PressedNodes& nodes_;
   std::vector<double> weights_;  ///< of the loads
   Eigen::VectorXd observed_;     ///< all loads together; the block alone is about 1
-  Eigen::VectorXd plain_;        ///< the block's own, as told
+  Eigen::VectorXd plain_;        ///< the block's own, as stated
   Eigen::VectorXd sd_;           ///< of each node: noise, and what the model leaves
   Eigen::MatrixXd other_;        ///< nodes x what else may be, unit variance each, over sd
   std::shared_ptr<const dense::Cholesky> root_;

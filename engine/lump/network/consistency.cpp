@@ -27,13 +27,13 @@ constexpr double kSlide_mm = 1;
 constexpr double kPitch = 0.12, kShift_mm = 1.7, kTilt = 0.08;
 constexpr double kRival = 1.4;  // a thickness leaves so many times the chi-square that a pitch does
 constexpr double kPitchLeaves =
-    0.55;  // of the chi-square, at most; large stiff lumps that are told right: 0.59 and more
+    0.55;  // of the chi-square, at most; large stiff lumps with right inputs: 0.59 and more
 constexpr double kEvidence = 40;  // fall of chi-square, in units of what is left per node
 constexpr double kFits = 1.7;     // chi-square per node of a block that is explained
 
 /// Sums over what one load's map shows of the block.
 struct MapSums {
-  double mean_Pa = 0;  ///< of the nodes told to lie on the block
+  double mean_Pa = 0;  ///< of the nodes that are stated to lie on the block
   double force_N = 0;  ///< of all nodes
   double nodes = 0;    ///< that were seen
 };
@@ -133,7 +133,7 @@ class Look {
 bool Look::units() {
   const double balance = median(balance_), load = load_.back();
   if (within(balance, kBalance)) return modulus_unit();
-  // The balance alone does not tell a small pressure from a large force: the load does.
+  // The balance alone does not separate a small pressure from a large force; the load does.
   std::vector<std::string> fitting;
   for (const bool plausible : {true, false}) {
     if (!fitting.empty()) break;
@@ -339,8 +339,9 @@ void Look::block() {
   const ChangeFit pitch = hypotheses.best_pitch(), shift = hypotheses.best_shift();
   const LinearFit tilt = hypotheses.tilt();
   if (pitch.chi_square < std::min(shift.chi_square, tilt.chi_square)) {
-    // A pitch told too large shows pressure beside the block, see rim(); large stiff lumps look like it else.
-    // Stiff lumps near the surface change what is around them as a thickness does, and a pitch a little.
+    // A pitch stated too large puts pressure outside the block, see rim(); large stiff lumps look like it
+    // else. Stiff lumps near the surface change what is around them as a thickness does, and a pitch a
+    // little.
     const double rival = hypotheses.best_thickness().chi_square;
     if (fits(pitch.chi_square, hypotheses) && pitch.change.pitch > kPitch + 4 * pitch.sd &&
         pitch.chi_square < kPitchLeaves * hypotheses.chi_square() && kRival * pitch.chi_square < rival)

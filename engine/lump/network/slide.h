@@ -16,7 +16,7 @@ struct Slide {
 };
 
 /// By least squares of each load's map on the highest one's and its slopes, against the loads' middle shift.
-/// None of a single load, or where nothing in the map is steep enough to tell.
+/// None of a single load, or where nothing in the map is steep enough.
 std::optional<Slide> find_slide(const Model& model, const PressedNodes& nodes);
 
 }  // namespace palpate::lump

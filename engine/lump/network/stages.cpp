@@ -99,7 +99,7 @@ std::vector<Stage> lump_stages(const Model& model) {
                     {"misfits, over noise"},
                     {},
                     {"size, mm", "depth, mm", "stiffness ratio", "centre, mm", "shape, %",
-                     "each with a 90 % interval", "or why it cannot be told"}});
+                     "each with a 90 % interval", "or why there is none"}});
   return stages;
 }
 

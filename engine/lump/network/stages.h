@@ -12,7 +12,7 @@ struct Model;
 /// One step from an observation to what lies behind it.
 struct Stage {
   enum class Kind : uint8_t {
-    Given,    ///< what an observation or a lump is told by
+    Given,    ///< inputs: an observation's or a lump's numbers
     Formula,  ///< a fixed rule with fitted numbers
     Network,  ///< layers, tanh between them
     Search,   ///< repeated until the two sides agree

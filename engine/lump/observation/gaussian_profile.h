@@ -22,7 +22,7 @@ struct GaussianFit {
   bool found = false;
   double amplitude = 0, center_mm = 0, width_mm = 0, offset = 0;  ///< width: s
   /// Standard errors of the four, of residuals that are independent from point to point. Those of a smooth
-  /// model are not: there they tell how far the line is from a Gaussian, not noise.
+  /// model are not: there they measure how far the line is from a Gaussian, not noise.
   std::array<double, 4> sd{};
   double residual_rms = 0;
   double r_squared = 0;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kInner = 0.9;  // of the block's sides
 constexpr double kLeastSignificance = 6;
-constexpr double kBlockFraction = 0.03;  // of its own pressure: how well even powers tell a block's shape
+constexpr double kBlockFraction = 0.03;  // of its own pressure: error of even powers as a block's shape
 constexpr int kRays = 120;
 constexpr Eigen::Index kBlockTerms = 8;
 
@@ -285,7 +285,7 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
   out.significance = error_Pa > 0 ? std::abs(height) / error_Pa : std::numeric_limits<double>::infinity();
   out.height_Pa = {height, height - 1.645 * error_Pa, height + 1.645 * error_Pa};
   if (std::exp(std::max(fit.bump(2), fit.bump(3))) > 0.999 * std::exp(fitter.widest())) {
-    out.reason = "what stands out is as wide as the block: not told apart from it";
+    out.reason = "the raised area is as wide as the block and cannot be separated from it";
     return out;
   }
   if (out.significance < kLeastSignificance) {

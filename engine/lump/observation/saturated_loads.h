@@ -8,9 +8,9 @@
 
 namespace palpate::lump {
 
-/// From here on a load's saturated nodes are told: a fraction of the window's.
+/// Fraction of a window's nodes from which on a load's saturation is reported.
 inline constexpr double kReportedSaturation = 0.01;
-/// From here on a load is left out: the top that it hides is what tells size, depth and ratio apart.
+/// From here on a load is left out: size, depth and ratio are distinguished by the top, which is hidden.
 inline constexpr double kMostSaturation = 0.03;
 
 /// For each load, the fraction of the window's nodes beyond the sensor's limit. Nodes that no load sees, and

@@ -16,7 +16,7 @@ namespace palpate::lump {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kReach = 1.1;          // farther beyond a press's highest force nothing is told
+constexpr double kReach = 1.1;          // no extrapolation farther beyond a press's highest force
 constexpr double kWorstDeviation = 4;   // of a press that saw the same as the others
 constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
 constexpr double kLeastFeather = 0.05;  // of the weight on a window's very edge
@@ -246,7 +246,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
   out.observation.pressure_Pa.assign(loads, empty_map(grid, nothing));
   out.disagreement_Pa = empty_map(grid, nothing);
   out.presses = empty_map(grid, 0);
-  // A place on the rim has no whole cell around it: what a sensor tells of it is of another place.
+  // A place on the rim has no whole cell around it: a sensor's value there belongs to another place.
   for (uint32_t j = 1; j + 1 < grid.height; ++j)
     for (uint32_t i = 1; i + 1 < grid.width; ++i) {
       const size_t node = size_t{j} * grid.width + i;

@@ -11,7 +11,7 @@
 namespace palpate::lump {
 
 /// One press of a scan. `observation.window_mm` is where the stage says that the window's middle was; all
-/// presses tell the same block. Their forces may differ: pressure over force is interpolated to common ones.
+/// presses show the same block. Their forces may differ: pressure over force is interpolated to common ones.
 struct ScanPress {
   std::string name;  ///< for people
   Observation observation;
@@ -28,11 +28,12 @@ struct StitchOptions {
 struct PressPlace {
   std::string name;
   bool used = false;
-  std::string reason;                          ///< where it is not used
-  std::array<double, 2> stage_mm = {0, 0};     ///< as stated
-  std::array<double, 2> shift_mm = {0, 0};     ///< found by the overlaps, added to the stated place
-  std::array<double, 2> shift_sd_mm = {0, 0};  ///< as large as the stage's where nothing tells more
-  double gain = 1, gain_sd = 0;                ///< its pressure over the scan's
+  std::string reason;                       ///< where it is not used
+  std::array<double, 2> stage_mm = {0, 0};  ///< as stated
+  std::array<double, 2> shift_mm = {0, 0};  ///< found by the overlaps, added to the stated place
+  std::array<double, 2> shift_sd_mm = {0,
+                                       0};  ///< that of the stage where the maps do not determine it better
+  double gain = 1, gain_sd = 0;             ///< its pressure over the scan's
   double deviation =
       0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
 };

@@ -82,7 +82,7 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
   };
   const double noise_Pa = sensor.noise_fraction * peak_Pa;
   const double reach_x = block_mm[0] / 2 + 1e-9, reach_y = block_mm[1] / 2 + 1e-9;
-  // A node that sees only a part of its cell would tell of another place.
+  // A node that sees only a part of its cell would measure another place.
   const double least_pixels = std::max(1e-6, sensor.least_cell) * pitch * pitch / (pixel_mm[0] * pixel_mm[1]);
   double pixels_per_node = 0;
   // Its own numbers: what else is random stays as it is without a pattern.

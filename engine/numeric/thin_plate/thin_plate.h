@@ -44,7 +44,8 @@ struct PlateStatistics {
   /// Trace of the influence matrix, from 1 + rank (a polynomial) to the number of points (through all); NaN:
   /// not asked for.
   double freedom = std::numeric_limits<double>::quiet_NaN();
-  /// Per field: standard deviation of a point of mean weight about the spline; NaN: nothing is left to tell.
+  /// Per field: standard deviation of a point of mean weight about the spline; NaN: no degrees of freedom are
+  /// left.
   std::vector<double> residual_sd;
   double condition = 1;  ///< of the matrix solved (1-norm estimate, or ratio of eigenvalues)
   size_t points = 0;     ///< with a weight

@@ -54,8 +54,9 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
       "      --background rest.png --sensor gel.json --out gel.json\n"
       "A grid also sets lens, quad_px and size_px: the frame becomes what the first picture shows whole. A "
       "ball alone\n"
-      "does not tell the scale; with its travel it does to about 13 %, for how a pad gives way beside it is "
-      "not known.\n");
+      "does not determine the scale; with its travel it does to about 13 %, since the pad's sinking around "
+      "it "
+      "is not known.\n");
   command->callback([&common, &chosen, options] {
     chosen = [&common, options] { return report_of(calibrate_scale, *options, common); };
   });

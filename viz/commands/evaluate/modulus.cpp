@@ -88,11 +88,12 @@ void add_evaluate_modulus(CommandLine& group, Common& common, Command& chosen) {
                    "young_kPa (5 to 5000), pad_mm (its thickness, 3 to 10), peak_percent (brightest pixel of "
                    "full scale, 4 to 80: less is more noise), shape, stage (known, none)");
   command->add_option("--out", common.out, "Folder for modulus.txt, .csv, .json and plots");
-  add_common(*command, common,
-             "  palpate evaluate modulus --trials 200 --out out/modulus\n"
-             "  palpate evaluate modulus --by young_kPa,shape --seed 7 --json\n"
-             "Finite elements of pad and sample seen through the simulated waveguide; pad, size and stage\n"
-             "are off by errors that the fit is told of. Refused is what is not valid.\n");
+  add_common(
+      *command, common,
+      "  palpate evaluate modulus --trials 200 --out out/modulus\n"
+      "  palpate evaluate modulus --by young_kPa,shape --seed 7 --json\n"
+      "Finite elements of pad and sample seen through the simulated waveguide; pad, size and stage\n"
+      "are off by errors that are stated to the fit. Estimates that are not valid count as refused.\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
 }
 

@@ -190,10 +190,10 @@ void add_solver_options(CommandLine& command, Options& o) {
   static const std::map<std::string, fem::Worker> kWorkerNames = {
       {"processor", fem::Worker::Processor}, {"device", fem::Worker::Device}, {"auto", fem::Worker::Auto}};
   o.solver.worker = fem::Worker::Auto;
-  CommandOption* large =
-      command.add_flag("--large-strain", o.solver.large_strain,
-                       "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
-                       "that holds (flat presser, bonded pad); on two grids, whose error is told");
+  CommandOption* large = command.add_flag(
+      "--large-strain", o.solver.large_strain,
+      "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
+      "that holds (flat presser, bonded pad); on two grids, with the error estimated by both");
   command.add_option("--step-mm", o.solver.step_mm, "Of --large-strain, at most")
       ->capture_default_str()
       ->check(Check::positive())

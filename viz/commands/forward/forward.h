@@ -24,7 +24,7 @@ struct ForwardOutcome {
   fem::Result result;
   lump::Profile profile;  ///< stress, Pa, along x through the bump
   lump::GaussianFit fit;
-  std::optional<fem::GridError> grid_error = {};  ///< none: one grid, which does not tell its own
+  std::optional<fem::GridError> grid_error = {};  ///< none: one grid, which does not show its own
 };
 /// Throws nothing of its own: a result that did not converge has no profile and no fit.
 ForwardOutcome describe(const fem::Scene& scene, fem::Result result);

@@ -160,7 +160,7 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
       ->check(Check::range(0.0, 1.0));
   command
       ->add_option("--modulus-error", o->job.modulus_error,
-                   "Relative error of the tissue's modulus as told to the estimate")
+                   "Relative error of the tissue's modulus as stated to the estimate")
       ->capture_default_str()
       ->check(Check::range(-0.9, 10.0));
   command

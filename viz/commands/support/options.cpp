@@ -400,7 +400,7 @@ Parsed CommandLine::read(const std::function<void()>& parse) {
     std::ostringstream text;
     if (parsed.help) app_->exit(error, text, text);
     parsed.text = parsed.help ? text.str() : plain_words(deepest(*app_), error);
-    // A word that nobody took tells more than what is missing because of it, or than the help above it.
+    // An unexpected word explains more than what is missing because of it, or than the help above it.
     const bool words = parsed.help || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
                        dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
     if (const std::vector<std::string> left = app_->remaining(true); words && !left.empty()) {

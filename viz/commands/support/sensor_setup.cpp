@@ -290,8 +290,8 @@ SetupStep SensorSetup::surface(const SetupInputs& inputs) {
   }
   if (!step.done)
     step.missing = !ball         ? "presses of a ball: --ball-radius-mm RADIUS [--balls FOLDER]"
-                   : !scaled     ? "the scale, before presses of a ball tell depth"
-                   : !kind_known ? "what a touch changes, before presses of a ball tell depth"
+                   : !scaled     ? "the scale, before presses of a ball give depth"
+                   : !kind_known ? "what a touch changes, before presses of a ball give depth"
                                  : "presses of one ball of known size that are seen whole, see above";
   return step;
 }
