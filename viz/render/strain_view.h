@@ -10,9 +10,9 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/measure/strain.h"
-#include "engine/stages/thin_plate.h"
 #include "palpate/frame.h"
 #include "palpate/touch.h"
+#include "viz/render/plate_map.h"
 
 namespace palpate::viz {
 

@@ -1,4 +1,4 @@
-#include "engine/stages/thin_plate.h"
+#include "viz/render/plate_map.h"
 
 #include <algorithm>
 #include <array>

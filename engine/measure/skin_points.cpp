@@ -1,4 +1,4 @@
-#include "engine/stages/frame/skin_points.h"
+#include "engine/measure/skin_points.h"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Thin-plate stage: a spline of the displacement in the plane, as a dense map of its strain over the frame.
+// A spline of the displacement in the plane, as a dense map of its strain over the frame, made on the GPU.
 #pragma once
 
 #include <cstdint>
