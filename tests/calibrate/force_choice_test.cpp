@@ -68,6 +68,58 @@ TEST(ForceFit, FindsEachLaw) {
   EXPECT_NEAR(line.curve.c0_N, 0.1, 1e-7);
 }
 
+TEST(ForceFit, ExactLineIsFoundToTheLastDigits) {
+  // The paper's line, Eq. 80, at its magnitude of G.
+  std::vector<double> gray, force;
+  for (int i = 0; i < 20; ++i) {
+    gray.push_back(4e7 + 3e6 * i);
+    force.push_back(1.75e-8 * gray.back() - 0.11456);
+  }
+  const ForceCalibration fit = line_calibration(gray, force);
+  EXPECT_NEAR(fit.c1_N_per_gray, 1.75e-8, 1e-18);
+  EXPECT_NEAR(fit.c0_N, -0.11456, 1e-11);
+  EXPECT_NEAR(fit.r_squared, 1, 1e-12);
+  EXPECT_LT(fit.residual_sd_N, 1e-12);
+  EXPECT_EQ(fit.gray_min, 4e7);
+  EXPECT_EQ(fit.gray_max, 4e7 + 57e6);
+}
+
+TEST(ForceFit, StatedErrorsAreTheErrorsThatHappen) {
+  constexpr int kTrials = 2000, kReadings = 25;
+  constexpr double kSlope = 2e-6, kOffset = 0.05, kNoise_N = 0.01, kAt = 4e5;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, kNoise_N);
+  double squares = 0, stated = 0, sd = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<double> gray, force;
+    for (int i = 0; i < kReadings; ++i) {
+      gray.push_back(4e4 * i);
+      force.push_back(kSlope * gray.back() + kOffset + noise(random));
+    }
+    const ForceCalibration c = line_calibration(gray, force);
+    const double error = c.c1_N_per_gray * kAt + c.c0_N - (kSlope * kAt + kOffset);
+    squares += error * error;
+    stated += c.covariance[0] + 2 * kAt * c.covariance[1] + kAt * kAt * c.covariance[2];
+    sd += c.residual_sd_N;
+  }
+  EXPECT_NEAR(squares / stated, 1, 0.1) << "variance of the line at G = 4e5";
+  EXPECT_NEAR(sd / kTrials, kNoise_N, 0.02 * kNoise_N);
+}
+
+TEST(ForceFit, ScaleGoesThroughTheOrigin) {
+  std::vector<double> shift, force;
+  for (int i = -5; i <= 5; ++i) {
+    shift.push_back(0.1 * i);
+    force.push_back(2.5 * shift.back());
+  }
+  const CurveFit fit = fit_curve(ForceModel::Scale, shift, force);
+  EXPECT_NEAR(fit.curve.c1, 2.5, 1e-12);
+  EXPECT_LT(std::sqrt(fit.covariance[2]), 1e-9);
+  EXPECT_EQ(fit.curve.c0_N, 0);
+  EXPECT_THROW(fit_curve(ForceModel::Scale, std::vector<double>(4, 0.0), std::vector<double>{1, 1, 1, 2}),
+               Error);
+}
+
 TEST(ForceFit, SplineNeverFalls) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, 0.3);

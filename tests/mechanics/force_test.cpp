@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/calibrate/linear_fit.h"
+#include "engine/calibrate/force/fit.h"
 
 namespace palpate {
 namespace {
@@ -62,7 +62,7 @@ TEST(Force, ErrorGrowsAwayFromTheReadings) {
     gray.push_back(1e7 * (4 + i));
     force.push_back(2e-8 * gray.back() - 0.1 + noise(random));
   }
-  const ForceCalibration c = fit_force(gray, force).calibration;
+  const ForceCalibration c = line_calibration(gray, force);
   const auto error = [&](double g) { return force_from_gray(c, g, true).standard_error; };
   const double middle = 1e7 * (4 + 5.5);
   // At the mean of n readings a new one errs by s sqrt(1 + 1/n); elsewhere by more, alike on both sides.
@@ -168,7 +168,7 @@ TEST(Force, StatedErrorCoversTheTruth) {
         gray.push_back(1e7 + kSpan * i / 17);
         force.push_back(kSlope * gray.back() + kOffset + noise(random));
       }
-      const ForceCalibration c = fit_force(gray, force).calibration;
+      const ForceCalibration c = line_calibration(gray, force);
       const double g = 1e7 + kSpan * where;
       const Estimate estimate = force_from_gray(c, g, true);
       const double gauge_N = kSlope * g + kOffset + noise(random);

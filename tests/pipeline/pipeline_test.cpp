@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/calibrate/linear_fit.h"
+#include "engine/calibrate/force/fit.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
 #include "tests/support/stage_run.h"
@@ -31,8 +31,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
       gray.push_back(t.gray_sum);
       force.push_back(scene.truth(k).force_N);
     }
-    const ForceFit fit = fit_force(gray, force);
-    scene.sensor.force = fit.calibration;
+    scene.sensor.force = line_calibration(gray, force);
     Pipeline judged = scene.pipeline(context(), force_only());
     double worst = 0, worst_light_N = 0, worst_px = 0, squares = 0;
     int frames = 0;
@@ -63,7 +62,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
         "%s: %d frames from 0.15 N: worst force error %.3f %%, worst centroid error %.3f px; below "
         "0.15 N worst %.2f mN; error over stated error %.2f RMS; R2 %.6f\n",
         text, frames, 100 * worst, worst_px, 1000 * worst_light_N, std::sqrt(squares / frames),
-        fit.r_squared);
+        scene.sensor.force->r_squared);
     EXPECT_LT(worst, 0.003) << text;
     EXPECT_LT(worst_light_N, 0.0005) << text;
     EXPECT_LT(worst_px, 0.05) << text;

@@ -9,7 +9,7 @@
 #include "capture/run/run_recording.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/json.h"
-#include "engine/calibrate/linear_fit.h"
+#include "engine/calibrate/force/fit.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -75,8 +75,8 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
     gray.push_back(r.touch.gray_sum);
     force_N.push_back(r.truth.force_N);
   }
-  const ForceFit fit = fit_force(gray, force_N);
-  sensor.force = fit.calibration;
+  const ForceCalibration fit = line_calibration(gray, force_N);
+  sensor.force = fit;
 
   std::vector<double> x_mm, y_mm, fx_N, fy_N;
   double friction = 0;
@@ -93,20 +93,21 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
       fy_N.push_back(r.truth.shear_y_N);
     }
   }
-  const StiffnessFit kx = fit_stiffness(x_mm, fx_N), ky = fit_stiffness(y_mm, fy_N);
+  // F = K u: a line through the origin.
+  const CurveFit kx = fit_curve(ForceModel::Scale, x_mm, fx_N), ky = fit_curve(ForceModel::Scale, y_mm, fy_N);
+  const auto relative_sd = [](const CurveFit& k) { return std::sqrt(k.covariance[2]) / k.curve.c1; };
   if (slipping == 0)
     throw Error(Failure::Input, "a slide that slips", "one that only sticks", "a lower friction");
-  sensor.shear = ShearCalibration{.kx_N_per_mm = kx.k_N_per_mm,
-                                  .ky_N_per_mm = ky.k_N_per_mm,
+  sensor.shear = ShearCalibration{.kx_N_per_mm = kx.curve.c1,
+                                  .ky_N_per_mm = ky.curve.c1,
                                   .friction = friction / static_cast<double>(slipping),
-                                  .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
+                                  .relative_sd = std::hypot(relative_sd(kx), relative_sd(ky))};
   return text(
              "  force: F = c1 G + c0, c1 = %.4g N/gray, c0 = %.4g N, R^2 %.6f, scatter %.2g N, from %zu "
              "frames of scene 'press'\n",
-             fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
-             fit.calibration.residual_sd_N, gray.size()) +
+             fit.c1_N_per_gray, fit.c0_N, fit.r_squared, fit.residual_sd_N, gray.size()) +
          text("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
-              kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
+              kx.curve.c1, ky.curve.c1, sensor.shear->friction, x_mm.size(),
               static_cast<unsigned long long>(slipping));
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "engine/measure/force.h"
@@ -267,6 +268,23 @@ CurveFit fit_curve(ForceModel model, std::span<const double> signal, std::span<c
                                               : fit_power(model, r, free);
   fit.curve.residual_sd_N = fit.residual_sd_N;
   return fit;
+}
+
+ForceCalibration line_calibration(std::span<const double> gray_sum, std::span<const double> force_N) {
+  const CurveFit fit = fit_curve(ForceModel::Line, gray_sum, force_N);
+  const auto [low, high] = std::minmax_element(gray_sum.begin(), gray_sum.end());
+  const double n = static_cast<double>(force_N.size());
+  const double mean_N = std::accumulate(force_N.begin(), force_N.end(), 0.0) / n;
+  double about = 0;
+  for (const double f : force_N) about += (f - mean_N) * (f - mean_N);
+  ForceCalibration c{.c1_N_per_gray = fit.curve.c1,
+                     .c0_N = fit.curve.c0_N,
+                     .residual_sd_N = fit.residual_sd_N,
+                     .covariance = fit.covariance,
+                     .gray_min = *low,
+                     .gray_max = *high};
+  c.r_squared = 1 - fit.residual_sd_N * fit.residual_sd_N * (n - 2) / about;
+  return c;
 }
 
 }  // namespace palpate

@@ -27,4 +27,8 @@ size_t unknowns(ForceModel model, size_t readings);
 CurveFit fit_curve(ForceModel model, std::span<const double> signal, std::span<const double> force_N,
                    std::span<const double> weight = {});
 
+/// The line F = c1 G + c0 as a sensor file holds it: `gray_sum` are G in gray levels, `force_N` the gauge's
+/// readings of the same frames, whose range is the calibrated one. Throws what fit_curve throws.
+ForceCalibration line_calibration(std::span<const double> gray_sum, std::span<const double> force_N);
+
 }  // namespace palpate
