@@ -1,5 +1,7 @@
 #include "capture/files/images/image_header.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -24,21 +26,6 @@ bool starts(Bytes b, std::string_view magic) {
          });
 }
 
-uint32_t crc32(Bytes b) {
-  static const auto table = [] {
-    std::array<uint32_t, 256> t{};
-    for (uint32_t i = 0; i < 256; ++i) {
-      uint32_t c = i;
-      for (int k = 0; k < 8; ++k) c = c & 1 ? 0xedb88320u ^ (c >> 1) : c >> 1;
-      t[i] = c;
-    }
-    return t;
-  }();
-  uint32_t c = ~0u;
-  for (const uint8_t v : b) c = table[(c ^ v) & 255] ^ (c >> 8);
-  return ~c;
-}
-
 /// Chunk by chunk to IEND, each with its check sum.
 std::optional<ImageHeader> png(Bytes b) {
   if (b.size() < 33) return std::nullopt;
@@ -46,7 +33,7 @@ std::optional<ImageHeader> png(Bytes b) {
   for (size_t at = 8; at + 12 <= b.size();) {
     const uint64_t length = number(b, at, 4, true);
     if (length > b.size() - at - 12) return h;
-    if (crc32(b.subspan(at + 4, length + 4)) != number(b, at + 8 + length, 4, true)) return h;
+    if (crc32_z(0, &b[at + 4], length + 4) != number(b, at + 8 + length, 4, true)) return h;
     if (starts(b.subspan(at + 4), "IEND")) h.whole = true;
     at += length + 12;
   }
