@@ -145,12 +145,12 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
         {"solver", solver},
         {"skip_untouched", info.skip_untouched},
         {"warm_start", info.warm_start},
-        {"fixed_background", info.fixed_light}}},
+        {"fixed_background", info.fixed_light},
+        {"separate_pictures", info.separate}}},
       {"program_version", info.program_version},
       {"device", info.device},
       {"details", details},
       {"sensor", info.sensor ? json::parse(sensor_text(*info.sensor)) : Json()}};
-  if (info.separate) json["measured"]["separate_pictures"] = true;
   if (end.complete || !end.ended_by.empty())
     json["end"] = {{"frames", end.frames},           {"dropped", end.dropped},
                    {"measured", end.measured},       {"unmatched", end.unmatched},

@@ -85,15 +85,14 @@ void Session::Impl::load() {
   video->expect(text.info.format);
   load_rows();
   const uintmax_t bytes = fs::file_size(folder / kSessionFrames, error);
-  whole = text.end.complete && bytes == text.end.video_bytes && video->indexed() == text.end.frames;
-  if (whole) {
+  if (text.end.complete && video->indexed() == text.end.frames) {
     frames = text.end.frames;
-    if (*frames > 0) video->seek(0);
   } else {
     const SessionVideoReader::Found found = video->scan();
     frames = found.frames;
     damaged_found = found.damaged;
   }
+  whole = text.end.complete && bytes == text.end.video_bytes && *frames == text.end.frames;
   if (*frames == 0)
     throw Error(Failure::Input, "a session with frames", folder.string() + ", of which none was recorded",
                 "another session");
@@ -180,7 +179,8 @@ bool is_session(const fs::path& path) {
   if (path.filename() != kSessionFrames || !fs::is_regular_file(path, error)) return false;
   if (fs::exists(path.parent_path() / kSessionJson, error)) return true;
   try {
-    return !SessionVideoReader::open(path)->session_text().empty();
+    SessionVideoReader::open(path);
+    return true;
   } catch (const Error&) {
     return false;
   }
@@ -284,7 +284,9 @@ std::string Session::warning() const {
     if (!end.ended_by.empty()) said += " (recording ended by: " + end.ended_by + ")";
     said += "; ";
   }
-  if (damaged > 0) said += std::to_string(damaged) + " damaged frames are left out; ";
+  if (damaged > 0)
+    said += std::to_string(damaged) + (damaged == 1 ? " damaged frame is" : " damaged frames are") +
+            " left out; ";
   if (said.empty()) return {};
   return m.folder.string() + ": " + said.substr(0, said.size() - 2);
 }

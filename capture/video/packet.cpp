@@ -4,9 +4,13 @@ extern "C" {
 #include <libavutil/crc.h>
 #include <libavutil/intreadwrite.h>
 #include <libavutil/log.h>
+#include <libavutil/opt.h>
 }
 
+#include <algorithm>
 #include <cstring>
+#include <thread>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -15,14 +19,10 @@ namespace {
 // 36 flags, 40 CRC-32 of the frame's pixels, 44 CRC-32 of the packet's data, 48 CRC-32 of the 48 bytes
 // before. A later version may be longer.
 constexpr uint32_t kMark = 0x01504C50;  // "PLP", version 1
-constexpr size_t kRecord_bytes = 52;
+constexpr size_t kChecked_bytes = 48;
 constexpr uint32_t kAfterGap = 1;
 constexpr size_t kId_bytes = 8;  // libav puts the number of the BlockAdditional before it
 constexpr uint64_t kId = 1;
-
-uint32_t crc_of(const uint8_t* bytes, size_t count) {
-  return av_crc(av_crc_get_table(AV_CRC_32_IEEE_LE), ~0u, bytes, count) ^ ~0u;
-}
 
 }  // namespace
 
@@ -86,19 +86,29 @@ int add_record(AVPacket& packet, const Frame& frame) {
   AV_WL64(record + 28, static_cast<uint64_t>(stamp.delivered_ns));
   AV_WL32(record + 36, stamp.after_gap ? kAfterGap : 0);
   AV_WL32(record + 40, crc_of(frame));
-  AV_WL32(record + 44, crc_of(packet.data, static_cast<size_t>(packet.size)));
-  AV_WL32(record + 48, crc_of(record, 48));
+  AV_WL32(record + 44, crc_of({packet.data, static_cast<size_t>(packet.size)}));
+  AV_WL32(record + kChecked_bytes, crc_of({record, kChecked_bytes}));
   return 0;
 }
 
-std::optional<PacketRecord> find_record(const AVPacket& packet) {
-  size_t count = 0;
-  const uint8_t* side = av_packet_get_side_data(&packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL, &count);
-  if (!side || count < kId_bytes + kRecord_bytes || AV_RB64(side) != kId) return std::nullopt;
-  const uint8_t* record = side + kId_bytes;
-  if (AV_RL32(record) != kMark || AV_RL32(record + 48) != crc_of(record, 48) ||
-      AV_RL32(record + 44) != crc_of(packet.data, static_cast<size_t>(packet.size)))
-    return std::nullopt;
+uint32_t crc_of(std::span<const uint8_t> bytes) {
+  if (bytes.empty()) return 0;  // libav would look for it at address 0
+  return av_crc(av_crc_get_table(AV_CRC_32_IEEE_LE), ~0u, bytes.data(), bytes.size()) ^ ~0u;
+}
+
+uint32_t crc_of(const Frame& frame) {
+  return crc_of({frame.pixels(), frame.format.frame_bytes()});
+}
+
+bool is_record(std::span<const uint8_t> bytes) {
+  return bytes.size() >= kRecord_bytes && AV_RL32(bytes.data()) == kMark &&
+         AV_RL32(bytes.data() + kChecked_bytes) == crc_of(bytes.first(kChecked_bytes));
+}
+
+std::optional<PacketRecord> find_record(std::span<const uint8_t> bytes, std::span<const uint8_t> data) {
+  if (!is_record(bytes)) return std::nullopt;
+  const uint8_t* record = bytes.data();
+  if (AV_RL32(record + 44) != crc_of(data)) return std::nullopt;
   FrameStamp stamp;
   stamp.sequence = AV_RL64(record + 4);
   stamp.time_ns = static_cast<int64_t>(AV_RL64(record + 12));
@@ -108,8 +118,32 @@ std::optional<PacketRecord> find_record(const AVPacket& packet) {
   return PacketRecord{stamp, AV_RL32(record + 40)};
 }
 
-uint32_t crc_of(const Frame& frame) {
-  return crc_of(frame.pixels(), frame.format.frame_bytes());
+CodecPtr open_session_encoder(const FrameFormat& format, double rate_Hz, int& code) {
+  const AVCodec* ffv1 = avcodec_find_encoder(AV_CODEC_ID_FFV1);
+  CodecPtr codec(ffv1 ? avcodec_alloc_context3(ffv1) : nullptr);
+  code = ffv1 ? AVERROR(ENOMEM) : AVERROR_ENCODER_NOT_FOUND;
+  if (!codec) return nullptr;
+  codec->width = static_cast<int>(std::max(format.width, kLeastSide_px));
+  codec->height = static_cast<int>(std::max(format.height, kLeastSide_px));
+  codec->pix_fmt = pixel_format(format);
+  codec->time_base = {1, kTick_per_s};
+  if (rate_Hz > 0) codec->framerate = av_d2q(rate_Hz, 1'000'000);
+  codec->level = 3;
+  codec->gop_size = 1;  // a damaged frame takes no other with it
+  codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+  // FFV1 wants four slices from there on; more only cost.
+  const bool large = format.width > 352 || format.height > 288;
+  constexpr uint32_t kSliced_px = 64;
+  codec->slices = large || std::min(format.width, format.height) >= kSliced_px ? 4 : 1;
+  constexpr size_t kOneThread_bytes = 600'000;
+  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  codec->thread_type = FF_THREAD_SLICE;
+  codec->thread_count = format.frame_bytes() > kOneThread_bytes ? std::min(4, cores) : 1;
+  av_opt_set_int(codec->priv_data, "coder", 0, 0);  // Golomb-Rice: half the time of range coding, as small
+  av_opt_set_int(codec->priv_data, "context", 0, 0);
+  av_opt_set_int(codec->priv_data, "slicecrc", 1, 0);
+  code = avcodec_open2(codec.get(), ffv1, nullptr);
+  return code < 0 ? nullptr : std::move(codec);
 }
 
 }  // namespace palpate

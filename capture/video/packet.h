@@ -9,6 +9,7 @@ extern "C" {
 
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "capture/video/session_video.h"
 
@@ -49,12 +50,20 @@ void take_pixels(const AVFrame& image, Frame& frame);
 /// Adds the frame's record, with check sums of the packet's data and of the pixels, as Matroska's
 /// BlockAdditional 1. Less than 0: libav's error.
 int add_record(AVPacket& packet, const Frame& frame);
+inline constexpr size_t kRecord_bytes = 52;
+/// True where a whole record begins.
+bool is_record(std::span<const uint8_t> bytes);
 struct PacketRecord {
   FrameStamp stamp;
   uint32_t pixels_crc = 0;
 };
-/// The record of a packet whose data and record are whole.
-std::optional<PacketRecord> find_record(const AVPacket& packet);
+/// The record of a frame, where it and the packet's data are whole.
+std::optional<PacketRecord> find_record(std::span<const uint8_t> record, std::span<const uint8_t> data);
+uint32_t crc_of(std::span<const uint8_t> bytes);
 uint32_t crc_of(const Frame& frame);
+
+inline constexpr int kTick_per_s = 1000;  ///< Matroska's own
+/// The encoder as every session has it, opened; `code` is libav's error where there is none.
+CodecPtr open_session_encoder(const FrameFormat& format, double rate_Hz, int& code);
 
 }  // namespace palpate

@@ -1,25 +1,22 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
 }
 
 #include <algorithm>
-#include <climits>
+#include <new>
+#include <span>
 #include <thread>
 #include <vector>
 
 #include "capture/video/packet.h"
 #include "capture/video/parts.h"
+#include "capture/video/session_file.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
 
 namespace palpate {
 namespace {
-
-struct CloseInput {
-  void operator()(AVFormatContext* input) const { avformat_close_input(&input); }
-};
 
 class Reader final : public SessionVideoReader {
  public:
@@ -34,154 +31,152 @@ class Reader final : public SessionVideoReader {
 
  private:
   fs::path path_;
-  std::unique_ptr<AVFormatContext, CloseInput> input_;
-  const AVStream* stream_ = nullptr;
+  SessionFile file_;
   CodecPtr codec_;
   PacketPtr packet_;
   FramePtr image_;
   FrameFormat format_;
-  AVPixelFormat pixels_ = AV_PIX_FMT_NONE;
-  std::string text_;
-  std::vector<int64_t> ticks_;       ///< of every frame, once they are known
-  int64_t target_tick_ = INT64_MIN;  ///< frames before are passed over
-  PacketRecord record_;
+  std::vector<uint64_t> index_;   ///< where each frame's cluster begins, once that is known
+  uint64_t at_ = 0;               ///< where the next `step` looks
+  uint64_t damaged_ = 0;          ///< frames that the next steps report
+  bool among_frames_ = false;     ///< what lies before at_ was a frame
+  VideoBlock block_;              ///< of the last `step`
   std::optional<uint64_t> last_;  ///< number of the frame before
 
-  void open();
-  void open_codec();
+  bool open_codec(std::span<const uint8_t> parameters);
+  void go_to(uint64_t begin, bool among_frames);
 };
 
-void Reader::open() {
-  const auto refuse = [&](const std::string& why) {
-    throw Error(Failure::Input, "frames of a session in '" + path_.string() + "'", why, "another session");
-  };
-  input_.reset();
-  stream_ = nullptr;
-  last_.reset();
-  AVFormatContext* opened = nullptr;
-  const int code = avformat_open_input(&opened, ("file:" + path_.string()).c_str(),
-                                       av_find_input_format("matroska"), nullptr);
-  if (code == AVERROR(EACCES)) refuse("no permission to read it");
-  if (code < 0) refuse("none: it ends before its first frame, or its header is damaged");
-  input_.reset(opened);
-  for (unsigned i = 0; i < input_->nb_streams; ++i) {
-    const AVStream* candidate = input_->streams[i];
-    if (candidate->codecpar->codec_id == AV_CODEC_ID_FFV1 && !stream_) stream_ = candidate;
-  }
-  const AVDictionaryEntry* tag = av_dict_get(input_->metadata, kSessionTag, nullptr, 0);
-  if (!tag || !stream_) refuse("a video that is no recorded session's");
-  text_ = tag->value;
+Reader::Reader(const fs::path& file)
+    : path_(file), file_(file), packet_(av_packet_alloc()), image_(av_frame_alloc()) {
+  silence_libav();
 }
 
-void Reader::open_codec() {
+/// False where FFV1 refuses its parameters, which carry a check sum.
+bool Reader::open_codec(std::span<const uint8_t> parameters) {
   const AVCodec* ffv1 = avcodec_find_decoder(AV_CODEC_ID_FFV1);
   codec_.reset(ffv1 ? avcodec_alloc_context3(ffv1) : nullptr);
-  if (codec_) {
-    codec_->thread_type = FF_THREAD_SLICE;  // threads by frames would hand them out late
-    codec_->thread_count = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
-    codec_->err_recognition = AV_EF_CRCCHECK | AV_EF_EXPLODE;
-  }
-  if (!codec_ || avcodec_parameters_to_context(codec_.get(), stream_->codecpar) < 0 ||
-      avcodec_open2(codec_.get(), ffv1, nullptr) < 0)
-    throw Error(Failure::Input, "frames that libavcodec's FFV1 can decode",
-                path_.string() + ", whose header it refuses", "another session; this one is damaged");
-}
-
-Reader::Reader(const fs::path& file) {
-  silence_libav();
-  path_ = file;
-  packet_.reset(av_packet_alloc());
-  image_.reset(av_frame_alloc());
-  open();
+  if (!codec_ || parameters.empty()) return false;
+  codec_->width = static_cast<int>(std::max(format_.width, kLeastSide_px));
+  codec_->height = static_cast<int>(std::max(format_.height, kLeastSide_px));
+  codec_->extradata = static_cast<uint8_t*>(av_mallocz(parameters.size() + AV_INPUT_BUFFER_PADDING_SIZE));
+  if (!codec_->extradata) throw std::bad_alloc();
+  std::copy(parameters.begin(), parameters.end(), codec_->extradata);
+  codec_->extradata_size = static_cast<int>(parameters.size());
+  codec_->thread_type = FF_THREAD_SLICE;  // threads by frames would hand them out late
+  codec_->thread_count = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
+  codec_->err_recognition = AV_EF_CRCCHECK | AV_EF_EXPLODE;
+  return avcodec_open2(codec_.get(), ffv1, nullptr) >= 0;
 }
 
 const std::string& Reader::session_text() const {
-  return text_;
+  if (file_.head().text.empty())
+    throw Error(Failure::Input, "the session's text in '" + path_.string() + "'", "a damaged one",
+                "the session.json that was recorded with it");
+  return file_.head().text;
 }
 
 void Reader::expect(const FrameFormat& format) {
-  const AVCodecParameters& found = *stream_->codecpar;
-  if (found.width != static_cast<int>(std::max(format.width, kLeastSide_px)) ||
-      found.height != static_cast<int>(std::max(format.height, kLeastSide_px)))
+  const VideoHead& head = file_.head();
+  if (head.width > 0 && (head.width != std::max(format.width, kLeastSide_px) ||
+                         head.height != std::max(format.height, kLeastSide_px)))
     throw Error(
         Failure::Input,
         "frames of " + std::to_string(format.width) + "x" + std::to_string(format.height) +
             " px, as the session says",
-        path_.string() + " of " + std::to_string(found.width) + "x" + std::to_string(found.height) + " px",
+        path_.string() + " of " + std::to_string(head.width) + "x" + std::to_string(head.height) + " px",
         "the frames.mkv that belongs to this session");
   format_ = format;
-  pixels_ = pixel_format(format);
-  open_codec();
+  // Incompressible frames take less than four times their bytes.
+  constexpr uint64_t kOther_bytes = 1 << 20;
+  file_.limit_clusters(kOther_bytes + 4 * uint64_t{format.frame_bytes()});
+  if (open_codec(head.codec_private)) return;
+  // Every session of a format has the same parameters.
+  int code = 0;
+  const CodecPtr encoder = open_session_encoder(format, 0, code);
+  if (!encoder || !open_codec({encoder->extradata, static_cast<size_t>(encoder->extradata_size)}))
+    throw Error(Failure::Input, "frames that libavcodec's FFV1 can decode",
+                path_.string() + ", whose header it refuses", "another session; this one is damaged");
+}
+
+void Reader::go_to(uint64_t begin, bool among_frames) {
+  at_ = begin;
+  damaged_ = 0;
+  among_frames_ = among_frames;
+  last_.reset();
 }
 
 Reader::Step Reader::step(FrameStamp& stamp) {
-  while (true) {
-    av_packet_unref(packet_.get());
-    if (av_read_frame(input_.get(), packet_.get()) < 0) return Step::End;
-    if (packet_->stream_index != stream_->index) continue;
-    if (packet_->pts == AV_NOPTS_VALUE || packet_->pts < target_tick_) continue;
-    target_tick_ = INT64_MIN;
-    const std::optional<PacketRecord> found = find_record(*packet_);
-    if (!found || (last_ && found->stamp.sequence <= *last_)) return Step::Damaged;
-    last_ = found->stamp.sequence;
-    record_ = *found;
-    stamp = found->stamp;
-    return Step::Frame;
+  if (damaged_ == 0 && !file_.read(at_, block_)) {
+    const SessionFile::Gap gap = file_.pass_damage(at_);
+    at_ = gap.next;
+    // What lies between two frames was one, even where nothing of it is left.
+    damaged_ = std::max<uint64_t>(gap.damaged, among_frames_ && gap.next < file_.bytes() ? 1 : 0);
+    if (damaged_ == 0 && !file_.read(at_, block_)) return Step::End;
   }
+  if (damaged_ > 0) {
+    --damaged_;
+    among_frames_ = false;
+    return Step::Damaged;
+  }
+  at_ = block_.end;
+  among_frames_ = true;
+  const uint64_t sequence = block_.record.stamp.sequence;
+  if (last_ && sequence <= *last_) return Step::Damaged;
+  last_ = sequence;
+  stamp = block_.record.stamp;
+  return Step::Frame;
 }
 
 bool Reader::decode(Frame& frame) {
+  // A packet of libav's own has the bytes behind it that its decoders look at.
+  av_packet_unref(packet_.get());
+  if (av_new_packet(packet_.get(), static_cast<int>(block_.data.size())) < 0) throw std::bad_alloc();
+  std::copy(block_.data.begin(), block_.data.end(), packet_->data);
   if (avcodec_send_packet(codec_.get(), packet_.get()) < 0 ||
       avcodec_receive_frame(codec_.get(), image_.get()) < 0) {
     avcodec_flush_buffers(codec_.get());
     return false;
   }
   const AVFrame& image = *image_;
-  bool fits = image.format == pixels_ && image.width == stream_->codecpar->width &&
-              image.height == stream_->codecpar->height;
+  bool fits = image.format == pixel_format(format_) &&
+              image.width == static_cast<int>(std::max(format_.width, kLeastSide_px)) &&
+              image.height == static_cast<int>(std::max(format_.height, kLeastSide_px));
   if (fits) {
     frame.reshape(format_);
     take_pixels(image, frame);
-    put_stamp(record_.stamp, frame);
-    fits = crc_of(frame) == record_.pixels_crc;
+    put_stamp(block_.record.stamp, frame);
+    fits = crc_of(frame) == block_.record.pixels_crc;
   }
   av_frame_unref(image_.get());
   return fits;
 }
 
 uint64_t Reader::indexed() {
-  if (ticks_.empty()) {
-    // The index is at the file's end and is read by the first seek.
-    if (av_seek_frame(input_.get(), stream_->index, 0, AVSEEK_FLAG_BACKWARD) < 0) open();
-    const int count = avformat_index_get_entries_count(stream_);
-    for (int i = 0; i < count; ++i)
-      ticks_.push_back(avformat_index_get_entry(const_cast<AVStream*>(stream_), i)->timestamp);
-  }
-  return ticks_.size();
+  if (index_.empty()) index_ = file_.index();
+  return index_.size();
 }
 
 bool Reader::seek(uint64_t index) {
-  if (index >= ticks_.size()) return false;
-  target_tick_ = ticks_[index];
-  last_.reset();
-  if (av_seek_frame(input_.get(), stream_->index, target_tick_, AVSEEK_FLAG_BACKWARD) < 0) open();
+  if (index >= index_.size()) return false;
+  go_to(index_[index], true);
   return true;
 }
 
 Reader::Found Reader::scan() {
   Found found;
   FrameStamp stamp;
-  ticks_.clear();
+  index_.clear();
   for (Step now = step(stamp); now != Step::End; now = step(stamp)) {
-    ticks_.push_back(packet_->pts);
     if (now == Step::Frame) {
       ++found.frames;
       found.last_sequence = stamp.sequence;
+      index_.push_back(block_.begin);
     } else {
       ++found.damaged;
     }
   }
-  open();
+  go_to(0, false);
   return found;
 }
 

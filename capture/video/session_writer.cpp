@@ -1,7 +1,6 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
-#include <libavutil/opt.h>
 }
 
 #include <fcntl.h>
@@ -14,10 +13,11 @@ extern "C" {
 #include <cmath>
 #include <cstring>
 #include <random>
-#include <thread>
+#include <vector>
 
 #include "capture/video/packet.h"
 #include "capture/video/parts.h"
+#include "capture/video/session_file.h"
 #include "engine/base/readable.h"
 #include "palpate/error.h"
 
@@ -27,7 +27,6 @@ namespace palpate {
 namespace {
 
 constexpr int kBuffer_bytes = 1 << 20;
-constexpr int64_t kTick_per_s = 1000;  // Matroska's own
 
 [[noreturn]] void fail(const fs::path& file, int code) {
   char text[AV_ERROR_MAX_STRING_SIZE] = {};
@@ -116,30 +115,11 @@ class Writer final : public SessionVideoWriter {
 };
 
 void Writer::open_codec(double rate_Hz) {
-  const AVCodec* ffv1 = avcodec_find_encoder(AV_CODEC_ID_FFV1);
-  if (!ffv1)
+  int code = 0;
+  codec_ = open_session_encoder(format_, rate_Hz, code);
+  if (code == AVERROR_ENCODER_NOT_FOUND)
     throw Error(Failure::Output, "libavcodec with FFV1, to record", "one without", "Debian's own libavcodec");
-  codec_.reset(avcodec_alloc_context3(ffv1));
-  codec_->width = static_cast<int>(std::max(format_.width, kLeastSide_px));
-  codec_->height = static_cast<int>(std::max(format_.height, kLeastSide_px));
-  codec_->pix_fmt = pixel_format(format_);
-  codec_->time_base = {1, kTick_per_s};
-  if (rate_Hz > 0) codec_->framerate = av_d2q(rate_Hz, 1'000'000);
-  codec_->level = 3;
-  codec_->gop_size = 1;  // a damaged frame takes no other with it
-  codec_->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-  // FFV1 wants four slices from there on; more only cost.
-  const bool large = format_.width > 352 || format_.height > 288;
-  constexpr uint32_t kSliced_px = 64;
-  codec_->slices = large || std::min(format_.width, format_.height) >= kSliced_px ? 4 : 1;
-  constexpr size_t kOneThread_bytes = 600'000;
-  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  codec_->thread_type = FF_THREAD_SLICE;
-  codec_->thread_count = format_.frame_bytes() > kOneThread_bytes ? std::min(4, cores) : 1;
-  av_opt_set_int(codec_->priv_data, "coder", 0, 0);  // Golomb-Rice: half the time of range coding, as small
-  av_opt_set_int(codec_->priv_data, "context", 0, 0);
-  av_opt_set_int(codec_->priv_data, "slicecrc", 1, 0);
-  if (const int code = avcodec_open2(codec_.get(), ffv1, nullptr); code < 0) fail(path_, code);
+  if (!codec_) fail(path_, code);
 }
 
 void Writer::open_muxer(double rate_Hz, const std::string& session_text) {
@@ -154,6 +134,13 @@ void Writer::open_muxer(double rate_Hz, const std::string& session_text) {
   if (rate_Hz > 0) stream->avg_frame_rate = codec_->framerate;
   av_dict_set(&muxer_->metadata, kSessionTag, session_text.c_str(), 0);
   check(avformat_write_header(muxer_, nullptr));
+  const std::vector<uint8_t> spare = spare_head(
+      {.text = session_text,
+       .width = static_cast<uint32_t>(codec_->width),
+       .height = static_cast<uint32_t>(codec_->height),
+       .codec_private = {codec_->extradata, codec_->extradata + std::max(0, codec_->extradata_size)}});
+  avio_write(muxer_->pb, spare.data(), static_cast<int>(spare.size()));
+  check(0);
   whole_bytes_ = avio_tell(muxer_->pb);
 }
 

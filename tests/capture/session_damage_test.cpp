@@ -4,6 +4,7 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 
 #include "capture/video/session_video.h"
 #include "tests/support/session_fixture.h"
@@ -36,21 +37,54 @@ Video small_video(const fs::path& file, uint64_t frames, bool finished) {
   return video;
 }
 
-/// Reads all frames of `file`, which must be right and rise; their numbers.
-std::vector<uint64_t> read_all(const fs::path& file) {
-  std::vector<uint64_t> numbers;
+struct Found {
+  std::vector<uint64_t> numbers;  ///< of the frames that came
+  uint64_t damaged = 0;           ///< frames that were said to be
+};
+/// Reads all frames of `file`, which must be right and rise.
+Found read_all(const fs::path& file) {
+  Found found;
+  std::vector<uint64_t>& numbers = found.numbers;
   const auto reader = SessionVideoReader::open(file);
+  EXPECT_EQ(session_from_text(reader->session_text(), "text").info.format, kSmall);
   reader->expect(kSmall);
   FrameStamp stamp;
   Frame frame;
   for (auto step = reader->step(stamp); step != SessionVideoReader::Step::End; step = reader->step(stamp)) {
-    if (step != SessionVideoReader::Step::Frame || !reader->decode(frame)) continue;
+    if (step != SessionVideoReader::Step::Frame || !reader->decode(frame)) {
+      ++found.damaged;
+      continue;
+    }
     expect_same(frame, noise_frame(kSmall, frame.sequence));
     EXPECT_TRUE(numbers.empty() || frame.sequence > numbers.back());
     numbers.push_back(frame.sequence);
   }
-  return numbers;
+  return found;
 }
+
+/// Changes single bytes of a file on the disk.
+class ByteChanger {
+ public:
+  ByteChanger(fs::path file, std::string bytes) : file_(std::move(file)), bytes_(std::move(bytes)) {
+    spill(file_, bytes_);
+  }
+  template <typename Look>
+  void with_changed(size_t at, Look&& look) {
+    put(at, static_cast<char>(bytes_[at] ^ static_cast<char>(1 + random_() % 255)));
+    look();
+    put(at, bytes_[at]);
+  }
+
+ private:
+  fs::path file_;
+  std::string bytes_;
+  std::mt19937 random_{5};
+
+  void put(size_t at, char byte) {
+    std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(at)).put(byte);
+  }
+};
 
 class SessionDamage : public Sessions {};
 
@@ -62,8 +96,10 @@ TEST_F(SessionDamage, CutAtEveryByteGivesEveryWholeFrameBefore) {
     spill(cut, video.bytes);
     for (size_t length = video.bytes.size() + 1; length-- > 0;) {
       fs::resize_file(cut, length);
-      std::vector<uint64_t> found;
-      const Refusal refused = refusal([&] { found = read_all(cut); });
+      Found read;
+      const Refusal refused = refusal([&] { read = read_all(cut); });
+      const std::vector<uint64_t>& found = read.numbers;
+      EXPECT_EQ(read.damaged, 0u) << "cut at byte " << length;
       const auto whole = static_cast<size_t>(
           std::count_if(video.ends.begin() + 1, video.ends.end(), [&](size_t end) { return end <= length; }));
       ASSERT_EQ(found.size(), whole) << "cut at byte " << length << " of " << video.bytes.size() << ": "
@@ -78,35 +114,91 @@ TEST_F(SessionDamage, CutAtEveryByteGivesEveryWholeFrameBefore) {
   }
 }
 
+/// Which frame lies where byte `at` is; nothing: the head or what follows the frames.
+std::optional<size_t> frame_at(const Video& video, size_t at) {
+  const auto end = std::upper_bound(video.ends.begin(), video.ends.end(), at);
+  if (end == video.ends.begin() || end == video.ends.end()) return std::nullopt;
+  return static_cast<size_t>(end - video.ends.begin() - 1);
+}
+
+/// All frames came but the one that holds byte `at`; that one may be lost where it is said.
+void expect_cost(const Found& found, uint64_t frames, std::optional<size_t> hit, size_t at) {
+  ASSERT_EQ(found.numbers.size() + found.damaged, frames) << "byte " << at;
+  for (size_t n = 0; n < frames; ++n)
+    ASSERT_TRUE(n == hit || std::count(found.numbers.begin(), found.numbers.end(), n))
+        << "byte " << at << " took " << n;
+}
+
 TEST_F(SessionDamage, AChangedByteCostsItsFrameOnly) {
-  const Video video = small_video(folder_ / "whole.mkv", kFrames, true);
-  const fs::path changed = folder_ / "changed.mkv";
-  std::mt19937 random(5);
-  size_t lost_beside = 0;
-  spill(changed, video.bytes);
-  const auto put = [&](size_t at, char byte) {
-    std::fstream file(changed, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(static_cast<std::streamoff>(at)).put(byte);
-  };
-  for (size_t at = 0; at < video.bytes.size(); ++at) {
-    put(at, static_cast<char>(video.bytes[at] ^ static_cast<char>(1 + random() % 255)));
-    std::vector<uint64_t> found;
-    const Refusal refused = refusal([&] { found = read_all(changed); });
-    put(at, video.bytes[at]);
-    if (refused.exit_code != 0) {
-      expect_one_line(refused, 3);
-      EXPECT_LT(at, video.ends[0]) << "byte " << at << ": " << refused.line;
+  for (const bool finished : {true, false}) {
+    const Video video = small_video(folder_ / (finished ? "whole.mkv" : "open.mkv"), kFrames, finished);
+    const fs::path changed = folder_ / "changed.mkv";
+    ByteChanger change(changed, video.bytes);
+    size_t costly = 0;
+    for (size_t at = 0; at < video.bytes.size(); ++at) {
+      Found found;
+      Refusal refused;
+      change.with_changed(at, [&] { refused = refusal([&] { found = read_all(changed); }); });
+      ASSERT_EQ(refused.exit_code, 0) << "byte " << at << ": " << refused.line;
+      expect_cost(found, kFrames, frame_at(video, at), at);
+      costly += found.damaged;
+      ASSERT_FALSE(HasFailure());
     }
-    if (at < video.ends[0]) continue;
-    const auto hit = static_cast<size_t>(std::upper_bound(video.ends.begin(), video.ends.end(), at) -
-                                         video.ends.begin() - 1);
-    for (size_t n = 0; n < kFrames; ++n) {
-      if (n == hit || std::find(found.begin(), found.end(), n) != found.end()) continue;
-      ++lost_beside;
-      ADD_FAILURE() << "byte " << at << " of frame " << hit << " took frame " << n << " with it";
+    EXPECT_GT(costly, (video.ends.back() - video.ends.front()) / 2);  // most bytes of a frame matter
+  }
+}
+
+// Lengths and places before the frames depend on the text's length.
+TEST_F(SessionDamage, TheTextMayHaveAnyLength) {
+  SessionInfo info = plain_info(kSmall);
+  for (size_t more = 0; more < 300; more += 7) {
+    info.device = std::string(more, 'd');
+    const fs::path file = folder_ / (std::to_string(more) + ".mkv");
+    Video video;
+    {
+      const auto writer = SessionVideoWriter::create(file, kSmall, 60, to_text(info, {}, "2026"));
+      for (uint64_t n = 0; n <= 3; ++n) {
+        video.ends.push_back(writer->bytes());
+        if (n < 3) writer->write(noise_frame(kSmall, n));
+      }
+      writer->finish();
+    }
+    video.bytes = slurp(file);
+    ByteChanger change(file, video.bytes);
+    constexpr size_t kHeaders = 40;  // of cluster, group and block
+    for (size_t at = video.ends[1]; at < video.ends[1] + kHeaders; ++at) {
+      Found found;
+      change.with_changed(at, [&] { found = read_all(file); });
+      expect_cost(found, 3, 1, at);
+      ASSERT_FALSE(HasFailure()) << more << " more characters";
     }
   }
-  EXPECT_EQ(lost_beside, 0u);
+}
+
+TEST_F(SessionDamage, ABlockOfZerosCostsTheFramesThatItLiesOn) {
+  const Video video = small_video(folder_ / "whole.mkv", kFrames, true);
+  const fs::path changed = folder_ / "changed.mkv";
+  constexpr size_t kBlock = 512;
+  for (size_t begin = video.ends[0]; begin < video.bytes.size(); begin += 101) {
+    std::string bytes = video.bytes;
+    const size_t end = std::min(bytes.size(), begin + kBlock);
+    std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(begin),
+              bytes.begin() + static_cast<std::ptrdiff_t>(end), '\0');
+    spill(changed, bytes);
+    const Refusal refused = refusal([&] {
+      const Found found = read_all(changed);
+      for (size_t n = 0; n < kFrames; ++n) {
+        const bool hit = video.ends[n] < end && video.ends[n + 1] > begin;
+        EXPECT_TRUE(hit || std::count(found.numbers.begin(), found.numbers.end(), n))
+            << begin << " took " << n;
+      }
+      // Nothing may be left of a last frame.
+      const bool noticed = found.damaged > 0 || video.ends[kFrames] <= end;
+      EXPECT_TRUE(found.numbers.size() == kFrames || noticed) << begin;
+    });
+    EXPECT_EQ(refused.exit_code, 0) << begin << ": " << refused.line;
+    ASSERT_FALSE(HasFailure());
+  }
 }
 
 /// A session of kFrames measured frames with everything in it.
@@ -150,6 +242,63 @@ uint64_t read_everything(const fs::path& folder) {
   session.own_background();
   if (session.seek(count / 2)) session.next(frame);
   return count;
+}
+
+/// What a session of kFrames frames says with a byte changed, and how many frames it gives.
+void expect_said(const fs::path& folder, size_t at) {
+  Session session(folder);
+  Frame frame;
+  uint64_t count = 0;
+  while (session.next(frame)) ++count;
+  const bool said = session.warning().find("1 damaged frame is left out") != std::string::npos;
+  EXPECT_EQ(said, count < kFrames) << at << ": " << session.warning();
+  EXPECT_GE(count + 1, kFrames) << at;
+  EXPECT_EQ(session.counts().damaged, kFrames - count) << at;
+  EXPECT_EQ(session.complete(), *session.frame_count() == kFrames) << at;
+  for (uint64_t n = 0; n < *session.frame_count(); ++n) EXPECT_TRUE(session.seek(n)) << at;
+}
+
+TEST_F(SessionDamage, ASessionSaysWhatAChangedByteCosts) {
+  const fs::path session = whole_session(folder_ / "s");
+  const std::string bytes = slurp(session / kSessionFrames);
+  ByteChanger change(session / kSessionFrames, bytes);
+  for (const bool with_text : {true, false}) {
+    if (!with_text) fs::remove(session / kSessionJson);
+    for (size_t at = 0; at < bytes.size(); at += 7)
+      change.with_changed(at, [&] {
+        if (with_text)
+          expect_said(session, at);
+        else
+          EXPECT_GE(read_everything(session) + 1, kFrames) << at;
+      });
+  }
+}
+
+// Recordings of before the head was kept twice.
+TEST_F(SessionDamage, AnOldSessionLosesNoMore) {
+  const fs::path old = fs::path(PALPATE_SOURCE_DIR) / "tests" / "data" / "session_v1",
+                 session = folder_ / "s";
+  fs::copy(old, session);
+  const std::string bytes = slurp(session / kSessionFrames);
+  Session whole(old);
+  const uint64_t frames = *whole.frame_count();
+  std::vector<Frame> wanted(frames);
+  for (Frame& frame : wanted) ASSERT_TRUE(whole.next(frame));
+  ByteChanger change(session / kSessionFrames, bytes);
+  for (size_t at = 0; at < bytes.size(); ++at)
+    change.with_changed(at, [&] {
+      Session read(session);
+      Frame frame;
+      uint64_t count = 0;
+      for (; read.next(frame); ++count) {
+        const auto same = std::find_if(wanted.begin(), wanted.end(),
+                                       [&](const Frame& one) { return one.sequence == frame.sequence; });
+        ASSERT_NE(same, wanted.end());
+        expect_same(frame, *same);
+      }
+      EXPECT_GE(count + 1, frames) << at;
+      EXPECT_EQ(read.counts().damaged, frames - count) << at;
+    });
 }
 
 TEST_F(SessionDamage, SessionsCutShortSayHowMuchThereIs) {
