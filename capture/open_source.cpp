@@ -48,7 +48,7 @@ std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& s
 std::vector<const Frame*> whole_ones(const std::vector<Frame>& frames, const Sensor& sensor) {
   std::vector<const Frame*> best;
   for (const Frame* reference : {&frames.back(), &frames.front()}) {
-    PictureCheck check(reference->format, sensor.saturation_gray);
+    PictureCheck check(reference->format, sensor.saturation_gray, sensor.pad);
     check.set_reference(*reference);
     std::vector<const Frame*> whole;
     for (const Frame& frame : frames)

@@ -50,13 +50,20 @@ double quantile(std::vector<float>& values, double share) {
 
 }  // namespace
 
-PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray)
+PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray,
+                           const std::optional<PadOutline>& pad)
     : format_(format),
       saturation_gray_(saturation_gray),
       parts_(std::max(1u, format.width / kPart)),
       bands_(std::clamp(format.height / kPart, 1u, 16u)),
-      band_rows_(format.height / bands_) {
+      band_rows_(format.height / bands_),
+      places_(format, pad, kPart, bands_, band_rows_) {
   const size_t places = size_t{format.height} * parts_;
+  for (uint32_t y = 0; y + kPart <= format.height; y += kPart) {
+    uint32_t blocks = 0;
+    for (uint32_t i = 0; i < parts_; ++i) blocks += places_.has(i, y, kPart);
+    widest_ = std::max(widest_, blocks);
+  }
   steps_.resize(format.channels * places);
   scratch_.reserve(std::max(
       {places / 4, format.channels * places / 12, size_t{format.width} + 1, size_t{format.height} + 1}));
@@ -188,25 +195,29 @@ bool PictureCheck::has_one_colour(const Frame& frame) const {
   struct Found {
     uint32_t blocks = 0, structured = 0;
   };
-  const uint32_t rows = format_.height / kPart, all = rows * parts_;
   std::map<std::array<uint32_t, 3>, Found> colours;
-  uint32_t flat = 0, whole_rows = 0;
-  for (uint32_t j = 0; j < rows; ++j) {
+  uint32_t all = 0, flat = 0, rows = 0, whole_rows = 0;
+  for (uint32_t y = 0; y + kPart <= format_.height; y += kPart) {
     std::array<uint32_t, 3> of_row{};
-    uint32_t in_row = 0;
+    uint32_t of_pad = 0, in_row = 0;
     for (uint32_t i = 0; i < parts_; ++i) {
-      const uint32_t x = i * kPart, y = j * kPart;
+      const uint32_t x = i * kPart;
       std::array<uint32_t, 3> colour{}, untouched{};
+      if (!places_.has(i, y, kPart)) continue;
+      const bool first = of_pad++ == 0;
       if (!is_flat_block(frame, x, y, colour)) continue;
       ++flat;
       if (!is_foreign(colour, i, y)) continue;
       Found& found = colours[colour];
       ++found.blocks;
       found.structured += !is_flat_block(reference_, x, y, untouched);
-      if (i == 0) of_row = colour;
+      if (first) of_row = colour;
       in_row += colour == of_row;
     }
-    whole_rows += in_row == parts_;
+    all += of_pad;
+    rows += of_pad > 0;
+    // Few blocks of a pad's corner may be what an object leaves.
+    whole_rows += in_row == of_pad && 2 * of_pad >= widest_;
   }
   if (whole_rows > 0 && whole_rows < rows) return true;
   const auto least = static_cast<uint32_t>(std::max(3.0, kFlatShare * all));
@@ -228,6 +239,7 @@ bool PictureCheck::colours_exchanged() {
     scratch_.clear();
     for (uint32_t y = 0; y + kRows <= format_.height; y += kRows)
       for (uint32_t i = 0; i < parts_; ++i) {
+        if (!places_.has(i, y, kRows)) continue;
         float largest = 0;
         for (size_t c = 0; c < 3; ++c) {
           float change = 0;
@@ -269,11 +281,11 @@ double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t fro
 size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
   constexpr size_t kValues = 64, kShifts = 160;
   const auto least = std::max<size_t>(2, static_cast<size_t>(kMovedLeast * static_cast<double>(line.length)));
-  const size_t stride = std::max<size_t>(1, line.length / kValues);
+  const size_t stride = std::max<size_t>(1, (line.to - line.from) / kValues);
   const auto mean = [&](size_t shift) {
     const float most = static_cast<float>(2 * still);
     float sum = 0;
-    for (size_t i = 0; i < line.length; i += stride)
+    for (size_t i = line.from; i < line.to; i += stride)
       sum += std::min(most, difference(line, format_.channels, shift, i));
     return sum;
   };
@@ -294,15 +306,18 @@ size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
 /// Both parts of the line, before and beyond the seam, have to fit where they come from, and not where they
 /// are.
 bool PictureCheck::line_moved(const PictureLine& line) {
-  const double still = misfit_of(line, 0, 0, line.length, 0.5);
+  const double still = misfit_of(line, 0, line.from, line.to, 0.5);
   if (still < kMoved_gray || changed_evenly(line)) return false;
   const size_t shift = likely_shift(line, still);
   if (shift == 0) return false;
   const double most = std::max(0.5 * kMoved_gray, kMovedFit * still);
-  return misfit_of(line, shift, 0, line.length, 0.5) < kMovedFit * still &&
-         misfit_of(line, shift, 0, shift, 0.5) < most &&
-         misfit_of(line, shift, shift, line.length, 0.5) < most &&
-         misfit_of(line, shift, 0, line.length, 0.75) < 2 * most;
+  // Where the pad lies on one side of the seam, what is around it says whether there is one.
+  const auto fits = [&](size_t from, size_t to) {
+    const size_t first = std::max(from, line.from), end = std::min(to, line.to);
+    return misfit_of(line, shift, first < end ? first : from, first < end ? end : to, 0.5) < most;
+  };
+  return misfit_of(line, shift, line.from, line.to, 0.5) < kMovedFit * still && fits(0, shift) &&
+         fits(shift, line.length) && misfit_of(line, shift, line.from, line.to, 0.75) < 2 * most;
 }
 
 /// As light changes a line, and no roll does: by nearly the same everywhere.
@@ -310,7 +325,7 @@ bool PictureCheck::changed_evenly(const PictureLine& line) const {
   const size_t stride = std::max<size_t>(1, line.length / 160);
   for (uint32_t c = 0; c < format_.channels; ++c) {
     float least = 1e9f, most = -1e9f;
-    for (size_t i = 0; i < line.length; i += stride) {
+    for (size_t i = line.from; i < line.to; i += stride) {
       const size_t at = c * line.channel_step + i * line.step;
       const float change = line.frame[at] - line.untouched[at];
       least = std::min(least, change);
@@ -324,10 +339,11 @@ bool PictureCheck::changed_evenly(const PictureLine& line) const {
 /// Both halves are alike, which those of the untouched image are not.
 bool PictureCheck::line_doubled(const PictureLine& line) {
   const size_t half = line.length / 2;
+  if (line.from + half >= line.to) return false;
   const auto unlike = [&](const float* values, size_t shift) {
     PictureLine itself = line;
     itself.frame = itself.untouched = values;
-    return misfit_of(itself, shift, 0, half, 0.75);
+    return misfit_of(itself, shift, line.from, std::min(half, line.to - half), 0.75);
   };
   const double untouched = unlike(line.untouched, half);
   // Dark or saturated halves are alike as well.
@@ -336,21 +352,35 @@ bool PictureCheck::line_doubled(const PictureLine& line) {
 }
 
 bool PictureCheck::moved() {
-  uint32_t rows = 0, columns = 0, doubled = 0;
+  // A line that hardly touches the pad says little.
+  const auto is_long = [](const PadRun& run, size_t length) { return 4 * size_t{run.length()} >= length; };
+  uint32_t bands = 0, rows = 0, columns = 0, doubled = 0;
   for (uint32_t b = 0; b < bands_; ++b) {
+    const PadRun run = places_.columns[b];
+    if (!is_long(run, format_.width)) continue;
     const size_t at = size_t{b} * format_.width;
-    const PictureLine line{now_.columns.data() + at, untouched_.columns.data() + at,
-                           size_t{bands_} * format_.width, 1, format_.width};
+    const PictureLine line{now_.columns.data() + at,
+                           untouched_.columns.data() + at,
+                           size_t{bands_} * format_.width,
+                           1,
+                           format_.width,
+                           run.from,
+                           run.to};
+    ++bands;
     rows += line_moved(line);
     doubled += line_doubled(line);
   }
-  if (2 * doubled > bands_) return true;
-  if (rows >= std::max(1.0, kMovedLines * bands_)) return true;
+  if (2 * doubled > bands) return true;
+  if (rows >= std::max(1.0, kMovedLines * bands)) return true;
   const uint32_t apart = std::max(1u, parts_ / 8);
   uint32_t looked_at = 0;
-  for (uint32_t i = 0; i < parts_; i += apart, ++looked_at)
+  for (uint32_t i = 0; i < parts_; i += apart) {
+    const PadRun run = places_.rows_of_part[i];
+    if (!is_long(run, format_.height)) continue;
+    ++looked_at;
     columns += line_moved({now_.parts.data() + i, untouched_.parts.data() + i,
-                           size_t{format_.height} * parts_, parts_, format_.height});
+                           size_t{format_.height} * parts_, parts_, format_.height, run.from, run.to});
+  }
   return columns >= std::max(1.0, kMovedLines * looked_at);
 }
 
@@ -376,16 +406,22 @@ bool PictureCheck::torn() {
     for (uint32_t y = 1; y < height; ++y) {
       const size_t at = c * plane + size_t{y} * parts_;
       steps_to(now_.parts, untouched_.parts, at, {steps_.data() + at, parts_});
-      if (y % 5 == 0)
-        for (uint32_t i = 0; i < parts_; i += 3) scratch_.push_back(steps_[at + i]);
+      for (uint32_t i = 0; i < parts_; ++i) {
+        if (!places_.has(i, y - 1, 2))
+          steps_[at + i] = 0;
+        else if (y % 5 == 0 && i % 3 == 0)
+          scratch_.push_back(steps_[at + i]);
+      }
     }
-  const double usual = quantile(scratch_, 0.5);
+  const double usual = scratch_.empty() ? 0 : quantile(scratch_, 0.5);
   if (usual == 0) return false;  // a picture without noise may have edges as sharp as a tear
   // The median of a normal deviate's size is 0.67 of its standard deviation.
   const auto least = static_cast<float>(std::max(kTorn_gray, kTornNoise * usual / 0.67));
-  const auto long_enough = std::max(3u, static_cast<uint32_t>(std::ceil(kTornShare * parts_)));
   for (uint32_t y = 3; y + 2 < height; ++y) {
+    const uint32_t of_pad = places_.parts_of_row[y].length();
+    const auto long_enough = std::max(3u, static_cast<uint32_t>(std::ceil(kTornShare * of_pad)));
     uint32_t large = 0;
+    if (of_pad < 4) continue;
     for (uint32_t c = 0; c < format_.channels; ++c)
       for (uint32_t i = 0; i < parts_; ++i) large += steps_[c * plane + size_t{y} * parts_ + i] >= least;
     if (large >= long_enough && torn_at(y, least, long_enough)) return true;
@@ -395,10 +431,11 @@ bool PictureCheck::torn() {
 
 bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const {
   const size_t plane = size_t{format_.height} * parts_;
-  const uint32_t outer = std::max(1u, parts_ / 8);
+  const PadRun pad = places_.parts_of_row[y];
+  const uint32_t outer = std::max(1u, pad.length() / 8);
   uint32_t run = 0;
   bool long_run = false, left = false, right = false;
-  for (uint32_t i = 0; i < parts_; ++i) {
+  for (uint32_t i = pad.from; i < pad.to; ++i) {
     bool sharp = false;
     for (uint32_t c = 0; c < format_.channels && !sharp; ++c) {
       const size_t at = c * plane + size_t{y} * parts_ + i;
@@ -413,10 +450,10 @@ bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const 
     }
     run = sharp ? run + 1 : 0;
     long_run = long_run || run >= long_enough;
-    left = left || (sharp && i < outer);
-    right = right || (sharp && i + outer >= parts_);
+    left = left || (sharp && i < pad.from + outer);
+    right = right || (sharp && i + outer >= pad.to);
   }
-  // The straight edge of an object ends within the frame.
+  // The straight edge of an object ends within the pad.
   return long_run && left && right;
 }
 

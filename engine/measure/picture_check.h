@@ -4,9 +4,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/measure/pad_places.h"
 #include "palpate/frame.h"
 #include "palpate/touch.h"
 
@@ -19,6 +21,7 @@ struct PictureLine {
   size_t channel_step = 0;  ///< from a channel to the next
   size_t step = 0;          ///< from a value to the next
   size_t length = 0;
+  size_t from = 0, to = 0;  ///< values of the pad; those around it are where a picture that moved comes from
 };
 
 /// Looks for what no touch and no light can do, by comparison with the untouched image:
@@ -30,11 +33,13 @@ struct PictureLine {
 ///   comes in at the other; or the picture is there twice, side by side, where the untouched image is not.
 /// - Torn: along a part of a row everything changes from one row to the next, and not in the rows beside it.
 ///
+/// Only the pad is looked at, where its outline is known: what is around it may stay or change as it likes.
 /// Runs on the host. Frames in order; what it finds depends on the frame and the untouched image alone.
 class PictureCheck {
  public:
-  /// `saturation_gray`: of the sensor.
-  PictureCheck(const FrameFormat& format, uint32_t saturation_gray);
+  /// `saturation_gray` and `pad`: of the sensor.
+  PictureCheck(const FrameFormat& format, uint32_t saturation_gray,
+               const std::optional<PadOutline>& pad = std::nullopt);
 
   void set_reference(const Frame& untouched);
   PictureFault look_at(const Frame& frame);
@@ -67,6 +72,8 @@ class PictureCheck {
   FrameFormat format_;
   uint32_t saturation_gray_;
   uint32_t parts_, bands_, band_rows_;
+  PadPlaces places_;
+  uint32_t widest_ = 0;  ///< blocks of the pad, of kPart x kPart px, in a row of them
   Sums untouched_, now_;
   Frame reference_;
   uint64_t last_hash_ = 0;

@@ -96,7 +96,7 @@ struct Pipeline::Impl {
         frames(make_frames(context, sensor, format, plan,
                            options.tuning ? *options.tuning : load_tuning(context).tuning)),
         history(sensor, format, plan.regions, plan.separate),
-        picture(format, sensor.saturation_gray),
+        picture(format, sensor.saturation_gray, sensor.pad),
         any_picture(options.any_picture),
         ready(!plan.background),
         slots(plan.slots) {

@@ -12,6 +12,7 @@
 #include "capture/synthetic/scene.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/measure/picture_check.h"
+#include "engine/sensor/outline.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 
@@ -140,6 +141,78 @@ TEST(PictureCheckTest, ATearAcrossTheFrameIsFoundAndAnObjectsEdgeIsNone) {
   EXPECT_EQ(check.look_at(changed(0, 160)), PictureFault::Torn);
   EXPECT_EQ(check.look_at(changed(40, 120)), PictureFault::None);
 }
+
+constexpr PadEllipse kRound{.x = 80, .y = 60, .radius_x = 50, .radius_y = 55};
+constexpr PadRectangle kSquare{.x = 32, .y = 16, .width = 96, .height = 88};
+
+/// `inside` on the pad, `around` beyond it.
+Frame joined(const Frame& inside, const Frame& around, const PadOutline& pad) {
+  Frame frame = inside;
+  for (uint32_t c = 0; c < frame.format.channels; ++c)
+    for (uint32_t y = 0; y < frame.format.height; ++y)
+      for (uint32_t x = 0; x < frame.format.width; ++x)
+        if (!contains(pad, x, y)) frame.set(c, x, y, around.at(c, x, y));
+  return frame;
+}
+
+/// A housing with stripes.
+Frame housing(const FrameFormat& format) {
+  Frame frame;
+  frame.reshape(format);
+  for (uint32_t c = 0; c < format.channels; ++c)
+    for (uint32_t y = 0; y < format.height; ++y)
+      for (uint32_t x = 0; x < format.width; ++x) frame.set(c, x, y, 40 + (x / 5 + y / 7) % 2 * 60);
+  return frame;
+}
+
+class AroundThePad : public testing::TestWithParam<PadOutline> {
+ protected:
+  AroundThePad() : source_(scene("press", SyntheticMode::Gel)), check_(source_.format(), 255, GetParam()) {
+    housing_ = housing(source_.format());
+    check_.set_reference(joined(*source_.own_background(), housing_, GetParam()));
+    source_.render(60, touched_);
+  }
+  Frame spoilt(const std::string& how, const Frame& frame) const {
+    Frame to = frame;
+    spoilers().at(how).second(frame, frame, to);
+    return to;
+  }
+
+  SyntheticSensor source_;
+  PictureCheck check_;
+  Frame housing_, touched_;
+};
+
+TEST_P(AroundThePad, DamageIsFoundInsideAStructuredBorderThatStays) {
+  PictureCheck everywhere(source_.format(), 255);
+  everywhere.set_reference(joined(*source_.own_background(), housing_, GetParam()));
+  EXPECT_EQ(check_.look_at(joined(touched_, housing_, GetParam())), PictureFault::None);
+  uint32_t missed = 0;
+  for (const std::string how : {"green below", "gray below", "black below", "colours exchanged"}) {
+    const Frame frame = joined(spoilt(how, touched_), housing_, GetParam());
+    EXPECT_EQ(to_string(check_.look_at(frame)), std::string(to_string(spoilers().at(how).first))) << how;
+    missed += everywhere.look_at(frame) == PictureFault::None;
+  }
+  EXPECT_GT(missed, 0u);  // the outline is needed
+  // Of another moment from a row on, when the light differed.
+  Frame torn = touched_;
+  for (uint32_t y = 55; y < 80; ++y)
+    for (uint32_t x = 0; x < 160; ++x)
+      torn.set(0, x, y, std::min(254u, torn.at(0, x, y) + 30 * (80 - y) / 25));
+  EXPECT_EQ(check_.look_at(joined(torn, housing_, GetParam())), PictureFault::Torn);
+  // A picture that moved takes its border with it.
+  for (const char* how : {"rolled to the right", "rolled down", "rolled from a row on"})
+    EXPECT_EQ(check_.look_at(spoilt(how, joined(touched_, housing_, GetParam()))), PictureFault::Moved)
+        << how;
+}
+
+TEST_P(AroundThePad, WhatHappensBeyondItIsNoDamage) {
+  for (const auto& [how, spoiler] : spoilers())
+    for (const Frame& around : {spoilt(how, housing_), spoilt(how, touched_)})
+      EXPECT_EQ(to_string(check_.look_at(joined(touched_, around, GetParam()))), std::string("whole")) << how;
+}
+
+INSTANTIATE_TEST_SUITE_P(Outlines, AroundThePad, testing::Values(PadOutline(kSquare), PadOutline(kRound)));
 
 TEST(PictureCheckTest, NoTouchOfAnySceneIsTakenForDamage) {
   for (const SyntheticMode mode : {SyntheticMode::Waveguide, SyntheticMode::Gel, SyntheticMode::Lambert})
