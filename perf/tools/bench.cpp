@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "capture/files/output_file.h"
-#include "perf/rivals/beyond_linear.h"
 #include "perf/rivals/lump_scaling.h"
 #include "perf/rivals/matching_rival.h"
 #include "perf/rivals/spline_rival.h"
@@ -49,7 +48,7 @@ struct Options {
   gpu::ContextOptions device;
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
-  bool moduli = false, matching = false, lumps = false, traction = false, beyond = false;
+  bool moduli = false, matching = false, lumps = false, traction = false;
   std::string out;
 
   void add_to(CommandLine& app);
@@ -92,9 +91,6 @@ void Options::add_to(CommandLine& app) {
                "Data sets of lumps only: cases a minute by threads and processes, beyond that a model");
   app.add_flag("--traction", traction,
                "Pressure of a layer only: error by run time and by Poisson's ratio, thickness and noise");
-  app.add_flag(
-      "--beyond-linear", beyond,
-      "A sphere in a rubber layer at large strain beside the linear layer, nothing timed: no device");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   app.add_flag("--modulus", moduli,
                "Errors and intervals of Young's modulus of simulated samples, nothing timed");
@@ -136,11 +132,6 @@ void study_traction(gpu::Context& context, const Options& options) {
   options.write("stability.csv", stability);
 }
 
-void study_beyond_linear(const Options& options) {
-  const std::string csv = beyond_linear_csv(beyond_linear_study());
-  if (!options.out.empty()) options.write("beyond_linear.csv", csv);
-}
-
 /// True where one was asked for.
 bool study_without_device(const Options& options) {
   if (options.splines)
@@ -149,8 +140,6 @@ bool study_without_device(const Options& options) {
     study_lumps(options);
   else if (options.matching)
     study_matching(options);
-  else if (options.beyond)
-    study_beyond_linear(options);
   else
     return false;
   return true;

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "engine/elasticity/traction.h"
-#include "engine/fem/large_strain/sphere_press.h"
 #include "engine/fem/linear/solver.h"
 #include "engine/fem/solve.h"
+#include "tests/reference/sphere_press.h"
 
 namespace palpate {
 namespace {
@@ -249,40 +249,13 @@ TEST(LayerTraction, SphereOnAxisymmetricElements) {
                                   .reach_mm = 4};
     const auto pressed = fem::press_sphere(what, {0.4});
     ASSERT_EQ(pressed.size(), 1u);
-    const auto& nodes = pressed[0].surface_mm;
-    // Through an element's three nodes.
-    const auto depth_at = [&](double r) {
-      size_t i = 2;
-      while (i + 2 < nodes.size() && nodes[i][0] < r) i += 2;
-      double sum = 0;
-      for (size_t a = i - 2; a <= i; ++a) {
-        double shape = nodes[a][1];
-        for (size_t b = i - 2; b <= i; ++b)
-          if (b != a) shape *= (r - nodes[b][0]) / (nodes[a][0] - nodes[b][0]);
-        sum += shape;
-      }
-      return sum;
-    };
     constexpr uint32_t kAlong = 96;
     constexpr double kSide_mm = 0.25;
-    std::vector<float> depth(size_t{kAlong} * kAlong);
-    std::vector<uint8_t> contact(depth.size());
-    for (size_t i = 0; i < depth.size(); ++i) {
-      const auto place = [](size_t k, double part) {
-        return (static_cast<double>(k) + part - kAlong / 2.0) * kSide_mm;
-      };
-      double sum = 0;
-      for (const double a : {0.125, 0.375, 0.625, 0.875})
-        for (const double b : {0.125, 0.375, 0.625, 0.875})
-          sum += depth_at(std::hypot(place(i % kAlong, a), place(i / kAlong, b)));
-      depth[i] = static_cast<float>(sum / 16);
-      const double r = std::hypot(place(i % kAlong, 0.5), place(i / kAlong, 0.5));
-      contact[i] = r < pressed[0].contact_radius_mm + 0.7 * kSide_mm ? 1 : 0;
-    }
+    const fem::SeenPress seen = fem::seen_by_camera(pressed[0], kAlong, kSide_mm);
     TractionOptions options = exact();
     options.errors = false;
     TractionSolver solver({kYoung_MPa, poisson}, kThickness_mm, {kAlong, kAlong, kSide_mm}, options);
-    const Traction& found = solver.solve({.depth_mm = depth, .contact = contact});
+    const Traction& found = solver.solve({.depth_mm = seen.depth_mm, .contact = seen.contact});
     const double peak = *std::max_element(found.pressure_MPa.begin(), found.pressure_MPa.end());
     EXPECT_NEAR(found.wrench.force_N[2], pressed[0].force_N, 0.01 * pressed[0].force_N);
     EXPECT_NEAR(peak, pressed[0].pressure_max_MPa, 0.03 * peak);

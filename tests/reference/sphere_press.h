@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace palpate::fem {
@@ -35,5 +36,12 @@ struct PressedLayer {
 /// search on the energy, contact by a penalty that lets 1/500 of a cell through at a pressure of the
 /// modulus. Throws Error(Failure::Usage) on numbers out of range.
 std::vector<PressedLayer> press_sphere(const SphereOnLayer& what, const std::vector<double>& press_mm);
+
+/// The pressed surface on a square grid of `along` x `along` cells about the axis.
+struct SeenPress {
+  std::vector<float> depth_mm;   ///< the mean over each cell
+  std::vector<uint8_t> contact;  ///< 1 where the cell's centre lies within the contact and `margin` cells
+};
+SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cell_mm, double margin = 0.7);
 
 }  // namespace palpate::fem

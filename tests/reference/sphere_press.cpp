@@ -1,4 +1,4 @@
-#include "engine/fem/large_strain/sphere_press.h"
+#include "tests/reference/sphere_press.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -407,6 +407,37 @@ std::vector<PressedLayer> press_sphere(const SphereOnLayer& what, const std::vec
     out.push_back(model.measure());
   }
   return out;
+}
+
+SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cell_mm, double margin) {
+  const auto& nodes = pressed.surface_mm;
+  // Through an element's three nodes.
+  const auto depth_at = [&](double r) {
+    size_t i = 2;
+    while (i + 2 < nodes.size() && nodes[i][0] < r) i += 2;
+    double sum = 0;
+    for (size_t a = i - 2; a <= i; ++a) {
+      double shape = nodes[a][1];
+      for (size_t b = i - 2; b <= i; ++b)
+        if (b != a) shape *= (r - nodes[b][0]) / (nodes[a][0] - nodes[b][0]);
+      sum += shape;
+    }
+    return sum;
+  };
+  SeenPress seen;
+  for (size_t i = 0; i < size_t{along} * along; ++i) {
+    const auto place = [&](size_t k, double part) {
+      return (static_cast<double>(k) + part - along / 2.0) * cell_mm;
+    };
+    double sum = 0;
+    for (const double a : {0.125, 0.375, 0.625, 0.875})
+      for (const double b : {0.125, 0.375, 0.625, 0.875})
+        sum += depth_at(std::hypot(place(i % along, a), place(i / along, b)));
+    seen.depth_mm.push_back(static_cast<float>(sum / 16));
+    const double r = std::hypot(place(i % along, 0.5), place(i / along, 0.5));
+    seen.contact.push_back(r < pressed.contact_radius_mm + margin * cell_mm ? 1 : 0);
+  }
+  return seen;
 }
 
 }  // namespace palpate::fem
