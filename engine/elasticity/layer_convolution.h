@@ -1,13 +1,13 @@
 // Displacements of a bonded layer's surface by traction on a grid of cells: zero-padded convolution with
-// LayerKernel by FFTW in double precision. Outside the grid nothing presses.
+// LayerKernel in double precision. Outside the grid nothing presses.
 #pragma once
 
 #include <array>
-#include <complex>
 #include <cstdint>
 #include <vector>
 
 #include "engine/elasticity/layer_kernel.h"
+#include "engine/numeric/transform/convolution.h"
 
 namespace palpate {
 
@@ -16,13 +16,10 @@ class LayerConvolution {
  public:
   /// `shear`: also what shear traction does, and how the surface moves along itself.
   LayerConvolution(const LayerKernel& kernel, uint32_t width, uint32_t height, bool shear);
-  ~LayerConvolution();
-  LayerConvolution(const LayerConvolution&) = delete;
-  LayerConvolution& operator=(const LayerConvolution&) = delete;
 
-  uint32_t width() const { return width_; }
-  uint32_t height() const { return height_; }
-  bool has_shear() const { return !spectra_[kXByPressure].empty(); }
+  uint32_t width() const { return convolution_.width(); }
+  uint32_t height() const { return convolution_.height(); }
+  bool has_shear() const { return has_shear_; }
 
   /// Depth, mm, by pressure, MPa: height x width each.
   void depth_by_pressure(const std::vector<double>& pressure, std::vector<double>& depth);
@@ -36,17 +33,10 @@ class LayerConvolution {
 
  private:
   enum Part { kDepth, kXByPressure, kYByPressure, kXByX, kYByX, kYByY, kParts };
-  using Spectrum = std::vector<std::complex<double>>;
 
-  const Spectrum& transform(const std::vector<double>& cells, Spectrum& into);
-  void transform_back(std::vector<double>& cells);
-
-  uint32_t width_, height_, padded_width_, padded_height_;
-  double* work_ = nullptr;  ///< padded_height x (padded_width + 2)
-  void* forward_ = nullptr;
-  void* backward_ = nullptr;
-  std::array<Spectrum, kParts> spectra_;  ///< with the transforms' factor
-  Spectrum a_, b_;                        ///< kept so that frames allocate nothing
+  Convolution convolution_;
+  bool has_shear_;
+  std::array<Convolution::Kernel, kParts> parts_;
 };
 
 }  // namespace palpate

@@ -1,17 +1,34 @@
 #include "engine/numeric/capacitance.h"
 
-#include <fftw3.h>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <functional>
 #include <numbers>
 
 #include "engine/numeric/dense.h"
-#include "engine/numeric/fftw_planner.h"
+#include "engine/numeric/transform/lane_map.h"
 
 namespace palpate {
 namespace {
+
+/// Sums x_0 + (-1)^k x_n + 2 sum over 0 < i < n of x_i cos(pi i k / n) of sixteen lines of n + 1 elements: as
+/// a line that goes on as its mirror image, whose spectrum is real.
+class EndToEndCosine {
+ public:
+  explicit EndToEndCosine(uint32_t n) : n_(n), fft_(2 * n), data_(fft_.rows()), scratch_(fft_.rows()) {}
+
+  /// The lines' elements, to be written before transform().
+  LaneRow* line() { return data_.data(); }
+  const LaneRow* transform() {
+    for (uint32_t i = 1; i < n_; ++i) data_[2 * n_ - i] = data_[i];
+    return fft_.forward(data_.data(), scratch_.data());
+  }
+
+ private:
+  uint32_t n_;
+  LaneFft fft_;
+  std::vector<LaneRow> data_, scratch_;
+};
 
 /// Heights of a unit source on a grid with natural boundary, mean 0: a lattice without boundary, of twice the
 /// size, and the source's mirror images.
@@ -20,19 +37,24 @@ class Green {
   Green(uint32_t width, uint32_t height)
       : width_(width), height_(height), lattice_(size_t{width + 1} * (height + 1)) {
     const auto eigenvalue = [](uint32_t k, uint32_t n) { return 2 - 2 * std::cos(std::numbers::pi * k / n); };
-    for (uint32_t y = 0; y <= height; ++y)
-      for (uint32_t x = 0; x <= width; ++x)
-        at(x, y) =
-            x + y == 0 ? 0 : 1 / (eigenvalue(x, width) + eigenvalue(y, height)) / (4.0 * width * height);
-    fftw_plan plan = nullptr;
-    {
-      const std::lock_guard lock(fftw_planner());
-      plan = fftw_plan_r2r_2d(static_cast<int>(height + 1), static_cast<int>(width + 1), lattice_.data(),
-                              lattice_.data(), FFTW_REDFT00, FFTW_REDFT00, FFTW_ESTIMATE);
+    LaneMap map(width + 1, height + 1);
+    EndToEndCosine along_x(width), along_y(height);
+    for (uint32_t block = 0; block < map.column_blocks(); ++block) {
+      for (uint32_t y = 0; y <= height; ++y)
+        for (uint32_t lane = 0; lane < LaneMap::kSide; ++lane) {
+          const uint32_t x = std::min(block * LaneMap::kSide + lane, width);
+          along_y.line()[y].values[lane] =
+              x + y == 0 ? 0 : 1 / (eigenvalue(x, width) + eigenvalue(y, height)) / (4.0 * width * height);
+        }
+      std::copy_n(along_y.transform(), height + 1, map.columns(block));
     }
-    fftw_execute(plan);
-    const std::lock_guard lock(fftw_planner());
-    fftw_destroy_plan(plan);
+    for (uint32_t block = 0; block < map.row_blocks(); ++block) {
+      map.read_rows(block, along_x.line(), std::identity{});
+      const LaneRow* rows = along_x.transform();
+      const uint32_t top = block * LaneMap::kSide, count = std::min(LaneMap::kSide, height + 1 - top);
+      for (uint32_t x = 0; x <= width; ++x)
+        for (uint32_t i = 0; i < count; ++i) at(x, top + i) = rows[x].values[i];
+    }
   }
 
   double operator()(const EdgeCell& source, uint32_t x, uint32_t y) const {

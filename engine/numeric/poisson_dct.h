@@ -6,6 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "engine/numeric/transform/cosine_transform.h"
+#include "engine/numeric/transform/lane_map.h"
+
 namespace palpate {
 
 /// Solves A z = right for z of mean 0, where (A z)_i is the sum over the up to four neighbours j of (z_i -
@@ -14,12 +17,6 @@ namespace palpate {
 class PoissonDct {
  public:
   PoissonDct(uint32_t width, uint32_t height);
-  ~PoissonDct();
-  /// Additions and multiplications of a solve for each element, as FFTW counts them: some 70 to 110 where
-  /// both sides have small prime factors, 200 and more where one has a large one. Plans a solve.
-  static double operations(uint32_t width, uint32_t height);
-  PoissonDct(const PoissonDct&) = delete;
-  PoissonDct& operator=(const PoissonDct&) = delete;
 
   /// right and z are height x width, rows `pitch` elements apart; they may be the same memory.
   void solve(const float* right, float* z, uint32_t pitch);
@@ -30,9 +27,9 @@ class PoissonDct {
   void solve_as(const Real* right, Real* z, uint32_t pitch);
 
   uint32_t width_, height_;
-  double* work_ = nullptr;
-  void* forward_ = nullptr;
-  void* backward_ = nullptr;
+  CosineTransform along_x_, along_y_;
+  LaneMap map_;
+  std::vector<LaneRow> data_, scratch_;
   std::vector<double> cos_x_, cos_y_;
 };
 

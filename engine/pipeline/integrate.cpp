@@ -208,7 +208,7 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   const int exponent = largest > 0 ? std::ilogb(largest) : 0;
   const Grid grid = grid_for(cols, rows);
   const StagedGradients staged(context, gradients, rows, cols, grid, exponent);
-  solver = choose_solver(solver, cols, rows, context.is_software());
+  solver = choose_solver(solver, context.is_software());
   const Solved solved = solve_on_device(context, staged, grid, rows, cols, solver);
   const std::vector<double> z = unpadded_heights(solved, grid, rows, cols, solver);
   const auto [mean, low, high] = Range(z);

@@ -35,7 +35,7 @@ std::unique_ptr<Frames> make_frames(gpu::Context& context, const Sensor& sensor,
 FramePlan plan_for(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                    PipelineOptions options) {
   const FramePlan plan = make_plan(sensor, format, options);
-  options.solver = choose_solver(options.solver, plan, format, context.is_software());
+  options.solver = choose_solver(options.solver, plan, context.is_software());
   return make_plan(sensor, format, options);
 }
 
