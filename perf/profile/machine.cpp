@@ -1,6 +1,5 @@
 #include "perf/profile/machine.h"
 
-#include <fftw3.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
@@ -48,7 +47,7 @@ Machine describe_machine(const gpu::Context& context) {
   machine.compiler = std::string("GCC ") + __VERSION__;
 #endif
   machine.palpate = PALPATE_VERSION;
-  machine.libraries = std::string(fftwf_version) + ", Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." +
+  machine.libraries = "Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." +
                       std::to_string(EIGEN_MAJOR_VERSION) + "." + std::to_string(EIGEN_MINOR_VERSION) +
                       ", OpenCV " + CV_VERSION;
   machine.date_utc = utc_now();

@@ -6,20 +6,9 @@
 #include "engine/numeric/poisson_dct.h"
 #include "perf/profile/gpu_solvers.h"
 #include "perf/profile/truths.h"
-#include "perf/rivals/rivals.h"
 
 namespace palpate::perf {
 namespace {
-
-/// The smallest size from `n` on that FFTW likes: only the factors 2, 3, 5 and 7.
-uint32_t good_size(uint32_t n) {
-  for (uint32_t size = n;; ++size) {
-    uint32_t rest = size;
-    for (const uint32_t factor : {2u, 3u, 5u, 7u})
-      while (rest % factor == 0) rest /= factor;
-    if (rest == 1) return size;
-  }
-}
 
 /// All ways at one size, built once and used for every truth.
 class Ways {
@@ -33,12 +22,7 @@ class Ways {
         warm_(context, slopes_, SurfaceSolver::Converged, true),
         weighted_live_(context, slopes_, WeightedSurface::kLiveIterations),
         weighted_(context, slopes_, WeightedSurface::kConvergedIterations),
-        exact_(size.width_px, size.height_px),
-        fftw_(size.width_px, size.height_px, size.width_px, size.height_px) {
-    const uint32_t width = good_size(size.width_px), height = good_size(size.height_px);
-    if (width != size.width_px || height != size.height_px)
-      padded_ = std::make_unique<FftwPoisson>(size.width_px, size.height_px, width, height);
-  }
+        exact_(size.width_px, size.height_px) {}
 
   /// False where it was stopped.
   bool measure(const Truth& truth, double seconds, const Watch& watch, std::vector<SolverFigure>& figures) {
@@ -104,8 +88,6 @@ class Ways {
     add_gpu("weighted live", weighted_live_, truth);
     add_gpu("weighted", weighted_, truth);
     add_cpu("exact", truth, [this](float* z) { exact_.solve(right_.data(), z, size_.width_px); });
-    add_cpu("FFTW", truth, [this](float* z) { fftw_.solve(right_.data(), z); });
-    if (padded_) add_cpu("FFTW padded", truth, [this](float* z) { padded_->solve(right_.data(), z); });
     add_cpu("line integral", truth, [this, gradients = truth.gradients.data()](float* z) {
       line_integral(gradients, size_.width_px, size_.height_px, z);
     });
@@ -116,8 +98,6 @@ class Ways {
   MultigridSolver live_, fine_, converged_, warm_;
   WeightedSolver weighted_live_, weighted_;
   PoissonDct exact_;
-  FftwPoisson fftw_;
-  std::unique_ptr<FftwPoisson> padded_;
   bool cold_ = true;
   std::vector<float> right_;
   std::vector<Way> ways_;

@@ -10,7 +10,7 @@
 
 namespace palpate::perf {
 
-/// Every solver of the engine, FFTW and the paper's line integral on every truth (truths.h): all get the same
+/// Every solver of the engine and the paper's line integral on every truth (truths.h): all get the same
 /// gradients and are timed in turn. Into `profile.solvers`, the fronts marked.
 void measure_solvers(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes, double seconds,
                      const Watch& watch, Profile& profile);

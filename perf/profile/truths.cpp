@@ -76,4 +76,12 @@ SurfaceErrors errors_of(const Truth& truth, const FrameSize& size,
           std::abs((found_heights.high - found_heights.low) / (true_heights.high - true_heights.low) - 1)};
 }
 
+void line_integral(const float* gradients, uint32_t width, uint32_t height, float* z) {
+  const auto p = [&](size_t i) { return gradients[2 * i]; };
+  const auto q = [&](size_t i) { return gradients[2 * i + 1]; };
+  z[0] = 0;
+  for (size_t x = 1; x < width; ++x) z[x] = z[x - 1] + (p(x - 1) + p(x)) / 2;
+  for (size_t i = width; i < size_t{width} * height; ++i) z[i] = z[i - width] + (q(i - width) + q(i)) / 2;
+}
+
 }  // namespace palpate::perf

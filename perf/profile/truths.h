@@ -28,4 +28,8 @@ struct SurfaceErrors {
 SurfaceErrors errors_of(const Truth& truth, const FrameSize& size,
                         const std::function<double(uint32_t, uint32_t)>& at);
 
+/// The paper's surface (Eq. 61-63): slopes summed along the first row and from there down each column, by
+/// trapezoids. `gradients` is height x width x 2, z height x width.
+void line_integral(const float* gradients, uint32_t width, uint32_t height, float* z);
+
 }  // namespace palpate::perf

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "engine/elasticity/elastic_convolution.h"
+#include "engine/numeric/transform/lane_fft.h"
 
 namespace palpate::perf {
 namespace {
@@ -171,14 +171,6 @@ void FftwPoisson::solve(const float* right, float* z) {
   fftwf_execute(m.backward);
   for (uint32_t y = 0; y < m.height; ++y)
     std::copy_n(m.work + size_t{y} * m.padded_width, m.width, z + size_t{y} * m.width);
-}
-
-void line_integral(const float* gradients, uint32_t width, uint32_t height, float* z) {
-  const auto p = [&](size_t i) { return gradients[2 * i]; };
-  const auto q = [&](size_t i) { return gradients[2 * i + 1]; };
-  z[0] = 0;
-  for (size_t x = 1; x < width; ++x) z[x] = z[x - 1] + (p(x - 1) + p(x)) / 2;
-  for (size_t i = width; i < size_t{width} * height; ++i) z[i] = z[i - width] + (q(i - width) + q(i)) / 2;
 }
 
 struct FftwElastic::Impl {

@@ -56,10 +56,6 @@ class FftwPoisson {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The paper's surface (Eq. 61-63): slopes summed along the first row and from there down each column, by
-/// trapezoids. `gradients` is height x width x 2, z height x width.
-void line_integral(const float* gradients, uint32_t width, uint32_t height, float* z);
-
 /// Pressure to deflection by FFTW in single precision: zero-padded to at least twice the frame, planned by
 /// measurement, two threads.
 class FftwElastic {

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/elasticity/elastic_convolution.h"
 #include "engine/gpu/commands.h"
+#include "engine/numeric/poisson_dct.h"
 #include "engine/numeric/weighted_poisson.h"
 #include "engine/stages/surface/elastic.h"
 #include "engine/stages/surface/surface.h"
@@ -32,9 +34,13 @@ void Bench::surface(const Size& size) {
                     commands.submit();
                     commands.wait();
                   }};
-  FftwPoisson exact(size.width, size.height, size.width, size.height);
-  add(compare("surface", size.text(), ours, {"FFTW", [&] { exact.solve(right.data(), z.data()); }},
-              repetitions_, inner(size, 8)));
+  FftwPoisson fftw(size.width, size.height, size.width, size.height);
+  const Work rival{"FFTW", [&] { fftw.solve(right.data(), z.data()); }};
+  add(compare("surface", size.text(), ours, rival, repetitions_, inner(size, 8)));
+  PoissonDct dct(size.width, size.height);
+  add(compare("surface (exact)", size.text(),
+              {"palpate", [&] { dct.solve(right.data(), z.data(), size.width); }}, rival, repetitions_,
+              inner(size, 8)));
   if (size.padded_width == size.width && size.padded_height == size.height) return;
   FftwPoisson padded(size.width, size.height, size.padded_width, size.padded_height);
   add(compare("surface", size.text(), ours, {"FFTW padded", [&] { padded.solve(right.data(), z.data()); }},
@@ -124,15 +130,19 @@ void Bench::elastic(const Size& size) {
   commands.begin();
   stage.record_deflection(commands, depth);
   commands.end();
-  FftwElastic rival(kernel, size.width, size.height);
+  FftwElastic fftw(kernel, size.width, size.height);
+  const Work rival{"FFTW zero-padded", [&] { fftw.solve(pressure.data(), deflection.data()); }};
   add(compare("elastic", size.text(),
               {"palpate",
                [&] {
                  commands.submit();
                  commands.wait();
                }},
-              {"FFTW zero-padded", [&] { rival.solve(pressure.data(), deflection.data()); }}, repetitions_,
-              inner(size, 8)));
+              rival, repetitions_, inner(size, 8)));
+  ElasticConvolution exact(kernel, size.width, size.height);
+  add(compare("elastic (exact)", size.text(),
+              {"palpate", [&] { exact.solve(pressure.data(), size.width, deflection.data(), size.width); }},
+              rival, repetitions_, inner(size, 8)));
 }
 
 void Bench::forward(uint32_t along) {

@@ -18,7 +18,6 @@
 #include "perf/profile/run.h"
 #include "perf/profile/solvers.h"
 #include "perf/profile/truths.h"
-#include "perf/rivals/rivals.h"
 #include "tests/program/made_up_profile.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -325,7 +324,6 @@ TEST(Profile, SmallRunOnARealDevice) {
     if (s.truth == "smooth") error[s.solver] = s.relative_rms_error;
   EXPECT_LT(error.at("converged"), 1e-4);
   EXPECT_LT(error.at("exact"), 1e-4);
-  EXPECT_LT(error.at("FFTW"), 1e-4);
   EXPECT_LT(error.at("fine"), 1e-2);
   EXPECT_LT(error.at("live"), 3e-2);
   EXPECT_LT(error.at("warm start"), 1e-3);
