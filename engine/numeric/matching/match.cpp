@@ -14,6 +14,8 @@ std::string_view to_string(MatchStart start) {
       return "turned";
     case MatchStart::Local:
       return "local";
+    case MatchStart::Slid:
+      return "slid";
     case MatchStart::Unbent:
       return "unbent";
   }

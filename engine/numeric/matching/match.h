@@ -34,6 +34,7 @@ enum class MatchStart : uint8_t {
   Plain,    ///< where the template stands, distances alone
   Turned,   ///< turned, scaled and moved as most neighbourhoods ask for
   Local,    ///< grown from one neighbourhood that was found again
+  Slid,     ///< slid along the one curve that the template's points lie on
   Unbent,   ///< a similarity or an affine map by itself, of sets of few points
 };
 std::string_view to_string(MatchStart start);

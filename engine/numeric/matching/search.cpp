@@ -6,6 +6,7 @@
 
 #include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
+#include "engine/numeric/matching/curve.h"
 #include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/grow.h"
 #include "engine/numeric/matching/spacing.h"
@@ -18,6 +19,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::MatrixXf;
+using Eigen::VectorXd;
 
 // Noise to begin with, over the template's RMS radius.
 constexpr double kStartSd = 0.7, kPlainSd = 0.5, kTurnedSd = 0.4, kNearSdOfSpacing = 2;
@@ -37,7 +39,11 @@ constexpr double kSharper = 0.06, kFarOff = 25, kNearSpacing = 0.15, kElsewhere 
 // noise and so many pairs on.
 constexpr double kUneven = 0.52, kUnevenSd = 0.012;
 constexpr size_t kUnevenPairs = 20;
-constexpr double kScreenGap = 12;  // nats behind the best start that are not worth finishing
+// Of the points' spacing: how exactly the template is fitted to its slid self, and what that may leave.
+constexpr double kSlidFit = 0.1, kMostSlidMiss = 0.25, kSlidSdOfSpacing = 0.3;
+constexpr int64_t kMostSlidPart = 4;  // of the curve: the longest slide is its length over this
+constexpr int kSlides = 6;            // one after the other
+constexpr double kScreenGap = 12;     // nats behind the best start that are not worth finishing
 // Mean distance of screened warps that end alike: over the RMS radius, and over the noise of the best end.
 constexpr double kSameScreened = 0.05, kSameOfSd = 0.5, kSameEnd = 0.02;
 constexpr double kGrownSdOfSpacing = 0.9, kDoubtfulSdOfSpacing = 0.85, kDoubtfulEvidence = 25;
@@ -267,6 +273,78 @@ void Search::try_self_maps(MatchResult& result) {
   }
 }
 
+double Search::paid_energy(const FlowState& state) const {
+  return state.energy + freedom_cost(problem_, state, kAmplitude);
+}
+
+/// The best warp, each point of the curve brought to where the point `step` places farther along it was, and
+/// settled from there. None: no smooth warp does that to the template.
+std::optional<FlowState> Search::slid(const Curve& curve, int64_t step) const {
+  const auto size = static_cast<int64_t>(curve.order.size());
+  const Index n = problem_.from.rows(), axes = problem_.from.cols();
+  VectorXd weight = VectorXd::Zero(n);
+  MatrixXd pull = MatrixXd::Zero(n, axes);
+  for (int64_t at = 0; at < size; ++at) {
+    int64_t to = at + step;
+    if (curve.closed) to = (to + size) % size;
+    if (to < 0 || to >= size) continue;
+    const Index i = curve.order[static_cast<size_t>(at)];
+    weight[i] = 1;
+    pull.row(i) = best_.warped.row(curve.order[static_cast<size_t>(to)]);
+  }
+  FlowState state;
+  state.outlier_fraction = best_.outlier_fraction;
+  state.variance = std::pow(kSlidFit * spacing_, 2);
+  fit_warp(problem_, weight, pull, kAmplitude, state);
+  const double squares = (weight.asDiagonal() * (state.warped - pull)).squaredNorm() / weight.sum();
+  if (squares > static_cast<double>(axes) * std::pow(kMostSlidMiss * spacing_, 2)) return std::nullopt;
+  const double sd = std::max(std::sqrt(best_.variance), kSlidSdOfSpacing * spacing_);
+  flow(problem_, {.sd = sd, .amplitude = kAmplitude}, state);
+  weigh(problem_, kAmplitude, state);
+  return state;
+}
+
+/// Nats that half of the points left over would be worth if they were found as the others are.
+double Search::left_over_worth() const {
+  const auto smaller = static_cast<double>(std::min(problem_.from.rows(), problem_.to.rows())),
+             found = static_cast<double>(best_.partners.sum());
+  return 0.5 * std::max(0., smaller - found) * std::max(0., energy_without_ - best_.energy) /
+         std::max(found, 1.);
+}
+
+// Points along one curve fit nearly as well some places farther along it. The best slide is followed while it
+// is better; then the margin over the next best one tells whether the answer is the only one. A slide that no
+// start has met may bind what the best warp leaves over, so the margin has to be worth more than that.
+void Search::try_slides(MatchResult& result) {
+  if (!tries_every_turn(options_)) return;
+  const std::optional<Curve> curve = curve_through(problem_.from);
+  if (!curve) return;
+  const auto most = static_cast<int64_t>(curve->order.size()) / kMostSlidPart;
+  for (int round = 0; round < kSlides; ++round) {
+    const FlowState before = best_;
+    const double paid = paid_energy(before);
+    double least = paid - kBetter;
+    std::optional<Candidate> better;
+    slide_margin_ = std::numeric_limits<double>::infinity();
+    for (int64_t step = 1; step <= most; step += std::max<int64_t>(1, step / 2))
+      for (const int64_t way : {step, -step}) {
+        Candidate other;
+        other.start = MatchStart::Slid;
+        if (std::optional<FlowState> state = slid(*curve, way))
+          other.state = std::move(*state);
+        else
+          continue;
+        const double now = paid_energy(other.state);
+        if (distance(other.state.warped, before.warped) > kOtherWarp)
+          slide_margin_ = std::min(slide_margin_, now - paid - left_over_worth());
+        if (now < least && other.state.energy < before.energy - kBetter)
+          least = now, better = std::move(other);
+      }
+    if (!better) return;
+    settle(std::move(*better), result);
+  }
+}
+
 void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result) {
   if (in_place) {
     Candidate here;
@@ -300,6 +378,7 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     }
   }
   try_self_maps(result);
+  try_slides(result);
 }
 
 // A neighbourhood that is found again far sharper than the warp leaves its points: the warp has brought it to
@@ -326,7 +405,7 @@ double Search::posterior() const {
     basins.push_back(c.state.warped);
     others += std::exp(std::min(best_.energy - c.state.energy, 50.));
   }
-  return 1 / (1 + others);
+  return 1 / (1 + others + std::exp(-slide_margin_));
 }
 
 }  // namespace palpate

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <optional>
 #include <vector>
 
+#include "engine/numeric/matching/curve.h"
 #include "engine/numeric/matching/flow.h"
 #include "engine/numeric/matching/match.h"
 #include "engine/numeric/matching/seeds.h"
@@ -60,6 +63,10 @@ class Search {
   void grow_seeds(size_t first, MatchResult& result);
   double squared_miss(const Seed& seed, bool nearest) const;
   void try_self_maps(MatchResult& result);
+  void try_slides(MatchResult& result);
+  std::optional<FlowState> slid(const Curve& curve, int64_t step) const;
+  double paid_energy(const FlowState& state) const;
+  double left_over_worth() const;
   void settle(Candidate candidate, MatchResult& result);
   bool clean() const;
   bool unproven() const;
@@ -76,6 +83,8 @@ class Search {
   std::vector<Candidate> ended_;  ///< as the attempts
   FlowState best_;
   bool finished_all_ = false;
+  /// Nats by which the best warp is worth more than the best of its slides along the template's curve.
+  double slide_margin_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace palpate
