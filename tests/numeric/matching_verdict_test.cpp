@@ -1,4 +1,4 @@
-// Matches that must not be called reliable: what slides along itself.
+// Matches that must not be called reliable: what slides along itself, and what is right in part only.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -110,6 +110,51 @@ TEST(MatchingVerdict, ACurveIsFoundInAnyOrderAndWhereThereIsOne) {
   EXPECT_TRUE(curve_through(ring)->closed);
   EXPECT_FALSE(curve_through(scattered));
   EXPECT_FALSE(curve_through(ring.topRows(5)));
+}
+
+/// Points over a square of 100, in a fixed order.
+PointSet scattered(size_t count, uint32_t seed) {
+  std::mt19937 random(seed);
+  return set_of(count, [&](size_t) -> Point {
+    const double x = 100 * even(random), y = 100 * even(random);
+    return {x, y};
+  });
+}
+
+// The left six tenths and the right four have changed places: no smooth warp does that.
+TEST(MatchingVerdict, PartsThatChangedPlacesArePartlyWrong) {
+  for (uint32_t seed = 1; seed <= 3; ++seed) {
+    const PointSet from = scattered(90, seed);
+    const PointSet to = set_of(from.size(), [&](size_t i) -> Point {
+      const double x = from.at(i)[0];
+      return {x < 60 ? x + 40 : x - 60, from.at(i)[1]};
+    });
+    const MatchResult result = match_points(from, to);
+    EXPECT_EQ(result.verdict, MatchVerdict::PartlyWrong) << seed << ": " << to_string(result.verdict);
+    for (const Partner& partner : result.partners) EXPECT_FALSE(partner.target);
+  }
+}
+
+// Nor is it where the part is missing, or where the whole has bent or is noisy.
+TEST(MatchingVerdict, WhatIsBentNoisyOrMissingIsNotPartlyWrong) {
+  for (uint32_t seed = 1; seed <= 3; ++seed) {
+    const PointSet from = scattered(90, seed);
+    PointSet left;
+    for (size_t i = 0; i < from.size(); ++i)
+      if (from.at(i)[0] < 60)
+        left.coordinates.insert(left.coordinates.end(), {from.at(i)[0] + 40, from.at(i)[1]});
+    std::mt19937 random(seed + 70);
+    std::normal_distribution<double> noise(0, 1);
+    PointSet noisy = from;
+    for (double& v : noisy.coordinates) v += noise(random);
+    const PointSet bent = set_of(from.size(), [&](size_t i) -> Point {
+      const double x = from.at(i)[0], y = from.at(i)[1];
+      return {x + 4 * std::sin(y / 20), y + 4 * std::cos(x / 25)};
+    });
+    EXPECT_TRUE(match_points(from, left).reliable()) << seed;
+    EXPECT_TRUE(match_points(from, noisy).reliable()) << seed;
+    EXPECT_TRUE(match_points(from, bent).reliable()) << seed;
+  }
 }
 
 }  // namespace
