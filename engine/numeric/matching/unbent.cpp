@@ -8,6 +8,7 @@
 #include "engine/numeric/matching/spacing.h"
 #include "engine/numeric/matching/start.h"
 #include "engine/numeric/matching/symmetry.h"
+#include "engine/numeric/matching/warp.h"
 
 namespace palpate {
 namespace {
@@ -28,13 +29,6 @@ constexpr double kLeastSd = 1e-6;  // of the target's RMS radius
 constexpr double kDecades = 13.8;  // ln of the range that the noise lies in beforehand
 constexpr int kRefits = 2;
 constexpr size_t kKept = 400;
-
-MatrixXd with_ones(const MatrixXd& points) {
-  MatrixXd p(points.rows(), points.cols() + 1);
-  p.col(0).setOnes();
-  p.rightCols(points.cols()) = points;
-  return p;
-}
 
 double rms_radius(const MatrixXd& points) {
   return std::sqrt((points.rowwise() - points.colwise().mean()).rowwise().squaredNorm().mean());

@@ -26,14 +26,14 @@ MatrixXd kernel(const MatrixXd& a, const MatrixXd& b) {
   return (k.cwiseMax(0) * (-0.5 / (kLength * kLength))).array().exp();
 }
 
+}  // namespace
+
 MatrixXd with_ones(const MatrixXd& points) {
   MatrixXd p(points.rows(), points.cols() + 1);
   p.col(0).setOnes();
   p.rightCols(points.cols()) = points;
   return p;
 }
-
-}  // namespace
 
 std::vector<Index> spread_subset(const MatrixXd& points, Index count) {
   const Index n = points.rows();

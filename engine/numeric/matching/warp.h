@@ -21,6 +21,9 @@ class WarpModes {
   Eigen::MatrixXd modes_;      // landmarks x modes
 };
 
+/// (1, point), a row each: what an affine map is multiplied with.
+Eigen::MatrixXd with_ones(const Eigen::MatrixXd& points);
+
 /// Indices of `count` points, each the farthest from those before it; the first is the one farthest from the
 /// centre. In order; ties to the lower index.
 std::vector<Eigen::Index> spread_subset(const Eigen::MatrixXd& points, Eigen::Index count);
