@@ -7,8 +7,19 @@
 #define PALPATE_AVX2 __attribute__((target("avx2,fma")))
 #define PALPATE_AVX512 __attribute__((target("avx512f,avx512vl,avx2,fma")))
 /// Registers of 512 bits also where the compiler would take 256.
+#ifdef __clang__
+#define PALPATE_AVX512_FULL \
+  __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma"), min_vector_width(512)))
+#else
 #define PALPATE_AVX512_FULL \
   __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,prefer-vector-width=512")))
+#endif
+#endif
+/// Before a loop whose rounds do not depend on each other, whatever its pointers look like.
+#ifdef __clang__
+#define PALPATE_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define PALPATE_INDEPENDENT _Pragma("GCC ivdep")
 #endif
 /// Functions that a work's run() calls must be inlined into it, or they stay compiled for the narrowest
 /// vectors.

@@ -16,7 +16,6 @@ ContactModel::ContactModel(const Scene& scene, const Options& options, WorkTeam&
     : scene_(scene),
       options_(options),
       quarter_(options.quarter && symmetric(scene)),
-      team_(team),
       grid_(voxelise(scene, quarter_)),
       above_(grid_.cells[2] - scene.cells[2]),
       fixed_(supports(scene, grid_, quarter_)),

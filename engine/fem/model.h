@@ -29,7 +29,6 @@ class ContactModel {
   Scene scene_;
   Options options_;
   bool quarter_;
-  WorkTeam& team_;
   CellGrid grid_;
   uint32_t above_;  // layers of the pad
   FixedNodes fixed_;

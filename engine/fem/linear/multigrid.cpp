@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/base/simd.h"
 #include "engine/fem/linear/level.h"
 #include "engine/fem/linear/transfer.h"
 #include "engine/numeric/sparse.h"
@@ -141,7 +142,7 @@ void Multigrid::smooth(Level& level, bool from_zero) {
         d[c * nodes + n] = moved;
         x[c * nodes + n] = set ? moved : x[c * nodes + n] + moved;
       };
-#pragma GCC ivdep
+      PALPATE_INDEPENDENT
       for (size_t n = begin; n < end; ++n) {
         const float rx = r[n], ry = r[nodes + n], rz = r[2 * nodes + n];
         const float xy = b[3 * nodes + n], xz = b[4 * nodes + n], yz = b[5 * nodes + n];

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#define PALPATE_INLINE inline __attribute__((always_inline))
-
 namespace palpate::fem {
 namespace {
 
@@ -49,7 +47,7 @@ PALPATE_INLINE void push_back(const LayerStiffness<Real>& s, const float* young,
   const Real x_yz = third * (s.yy + s.zz), y_xz = third * (s.xx + s.zz), z_xy = third * (s.xx + s.yy);
   const Real x_xyz = ninth * (f43 * s.xx + s.yy + s.zz), y_xyz = ninth * (f43 * s.yy + s.xx + s.zz),
              z_xyz = ninth * (f43 * s.zz + s.xx + s.yy);
-#pragma GCC ivdep
+  PALPATE_INDEPENDENT
   for (uint32_t i = 0; i < cells; ++i) {
     const Moments<Real> u = moments(ux, row, plane, i), v = moments(uy, row, plane, i),
                         w = moments(uz, row, plane, i);
@@ -93,7 +91,7 @@ PALPATE_INLINE void gather(const Real* __restrict in, uint32_t nodes, size_t row
     return in[moment * int{kPitch} + int(i) - 1] - in[moment * int{kPitch} + int(i)];
   };
   if (upper) {
-#pragma GCC ivdep
+    PALPATE_INDEPENDENT
     for (uint32_t i = 0; i < nodes; ++i) {
       const Real one = step(0, i), y = both(1, i) + step(3, i), z = both(2, i) + step(4, i),
                  yz = both(5, i) + step(6, i);
@@ -102,7 +100,7 @@ PALPATE_INLINE void gather(const Real* __restrict in, uint32_t nodes, size_t row
     }
   }
   if (lower) {
-#pragma GCC ivdep
+    PALPATE_INDEPENDENT
     for (uint32_t i = 0; i < nodes; ++i) {
       const Real one = step(0, i), y = both(1, i) + step(3, i), z = both(2, i) + step(4, i),
                  yz = both(5, i) + step(6, i);

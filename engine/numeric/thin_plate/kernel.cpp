@@ -74,7 +74,7 @@ PALPATE_INLINE void sums_as(const PlateTerms& terms, const double* places, size_
     for (size_t j = 0; j < terms.count; ++j) {
       double at[kAxes];
       for (uint32_t a = 0; a < kAxes; ++a) at[a] = terms.at[a * terms.count + j];
-#pragma GCC ivdep
+      PALPATE_INDEPENDENT
       for (size_t i = 0; i < kBlock; ++i) {
         double d[kAxes], s = 0;
         for (uint32_t a = 0; a < kAxes; ++a) {
@@ -103,7 +103,7 @@ PALPATE_INLINE void sums_as(const PlateTerms& terms, const double* places, size_
         const double w = terms.weight[field * terms.count + j];
         double* const to = sums + field * kOutputs * kBlock;
         if (kOrder > 1 && w == 0) continue;  // 0 times what has no bound
-#pragma GCC ivdep
+        PALPATE_INDEPENDENT
         for (size_t i = 0; i < kOutputs * kBlock; ++i) to[i] += w * part[i];
       }
     }
@@ -117,7 +117,7 @@ template <PlateKernel kKernel, uint32_t kAxes>
 PALPATE_INLINE void matrix_as(const double* at, size_t count, double* out) {
   for (size_t row = 0; row < count; ++row) {
     double* const to = out + row * count;
-#pragma GCC ivdep
+    PALPATE_INDEPENDENT
     for (size_t i = 0; i < row; ++i) {
       double s = 0;
       for (uint32_t a = 0; a < kAxes; ++a) {
