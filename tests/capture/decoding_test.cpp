@@ -13,6 +13,7 @@
 #include "capture/files/images/tiff_memory.h"
 #include "capture/video/module.h"
 #include "palpate/error.h"
+#include "tests/support/recordings.h"
 
 namespace palpate {
 namespace {
@@ -269,7 +270,7 @@ TEST_F(Decoding, VideosThatSayHowTheyAreTurned) {
 }
 
 TEST(Recordings, EveryVideoOfTheSharedDataDecodesAsOpencvDecodesIt) {
-  const fs::path data = fs::path(PALPATE_SOURCE_DIR) / "../shared/data";
+  const fs::path data = recordings_folder();
   if (!fs::exists(data)) GTEST_SKIP() << "no shared data";
   for (const auto& entry : fs::recursive_directory_iterator(data))
     if (entry.path().extension() == ".avi") expect_video_as_opencv(entry.path().string());

@@ -9,6 +9,7 @@
 
 #include "capture/open_source.h"
 #include "capture/video/module.h"
+#include "tests/support/recordings.h"
 
 namespace fs = std::filesystem;
 
@@ -106,7 +107,7 @@ TEST_F(Seek, FoldersOfImages) {
 }
 
 TEST(Recordings, JumpsInSharedVideosAreExact) {
-  const fs::path data = fs::path(PALPATE_SOURCE_DIR).parent_path() / "shared" / "data";
+  const fs::path data = recordings_folder();
   if (!fs::exists(data)) GTEST_SKIP() << "no shared data";
   int videos = 0;
   for (const auto& entry : fs::recursive_directory_iterator(data)) {

@@ -16,6 +16,7 @@
 #include "capture/files/images/images.h"
 #include "capture/files/video.h"
 #include "palpate/error.h"
+#include "tests/support/recordings.h"
 
 namespace fs = std::filesystem;
 
@@ -484,7 +485,7 @@ TEST_F(SourceTest, AlphaIsDropped) {
 }
 
 TEST(Recordings, TheWaveguideClipIsReadWhole) {
-  const fs::path clip = fs::path(PALPATE_SOURCE_DIR) / "../shared/data/touchlib-ftir/hard-5point.avi";
+  const fs::path clip = recordings_folder() / "touchlib-ftir/hard-5point.avi";
   if (!fs::exists(clip)) GTEST_SKIP() << "recordings are absent: " << clip;
   Sensor sensor;
   const auto source = open_source(clip.string(), sensor);

@@ -7,6 +7,7 @@
 #include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "engine/measure/picture_check.h"
+#include "tests/support/recordings.h"
 
 namespace palpate {
 namespace {
@@ -27,7 +28,7 @@ Frame spoilt(const Frame& frame, bool green) {
 }
 
 TEST(Recordings, NoFrameOfASharedClipIsTakenForADamagedPicture) {
-  const std::filesystem::path data = std::filesystem::path(PALPATE_SOURCE_DIR) / "../shared/data";
+  const std::filesystem::path data = recordings_folder();
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data";
   uint64_t frames = 0, alarms = 0, rolled = 0, green = 0, made = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(data)) {

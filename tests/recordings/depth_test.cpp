@@ -9,7 +9,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "capture/calibrate/markers.h"
 #include "capture/calibrate/presses.h"
@@ -19,29 +24,22 @@
 #include "engine/calibrate/lookup_fit.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "palpate/pipeline.h"
-#include "tests/support/gpu_fixture.h"
+#include "tests/support/recordings.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSensors = fs::path(PALPATE_SOURCE_DIR) / "capture/sensors";
-const fs::path kData = fs::path(PALPATE_SOURCE_DIR) / "../shared/data";
+/// Errors of the depth over the faces of four shapes, each pressed to 0.25, 0.5, 0.75 and 1 mm.
+struct ShapeErrors {
+  double mean_rmse_mm = 0, worst_rmse_mm = 0;
+  std::map<std::string, double> gain;  ///< read depth over commanded depth, 0.25 to 1 mm
+};
 
-class DepthRecordings : public GpuTest {
+class DepthRecordings : public RecordingsTest {
  protected:
-  void SetUp() override {
-    if (!fs::is_directory(kData)) {
-      std::fprintf(stderr, "\n*** DEPTH NOT CHECKED ON REAL SENSORS: no folder %s ***\n\n",
-                   fs::weakly_canonical(kData).c_str());
-      GTEST_SKIP() << "no recordings of real sensors at " << kData;
-    }
-    GpuTest::SetUp();
-  }
-  void TearDown() override {
-    if (!IsSkipped()) GpuTest::TearDown();
-  }
+  DepthRecordings() : RecordingsTest("DEPTH NOT CHECKED ON REAL SENSORS") {}
 
   static Frame frame_of(const fs::path& file, const Sensor& sensor) {
     Frame frame;
@@ -77,7 +75,28 @@ class DepthRecordings : public GpuTest {
     Depth depth{result->touch, frame.format.width, pipeline.read_depth_mm(*result)};
     return depth;
   }
+  static ShapeErrors shape_errors(const fs::path& folder, const Sensor& sensor);
 };
+
+/// True depth of the face of a shape that was pressed to `commanded_mm`; none beside the face.
+std::optional<double> face_depth_mm(const std::string& shape, double commanded_mm, int x, int y,
+                                    double pitch) {
+  if (shape == "prism")
+    return x < 172 || x > 242 || y < 114 || y > 220 ? std::nullopt : std::optional(commanded_mm);
+  if (shape == "triangle") {
+    const auto left_of = [&](int ax, int ay, int bx, int by) {
+      return (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0;
+    };
+    if (!left_of(161, 137, 212, 132) || !left_of(212, 132, 250, 193) || !left_of(250, 193, 161, 137))
+      return {};
+    return commanded_mm;
+  }
+  const bool small = shape == "sphere";
+  const double ball = small ? 2.92 : 4.925, cap = ball - commanded_mm;
+  const double r = std::hypot(x - (small ? 208 : 203), y - (small ? 166 : 167)) * pitch;
+  if (r > 0.85 * std::sqrt(ball * ball - cap * cap)) return {};
+  return std::sqrt(ball * ball - r * r) - cap;
+}
 
 /// A press whose ball was found, ready for the fit.
 struct Pressed {
@@ -99,9 +118,40 @@ PhotometricFitResult fit_without(const std::vector<Pressed>& presses, size_t wit
   return fit.solve(rest_weight, NormalModel::Best);
 }
 
+ShapeErrors DepthRecordings::shape_errors(const fs::path& folder, const Sensor& sensor) {
+  ShapeErrors errors;
+  for (const std::string shape : {"sphere", "large_sphere", "prism", "triangle"}) {
+    std::vector<double> means;
+    for (const char* commanded : {"0.25", "0.5", "0.75", "1.0"}) {
+      const fs::path file = folder / (shape + "_" + commanded + "_real.png");
+      const Frame frame = frame_of(file, sensor);
+      const Depth map = depth_of(frame, background_of(file, sensor), sensor);
+      double square = 0, mean = 0;
+      int n = 0;
+      for (int y = 0; y < static_cast<int>(frame.format.height); ++y)
+        for (int x = 0; x < static_cast<int>(frame.format.width); ++x) {
+          const auto truth = face_depth_mm(shape, std::stod(commanded), x, y, sensor.pitch_mm_per_px);
+          if (!truth) continue;
+          const double error = map.at(x, y) - *truth;
+          square += error * error;
+          mean += error;
+          ++n;
+        }
+      const double rmse = std::sqrt(square / n);
+      std::printf("%-14s %4s mm: RMSE %.3f, mean %+.3f\n", shape.c_str(), commanded, rmse, mean / n);
+      errors.mean_rmse_mm += rmse / 16;
+      errors.worst_rmse_mm = std::max(errors.worst_rmse_mm, rmse);
+      means.push_back(mean / n);
+    }
+    errors.gain[shape] = 1 + (means.back() - means.front()) / 0.75;
+  }
+  std::printf("mean RMSE %.4f mm, worst %.3f mm\n", errors.mean_rmse_mm, errors.worst_rmse_mm);
+  return errors;
+}
+
 TEST_F(DepthRecordings, GelShapesAfterCalibrationOnFoundBalls) {
-  const fs::path folder = kData / "gelsight-sim2real";
-  Sensor sensor = load_sensor(kSensors / "gelsight_sim2real.json");
+  const fs::path folder = recordings_folder() / "gelsight-sim2real";
+  Sensor sensor = load_sensor(shipped_sensor("gelsight_sim2real"));
   sensor.background.image = (folder / "background_real.png").string();
   const double pitch = sensor.pitch_mm_per_px, ball_mm = 2.92;
   std::vector<Pressed> presses;
@@ -123,45 +173,23 @@ TEST_F(DepthRecordings, GelShapesAfterCalibrationOnFoundBalls) {
   EXPECT_LT(fit.normal_angle_deg, 5.5);
   sensor.photometric = fit.calibration;
 
-  double sum = 0, worst = 0;
-  for (const std::string shape : {"sphere", "large_sphere", "prism", "triangle"})
-    for (const char* commanded : {"0.25", "0.5", "0.75", "1.0"}) {
-      const double d = std::stod(commanded);
-      const Depth map =
-          depth_of(frame_of(folder / (shape + "_" + commanded + "_real.png"), sensor), background, sensor);
-      double square = 0, mean = 0;
-      int n = 0;
-      for (int y = 0; y < 320; ++y)
-        for (int x = 0; x < 320; ++x) {
-          double truth = d;
-          if (shape == "prism") {
-            if (x < 172 || x > 242 || y < 114 || y > 220) continue;
-          } else if (shape == "triangle") {
-            const auto left_of = [&](int ax, int ay, int bx, int by) {
-              return (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0;
-            };
-            if (!left_of(161, 137, 212, 132) || !left_of(212, 132, 250, 193) || !left_of(250, 193, 161, 137))
-              continue;
-          } else {
-            const double ball = shape == "sphere" ? 2.92 : 4.925, cx = shape == "sphere" ? 208 : 203,
-                         cy = shape == "sphere" ? 166 : 167;
-            const double r = std::hypot(x - cx, y - cy) * pitch;
-            if (r > 0.85 * std::sqrt(ball * ball - (ball - d) * (ball - d))) continue;
-            truth = std::sqrt(ball * ball - r * r) - (ball - d);
-          }
-          const double error = map.at(x, y) - truth;
-          square += error * error;
-          mean += error;
-          ++n;
-        }
-      const double rmse = std::sqrt(square / n);
-      std::printf("%-14s %4s mm: RMSE %.3f, mean %+.3f\n", shape.c_str(), commanded, rmse, mean / n);
-      sum += rmse / 16;
-      worst = std::max(worst, rmse);
-    }
-  std::printf("mean RMSE %.3f mm, worst %.3f mm\n", sum, worst);
-  EXPECT_LT(worst, 0.10);
-  EXPECT_LT(sum, 0.062);
+  const ShapeErrors errors = shape_errors(folder, sensor);
+  EXPECT_LT(errors.worst_rmse_mm, 0.10);
+  EXPECT_LT(errors.mean_rmse_mm, 0.062);
+}
+
+TEST_F(DepthRecordings, GelShapesHaveTheirDepthByTheShippedSensorFile) {
+  const fs::path folder = recordings_folder() / "gelsight-sim2real";
+  Sensor sensor = load_sensor(shipped_sensor("gelsight_sim2real"));
+  sensor.background.image = (folder / "background_real.png").string();
+  const ShapeErrors errors = shape_errors(folder, sensor);
+  EXPECT_LT(errors.worst_rmse_mm, 0.12);
+  EXPECT_LT(errors.mean_rmse_mm, 0.047);
+  // Whatever the zero of the commanded depth: 0.75 mm more of it must be read as 0.75 mm more.
+  for (const auto& [shape, gain] : errors.gain) {
+    EXPECT_GT(gain, 0.9) << shape;
+    EXPECT_LT(gain, 1.2) << shape;
+  }
 }
 
 /// Sphere that fits a disc of a depth map best, tilt and offset free: its radius.
@@ -188,8 +216,8 @@ double sphere_radius_mm(const std::vector<double>& depth, const std::vector<std:
 }
 
 TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
-  const fs::path folder = kData / "gelslim-balls";
-  Sensor sensor = load_sensor(kSensors / "gelslim_balls.json");
+  const fs::path folder = recordings_folder() / "gelslim-balls";
+  Sensor sensor = load_sensor(shipped_sensor("gelslim_balls"));
   sensor.background.image = (folder / "ref.jpg").string();
   const double ball_mm = 3.8, pitch = sensor.pitch_mm_per_px;
   std::vector<Pressed> presses;
@@ -245,6 +273,20 @@ TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
                 1 / radius - 1 / ball_mm);
     mean += radius / 10;
     square += std::pow(1 / radius - 1 / ball_mm, 2) / 10;
+
+    // Round: the depth half way out is the same on every side, compared with the depth of the dimple.
+    const auto depth_at = [&](double way, double angle) {
+      return map.at(static_cast<int>(std::round(p.ball.center_x_px + way * std::cos(angle))),
+                    static_cast<int>(std::round(p.ball.center_y_px + way * std::sin(angle))));
+    };
+    double least = 1e9, most = -1e9;
+    for (int k = 0; k < 16; ++k) {
+      const double z = depth_at(0.6 * p.ball.radius_px, 2 * std::numbers::pi * k / 16);
+      least = std::min(least, z);
+      most = std::max(most, z);
+    }
+    EXPECT_GT(depth_at(0, 0), 0.3) << p.name;
+    EXPECT_LT(most - least, 0.35 * depth_at(0, 0)) << p.name;
   }
   std::printf("mean radius %.2f mm (true %.1f), curvature error %.3f per mm RMS of %.3f\n", mean, ball_mm,
               std::sqrt(square), 1 / ball_mm);
@@ -255,8 +297,8 @@ TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
 TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
   for (const auto& [unit, pitch] :
        {std::pair{"sensor_1", 0.0510151}, {"sensor_2", 0.049995}, {"sensor_123", 0.06378904}}) {
-    const fs::path folder = kData / "9dtact" / unit / "depth_calibration";
-    Sensor sensor = load_sensor(kSensors / "9dtact.json");
+    const fs::path folder = recordings_folder() / "9dtact" / unit / "depth_calibration";
+    Sensor sensor = load_sensor(shipped_sensor("9dtact"));
     sensor.pitch_mm_per_px = pitch;
     sensor.size_px = {};
     sensor.reconstruction = Reconstruction::None;
@@ -364,7 +406,7 @@ double groove_um(const std::vector<float>& z, uint32_t width) {
 }
 
 TEST_F(DepthRecordings, SixLightsGiveTheGrooveOnHeldOutPixels) {
-  const fs::path folder = kData / "gelsight-groove";
+  const fs::path folder = recordings_folder() / "gelsight-groove";
   Sensor gray;
   gray.name = "one light";
   gray.pitch_mm_per_px = kGroovePitch_mm;

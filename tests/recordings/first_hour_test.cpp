@@ -11,6 +11,7 @@
 
 #include "palpate/sensor.h"
 #include "tests/support/csv_table.h"
+#include "tests/support/recordings.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text_file.h"
 
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kRoot = PALPATE_SOURCE_DIR;
-const fs::path kData = fs::weakly_canonical(kRoot / "../shared/data");
+const fs::path kData = fs::weakly_canonical(recordings_folder());
 
 /// The block of commands, for the shell.
 std::string commands() {

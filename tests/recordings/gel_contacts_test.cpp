@@ -30,7 +30,7 @@ class GelContactRecordings : public WedgeClips {
     size_t pressed = 0, one = 0, untouched = 0, wrong = 0, ids = 0, saturated = 0;
   };
   static Counts follow(const fs::path& clip) {
-    const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
+    const Sensor sensor = load_sensor(shipped_sensor("gelsight_wedge"));
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
     Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
                       {.outputs = Output::Force | Output::Contacts});
@@ -85,7 +85,7 @@ TEST_F(GelContactRecordings, OneObjectIsOneContact) {
 // around an object, and light at the pad's sides, are no contacts.
 TEST_F(GelContactRecordings, OneObjectIsOneContactHoweverClear) {
   constexpr double kClearer = 1.5;
-  const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
+  const Sensor sensor = load_sensor(shipped_sensor("gelsight_wedge"));
   size_t pressed = 0, several = 0;
   for (const char* name :
        {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_press/foam_brick_1",
@@ -126,7 +126,7 @@ TEST_F(GelContactRecordings, TheAreaInContactIsThatOfTheCircle) {
   const fs::path presses = folder() / "../gelsight-sim2real";
   std::ifstream circles(presses / "calib_res.txt");
   if (!circles) GTEST_SKIP() << "no presses at " << presses;
-  Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_sim2real.json");
+  Sensor sensor = load_sensor(shipped_sensor("gelsight_sim2real"));
   sensor.background.image = (presses / "background_real.png").string();
   std::vector<double> shares;
   std::optional<Pipeline> pipeline;
@@ -172,7 +172,7 @@ TEST_F(GelContactRecordings, TheAreaInContactIsThatOfTheCircle) {
 // strawberry and a smooth ball, whose outline is that of the strawberry alone, and light presses beside
 // strong ones.
 TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
-  const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
+  const Sensor sensor = load_sensor(shipped_sensor("gelsight_wedge"));
   struct Clip {
     std::unique_ptr<Source> source;
     Frame background;
@@ -234,7 +234,7 @@ TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
 
 // Where nothing touches the surface is at rest: no tilt or bowl beside a press.
 TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
-  const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
+  const Sensor sensor = load_sensor(shipped_sensor("gelsight_wedge"));
   const double margin_px = 3 / sensor.pitch_mm_per_px;
   constexpr double kNoise_mm = 0.01;  // of a press that is hardly seen
   size_t judged = 0;

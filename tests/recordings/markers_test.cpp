@@ -13,8 +13,8 @@
 #include "capture/open_source.h"
 #include "palpate/pipeline.h"
 #include "tests/support/csv_table.h"
-#include "tests/support/gpu_fixture.h"
 #include "tests/support/pits.h"
+#include "tests/support/recordings.h"
 #include "tests/support/text_file.h"
 
 namespace palpate {
@@ -22,22 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSensors = fs::path(PALPATE_SOURCE_DIR) / "capture/sensors";
-const fs::path kData = fs::path(PALPATE_SOURCE_DIR) / "../shared/data";
-
-class MarkedGelRecordings : public GpuTest {
+class MarkedGelRecordings : public RecordingsTest {
  protected:
-  void SetUp() override {
-    if (!fs::is_directory(kData)) {
-      std::fprintf(stderr, "\n*** MARKERS NOT CHECKED ON REAL GELS: no folder %s ***\n\n",
-                   fs::weakly_canonical(kData).c_str());
-      GTEST_SKIP() << "no recordings of real sensors at " << kData;
-    }
-    GpuTest::SetUp();
-  }
-  void TearDown() override {
-    if (!IsSkipped()) GpuTest::TearDown();
-  }
+  MarkedGelRecordings() : RecordingsTest("MARKERS NOT CHECKED ON REAL GELS") {}
 
   static std::vector<float> depth_of(const Frame& frame, const Frame& untouched, const Sensor& sensor) {
     PipelineOptions options;
@@ -69,8 +56,8 @@ void print(const std::string& name, const Found& found) {
 
 // A ridged object pressed and dragged: by the gray change alone its moved dots were 45 contacts with 84 ids.
 TEST_F(MarkedGelRecordings, MovedMarkersAreNoContacts) {
-  const std::string film = (kData / "gelsight-driver/marker_video.avi").string();
-  const Sensor sensor = load_sensor(kSensors / "gelsight_driver_markers.json");
+  const std::string film = (recordings_folder() / "gelsight-driver/marker_video.avi").string();
+  const Sensor sensor = load_sensor(shipped_sensor("gelsight_driver_markers"));
   const std::unique_ptr<Source> source = open_source(film, sensor);
   Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
                     {.outputs = Output::Force | Output::Contacts});
@@ -94,12 +81,12 @@ TEST_F(MarkedGelRecordings, MovedMarkersAreNoContacts) {
 }
 
 TEST_F(MarkedGelRecordings, GelSlimIsAsSmoothUnderMarkersAsBeside) {
-  const fs::path folder = kData / "gelslim-balls";
+  const fs::path folder = recordings_folder() / "gelslim-balls";
   std::array<Sensor, 2> sensors;
-  sensors.fill(load_sensor(kSensors / "gelslim_balls.json"));
+  sensors.fill(load_sensor(shipped_sensor("gelslim_balls")));
   for (Sensor& sensor : sensors) sensor.background.image = (folder / "ref.jpg").string();
   sensors[0].skin.reset();
-  const Table presses(slurp(kSensors / "gelslim_balls_presses.csv"));
+  const Table presses(slurp(shipped_sensor("gelslim_balls").replace_filename("gelslim_balls_presses.csv")));
   ASSERT_EQ(presses.rows.size(), 10u);
   std::printf(
       "fine structure    dimple: under markers, beside (mm)   elsewhere: under markers, beside (mm)\n");

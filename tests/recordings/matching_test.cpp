@@ -13,12 +13,13 @@
 
 #include "capture/synthetic/bent_points.h"
 #include "engine/numeric/matching/matching.h"
+#include "tests/support/recordings.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-const fs::path kData = fs::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data" / "registration";
+const fs::path kData = recordings_folder() / "registration";
 
 struct Trial {
   PointSet from, truth, seen;

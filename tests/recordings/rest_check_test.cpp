@@ -22,9 +22,7 @@ class RestCheckRecordings : public WedgeClips {
  protected:
   RestCheckRecordings() : WedgeClips("UNTOUCHED IMAGES NOT CHECKED ON REAL SENSORS") {}
 
-  static Sensor sensor(const std::string& name) {
-    return load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors" / (name + ".json"));
-  }
+  static Sensor sensor(const std::string& name) { return load_sensor(shipped_sensor(name)); }
   /// What is said of the frames of `input` from `first` on with that frame as untouched, or with `rest`.
   static std::string said(const std::string& input, const Sensor& sensor, size_t first,
                           const fs::path& rest = {}) {

@@ -5,34 +5,28 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
+#include <string>
 
 #include "capture/open_source.h"
 #include "palpate/pipeline.h"
-#include "tests/support/gpu_fixture.h"
+#include "tests/support/recordings.h"
 
 namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
-
-const fs::path kRoot = PALPATE_SOURCE_DIR;
-const fs::path kVideo = kRoot / "../shared/data/gelsight-driver/marker_video.avi";
-
-using RealMarkers = GpuTest;
+class RealMarkers : public RecordingsTest {
+ protected:
+  RealMarkers() : RecordingsTest("NOT CHECKED AGAINST A REAL MARKER GEL", "gelsight-driver") {}
+};
 
 TEST_F(RealMarkers, AreFoundRestAndAreFollowedThroughAPressAndDrag) {
-  if (!fs::exists(kVideo)) {
-    std::fprintf(stderr, "\n*** NOT CHECKED AGAINST A REAL MARKER GEL: no %s ***\n\n",
-                 fs::weakly_canonical(kVideo).c_str());
-    GTEST_SKIP() << "no recording at " << kVideo;
-  }
-  const Sensor sensor = load_sensor(kRoot / "capture/sensors/gelsight_driver_markers.json");
-  const auto source = open_source(kVideo.string(), sensor);
+  const std::string video = (recordings_folder() / "gelsight-driver/marker_video.avi").string();
+  const Sensor sensor = load_sensor(shipped_sensor("gelsight_driver_markers"));
+  const auto source = open_source(video, sensor);
   PipelineOptions options;
   options.outputs = Output::Force | Output::Skin;
   Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(), options);
-  pipeline.set_background(load_background(kVideo.string(), sensor, *source));
+  pipeline.set_background(load_background(video, sensor, *source));
   double still_px = 0, peak_px = 0, median_peak_px = 0;
   uint32_t most_lost = 0, frames = 0, points = 0;
   Frame frame;

@@ -53,7 +53,7 @@ class TractionRecordings : public WedgeClips {
   static Clip clip(const std::filesystem::path& video) {
     MeasuredInput input{
         video.string(),
-        load_sensor(std::filesystem::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json"),
+        load_sensor(shipped_sensor("gelsight_wedge")),
         {},
         Output::Force | Output::Contacts | Output::Surface | Output::Gradient | Output::Traction};
     const std::filesystem::path table = std::filesystem::path(video).replace_extension(".csv");
