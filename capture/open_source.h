@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "capture/source.h"
+#include "source.h"
 
 namespace palpate {
 

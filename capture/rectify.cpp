@@ -61,6 +61,20 @@ cv::Matx33d back_from_quad(const Sensor& sensor) {
   return cv::getPerspectiveTransform(to.data(), from.data());
 }
 
+// Without a copy where it is gray; of the image's lifetime.
+cv::Mat mat_of(const Frame& image) {
+  const FrameFormat& f = image.format;
+  const auto plane = [&](uint32_t channel) {
+    return cv::Mat(static_cast<int>(f.height), static_cast<int>(f.width), f.bit_depth > 8 ? CV_16U : CV_8U,
+                   const_cast<uint8_t*>(image.row(channel, 0)));
+  };
+  if (f.channels != 3) return plane(0);
+  const std::array<cv::Mat, 3> planes = {plane(2), plane(1), plane(0)};
+  cv::Mat colours;
+  cv::merge(planes.data(), planes.size(), colours);
+  return colours;
+}
+
 }  // namespace
 
 std::array<double, 2> camera_place(const Sensor& sensor, double x_px, double y_px) {
@@ -204,6 +218,9 @@ Rectifier::Rectifier(const Sensor& sensor, const cv::Mat& image, const std::stri
   format_ = {width, height, sensor.channels, sensor.bit_depth};
 }
 
+Rectifier::Rectifier(const Sensor& sensor, const Frame& first_image, const std::string& where)
+    : Rectifier(sensor, mat_of(first_image), where) {}
+
 Rectifier::~Rectifier() = default;
 Rectifier::Rectifier(Rectifier&&) noexcept = default;
 
@@ -258,6 +275,15 @@ void Rectifier::apply(const cv::Mat& image, const std::string& where, Frame& fra
     else
       m.flatten<uint8_t>(frame);
   }
+}
+
+void Rectifier::apply(const Frame& image, const std::string& where, Frame& frame) {
+  apply(mat_of(image), where, frame);
+  frame.sequence = image.sequence;
+  frame.time_ns = image.time_ns;
+  frame.exposed_ns = image.exposed_ns;
+  frame.delivered_ns = image.delivered_ns;
+  frame.after_gap = image.after_gap;
 }
 
 }  // namespace palpate

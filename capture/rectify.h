@@ -26,10 +26,15 @@ class Rectifier {
   ~Rectifier();
   Rectifier(Rectifier&&) noexcept;
 
+  /// The same of an image whose planes a Frame has, of the camera's size and bit depth.
+  Rectifier(const Sensor& sensor, const Frame& first_image, const std::string& where);
+
   FrameFormat format() const { return format_; }
   /// Fills the pixels of `frame`. Throws Error(Failure::Input) that names `where` when the image differs from
   /// the first in size or type, or holds values above the sensor's bit depth.
   void apply(const cv::Mat& image, const std::string& where, Frame& frame);
+  /// And its number and times.
+  void apply(const Frame& image, const std::string& where, Frame& frame);
 
  private:
   struct Impl;

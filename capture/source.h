@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "capture/truth.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
+#include "truth.h"
 
 namespace palpate {
 

@@ -56,7 +56,7 @@ constexpr Arrow kArrows[] = {
      "capture/video capture/rectify capture/clock engine/calibrate engine/elasticity/modulus "
      "engine/palpation"},
     {"capture/session capture/v4l2 capture/synthetic", "capture/files"},
-    {"capture/open_source", "capture/session capture/v4l2 capture/synthetic"},
+    {"capture/open_source capture/module_folder", "capture/session capture/v4l2 capture/synthetic"},
     {"capture/run", "capture/open_source"},
     {"capture/calibrate", "capture/run"},
     {"viz/live/mailbox", "engine/base"},

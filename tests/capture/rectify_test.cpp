@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "palpate/error.h"
+
 namespace palpate {
 namespace {
 
@@ -46,6 +48,45 @@ TEST(CameraPlace, IsWhereThePixelsCameFrom) {
       const auto found = spot_in_frame(sensor, camera_place(sensor, x, y));
       EXPECT_NEAR(found[0], x, 0.35);
       EXPECT_NEAR(found[1], y, 0.35);
+    }
+}
+
+// Pixels that somebody else's camera has delivered.
+TEST(Rectifier, TakesFramesAsPictures) {
+  for (const uint32_t bits : {8u, 12u})
+    for (const uint32_t channels : {1u, 3u}) {
+      Sensor sensor;
+      sensor.channels = channels;
+      sensor.bit_depth = bits;
+      sensor.crop_px = {3, 2, 40, 30};
+      sensor.quad_px = {{{2, 1}, {35, 3}, {36, 27}, {1, 25}}};
+      sensor.size_px = {32, 24};
+      Frame image, from_frame, from_picture;
+      image.reshape({48, 36, channels, bits});
+      image.sequence = 7;
+      image.time_ns = 9;
+      cv::Mat picture(36, 48, CV_MAKETYPE(bits > 8 ? CV_16U : CV_8U, static_cast<int>(channels)));
+      for (uint32_t c = 0; c < channels; ++c)
+        for (uint32_t y = 0; y < 36; ++y)
+          for (uint32_t x = 0; x < 48; ++x) {
+            const uint32_t value = 5 * x + 2 * y + 20 * c;
+            image.set(c, x, y, value);
+            const size_t at = x * channels + (channels - 1 - c);  // OpenCV's colours begin with blue
+            if (bits > 8)
+              picture.ptr<uint16_t>(static_cast<int>(y))[at] = static_cast<uint16_t>(value);
+            else
+              picture.ptr<uint8_t>(static_cast<int>(y))[at] = static_cast<uint8_t>(value);
+          }
+      Rectifier(sensor, image, "a frame").apply(image, "a frame", from_frame);
+      Rectifier(sensor, picture, "a picture").apply(picture, "a picture", from_picture);
+      EXPECT_EQ(from_frame.format, from_picture.format);
+      EXPECT_EQ(from_frame.bytes, from_picture.bytes) << channels << " channels of " << bits << " bits";
+      EXPECT_NE(from_frame.at(channels - 1, 3, 4), from_frame.at(0, 20, 4));
+      EXPECT_EQ(from_frame.sequence, 7u);
+      EXPECT_EQ(from_frame.time_ns, 9);
+      Frame other;
+      other.reshape({48, 35, channels, bits});
+      EXPECT_THROW(Rectifier(sensor, image, "a frame").apply(other, "another", from_frame), Error);
     }
 }
 

@@ -53,6 +53,17 @@ standard error. It computes on any Vulkan device, a processor included."
   SECTION libs RECOMMENDS mesa-vulkan-drivers)
 file(CONFIGURE OUTPUT shlibs CONTENT "libpalpate ${soversion} libpalpate${soversion} (>= ${PROJECT_VERSION})\n")
 set(CPACK_DEBIAN_CORE_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/debian/triggers ${CMAKE_CURRENT_BINARY_DIR}/shlibs)
+if(TARGET palpate_capture_shared)
+  palpate_package(capture libpalpate-capture${soversion} "touch sensing through a camera behind a silicone pad: cameras"
+    "libpalpate-capture gets frames for libpalpate from cameras, videos, images and
+recorded sessions, and rectifies them." SECTION libs RECOMMENDS palpate)
+  file(CONFIGURE OUTPUT capture/shlibs
+    CONTENT "libpalpate_capture ${soversion} libpalpate-capture${soversion} (>= ${PROJECT_VERSION})\n")
+  set(CPACK_DEBIAN_CAPTURE_PACKAGE_CONTROL_EXTRA ${CMAKE_CURRENT_SOURCE_DIR}/debian/triggers ${CMAKE_CURRENT_BINARY_DIR}/capture/shlibs)
+  palpate_package(capture_development libpalpate-capture-dev "touch sensing through a camera behind a silicone pad: cameras, headers"
+    "Headers of libpalpate-capture, and its files for CMake and pkg-config."
+    SECTION libdevel DEPENDS "libpalpate-capture${soversion} (= ${version}), libpalpate-dev (= ${version})")
+endif()
 palpate_package(development libpalpate-dev "touch sensing through a camera behind a silicone pad: headers"
   "Headers of libpalpate, and its files for CMake and pkg-config."
   SECTION libdevel DEPENDS "libpalpate${soversion} (= ${version})")
@@ -85,7 +96,7 @@ endif()
 
 # All that the packages hold.
 add_custom_target(packaged)
-foreach(target IN ITEMS palpate palpate_shared palpate_datasets palpate_mpi palpate_python)
+foreach(target IN ITEMS palpate palpate_shared palpate_capture_shared palpate_datasets palpate_mpi palpate_python)
   if(TARGET ${target})
     add_dependencies(packaged ${target})
   endif()
