@@ -48,8 +48,8 @@ class LiveTest : public ::testing::Test {
     options.presentation = true;
     options.instance_extensions = window_extensions();
     context_ = std::make_unique<gpu::Context>(options);
-    options_.width = 640;
-    options_.height = 400;
+    shown_.width = 640;
+    shown_.height = 400;
   }
   void TearDown() override {
     if (!context_) return;
@@ -58,11 +58,12 @@ class LiveTest : public ::testing::Test {
   LiveReport run(const std::function<std::unique_ptr<Source>()>& open) {
     const SyntheticOptions scene = gel();
     return run_live(*context_, open, synthetic_sensor(scene), *SyntheticSensor(scene).own_background(), {},
-                    options_);
+                    options_, shown_);
   }
 
   std::unique_ptr<gpu::Context> context_;
   LiveOptions options_;
+  WindowRun shown_;
 };
 
 TEST_F(LiveTest, EveryFrameIsShownOrCountedAsDropped) {

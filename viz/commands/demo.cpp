@@ -162,13 +162,14 @@ void show(const Common& common, const SyntheticOptions& options, const Sensor& s
   const std::vector<const char*> extensions = viz::window_extensions();
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   viz::LiveOptions live;
-  live.title = "palpate: a simulated palpation of 20 s";
   live.max_frames = frames;
   live.close_at_end = true;
-  live.notes = common.out;
   live.interrupted = interrupted;
+  viz::WindowRun shown;
+  shown.title = "palpate: a simulated palpation of 20 s";
+  shown.notes = common.out;
   const auto open = [&] { return std::unique_ptr<Source>(new SyntheticSensor(options)); };
-  viz::run_live(*context, open, sensor, *SyntheticSensor(options).own_background(), {}, live);
+  viz::run_live(*context, open, sensor, *SyntheticSensor(options).own_background(), {}, live, shown);
 }
 
 Report demo(const Common& common, const Options& options) {

@@ -35,6 +35,7 @@ struct Options {
   SessionOptions session;
   BlockChoice block;
   viz::LiveOptions live;
+  viz::WindowRun shown;
 };
 
 Report live(const Common& common, const Options& options) {
@@ -56,16 +57,17 @@ Report live(const Common& common, const Options& options) {
                          .record = options.record,
                          .session = options.session,
                          .block = options.block,
-                         .live = options.live};
+                         .live = options.live,
+                         .shown = options.shown};
   OpenInput opened = open_input(common, request, interrupted);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);
-  request.live.settings = &remembered.settings;
+  request.shown.settings = &remembered.settings;
   request.recordings = recordings_folder(remembered.settings);
   // What is written holds the frames in their order.
   request.live.replay = common.out.empty() && is_recording(request.input);
-  request.live.title = "palpate: " + opened.measured.input;
+  request.shown.title = "palpate: " + opened.measured.input;
   request.live.interrupted = interrupted;
   if (common.jsonl) request.on_row = print_line;
   const LiveRunReport run = run_live_input(*context, std::move(request), std::move(opened));
@@ -133,7 +135,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--loop", live_options.loop, "Start a recording again at its end");
   command->add_flag("--close", live_options.close_at_end, "Close the window at the end of the recording");
   command
-      ->add_option("--vsync", live_options.vsync,
+      ->add_option("--vsync", options->shown.vsync,
                    "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")
       ->transform(one_of(viz::kVsyncNames));
   options->block.add_to(*command);

@@ -82,8 +82,8 @@ Report replay(const Common& common, const Options& options) {
   remembered.settings.remember(request.input, request.sensor);
   request.notes = common.out;
   request.recordings = recordings_folder(remembered.settings);
-  request.live.settings = &remembered.settings;
-  request.live.title = "palpate: " + request.input;
+  request.shown.settings = &remembered.settings;
+  request.shown.title = "palpate: " + request.input;
   request.live.interrupted = interrupted;
   request.live.replay = true;
   if (common.jsonl) request.on_row = print_line;

@@ -45,10 +45,10 @@ LiveRunRequest request_of(const viz::Choice& choice, const fs::path& folder, viz
   request.input = choice.input;
   request.sensor = choice.sensor;
   request.recordings = folder;
-  request.live.title = "palpate: " + choice.input;
-  request.live.window = &window;
-  request.live.settings = &settings;
-  request.live.from_list = true;
+  request.shown.title = "palpate: " + choice.input;
+  request.shown.window = &window;
+  request.shown.settings = &settings;
+  request.shown.from_list = true;
   request.live.interrupted = interrupted;
   request.live.replay = is_recording(choice.input);
   return request;

@@ -36,31 +36,32 @@ double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
   return span_s > 0.2 ? static_cast<double>(count - marks_.front().count) / span_s : 0;
 }
 
-Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& what,
-                 const LiveOptions& options, LiveSession& session, LatencyLog& latency)
+Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
+                 const WindowRun& shown, LiveSession& session, LatencyLog& latency)
     : options_(options),
+      shown_(shown),
       session_(session),
       latency_(latency),
-      window_(window),
+      window_(*shown.window),
       columns_(MeasuredColumns::of(what.sensor, what.outputs, what.separate)),
       scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
              window_.handle(), window_.scale()),
       software_(context.is_software()),
       governor_(!context.is_software(), kDrawBudget_ms) {
-  if (options.settings) options.settings->apply_to(scene_.state());
+  if (shown.settings) shown.settings->apply_to(scene_.state());
   scene_.state().vsync = window_.vsync();
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
   scene_.set_timeline({.timed = timed,
                        .frames = options.replay ? source->frame_count().value_or(0) : 0,
                        .rate_Hz = source->rate_Hz(),
-                       .start_s = options.replay_start_s,
+                       .start_s = shown.replay_start_s,
                        .uneven_s = options.replay ? source->uneven_times_s() : std::vector<double>{},
                        .separate = what.separate});
-  for (const Event& event : options.known_events) scene_.mark(event);
-  if (!options.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + options.notes.string();
+  for (const Event& event : shown.known_events) scene_.mark(event);
+  if (!shown.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + shown.notes.string();
   if (session.device_losses > 0) stats_.note = "the device was lost and opened anew: the terminal says more";
-  stats_.from_list = options.from_list;
+  stats_.from_list = shown.from_list;
 }
 
 void Display::retire(const Finished& finished) {
@@ -149,7 +150,7 @@ void Display::handle_input() {
 void Display::follow_thumbnail() {
   const Touch& touch = current_->result.touch;
   const double area_px = touch.contact ? static_cast<double>(touch.area_px) : 0;
-  if (!options_.settings || area_px <= 1.2 * thumbnail_px_) return;
+  if (!shown_.settings || area_px <= 1.2 * thumbnail_px_) return;
   thumbnail_ = thumbnail_of(current_->captured->frame);
   thumbnail_px_ = area_px;
 }
@@ -207,11 +208,11 @@ LiveReport Display::run() {
   } catch (const DeviceLost& error) {
     session_.lose_device(error);
   }
-  if (options_.settings) {
-    options_.settings->take_from(scene_.state());
-    if (thumbnail_ && !options_.settings->recent.empty())
-      keep_thumbnail(options_.settings->recent.front().input, *thumbnail_, *options_.settings);
-    std::tie(options_.settings->width, options_.settings->height) = window_.size();
+  if (shown_.settings) {
+    shown_.settings->take_from(scene_.state());
+    if (thumbnail_ && !shown_.settings->recent.empty())
+      keep_thumbnail(shown_.settings->recent.front().input, *thumbnail_, *shown_.settings);
+    std::tie(shown_.settings->width, shown_.settings->height) = window_.size();
   }
   background_.finish();
   session_.rethrow();

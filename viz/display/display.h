@@ -9,11 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "capture/files/event_log.h"
 #include "capture/files/measurements.h"
 #include "engine/base/background_work.h"
+#include "viz/display/run_live.h"
 #include "viz/display/scene.h"
-#include "viz/live/live_options.h"
 #include "viz/live/session.h"
 #include "viz/render/window.h"
 
@@ -44,8 +43,8 @@ struct DisplayedSensor {
 class Display {
  public:
   /// All must outlive it.
-  Display(gpu::Context& context, Window& window, const DisplayedSensor& what, const LiveOptions& options,
-          LiveSession& session, LatencyLog& latency);
+  Display(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
+          const WindowRun& shown, LiveSession& session, LatencyLog& latency);
 
   /// Shows what comes until the window is closed or the session ends; rethrows what the other threads threw.
   LiveReport run();
@@ -87,6 +86,7 @@ class Display {
   void give_back(Measured& m) { session_.frames.put(std::move(m.captured)); }
 
   const LiveOptions& options_;
+  const WindowRun& shown_;
   LiveSession& session_;
   LatencyLog& latency_;
   Window& window_;

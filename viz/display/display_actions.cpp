@@ -56,7 +56,7 @@ void Display::switch_recording() {
 /// Snapshots and events have one place.
 std::filesystem::path Display::notes_folder() const {
   const bool recording = options_.recording && options_.recording->on();
-  return recording ? options_.recording->latest().folder : options_.notes;
+  return recording ? options_.recording->latest().folder : shown_.notes;
 }
 
 /// False where there is no place.
@@ -154,8 +154,8 @@ void Display::carry_out_requests() {
     restless_ = 3;
   }
   if (requested(state.sources_requested)) {
-    sources_requested_ = options_.from_list;
-    if (!options_.from_list) stats_.note = "the list of sources is that of palpate without a command";
+    sources_requested_ = shown_.from_list;
+    if (!shown_.from_list) stats_.note = "the list of sources is that of palpate without a command";
   }
   if (state.seek_to) session_.transport.seek_to = static_cast<int64_t>(*std::exchange(state.seek_to, {}));
   if (state.paused != session_.paused) {

@@ -15,8 +15,8 @@ namespace {
 class WindowViewer : public LiveViewer {
  public:
   WindowViewer(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
-               LiveSession& session, LatencyLog& latency)
-      : display_(context, *options.window, what, options, session, latency) {}
+               const WindowRun& shown, LiveSession& session, LatencyLog& latency)
+      : display_(context, what, options, shown, session, latency) {}
 
   LiveReport run() override { return display_.run(); }
   void finish_presses() override { display_.finish_presses(); }
@@ -29,15 +29,15 @@ class WindowViewer : public LiveViewer {
 
 LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                     const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
-                    LiveOptions options) {
+                    LiveOptions options, WindowRun shown) {
   std::optional<Window> own_window;
-  if (!options.window) {
-    WindowOptions as{options.title, options.width, options.height, options.vsync};
-    if (options.settings) as.width = options.settings->width, as.height = options.settings->height;
-    options.window = &own_window.emplace(context, as);
+  if (!shown.window) {
+    WindowOptions as{shown.title, shown.width, shown.height, shown.vsync};
+    if (shown.settings) as.width = shown.settings->width, as.height = shown.settings->height;
+    shown.window = &own_window.emplace(context, as);
   }
-  Window& window = *options.window;
-  window.set_title(options.title);
+  Window& window = *shown.window;
+  window.set_title(shown.title);
   options.reopen_device = [&window](gpu::Context& lost) {
     window.detach();
     lost.reopen();
@@ -49,7 +49,7 @@ LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<S
   const DisplayedSensor what{sensor, background, pipeline_options.outputs, pipeline_options.separate};
   return run_session(context, open, sensor, background, pipeline_options, options,
                      [&](LiveSession& session, LatencyLog& latency) {
-                       return std::make_unique<WindowViewer>(context, what, options, session, latency);
+                       return std::make_unique<WindowViewer>(context, what, options, shown, session, latency);
                      });
 }
 

@@ -7,50 +7,34 @@
 #include <string>
 #include <vector>
 
-#include "capture/files/event_log.h"
 #include "capture/source.h"
 #include "engine/palpation/press_monitor.h"
 #include "palpate/device.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "viz/live/latency.h"
-#include "viz/live/vsync.h"
 
 namespace palpate::viz {
 
 class Recording;
-class Window;
-struct Settings;
 
 /// Of images without times, as they are shown.
 inline constexpr double kFolderRate_Hz = 10;
 
 struct LiveOptions {
   static constexpr double kSlowest = 1.0 / 64, kFastest = 64;
-  std::string title = "palpate";
-  uint32_t width = 1280;  ///< px of the window
-  uint32_t height = 720;  ///< px
-  Vsync vsync = Vsync::On;
   uint64_t max_frames = 0;    ///< ends after so many captured frames; 0: no limit
   double max_seconds = 0;     ///< ends after so long; 0: no limit
   bool loop = false;          ///< starts a recording again at its end
-  bool close_at_end = false;  ///< false: the last picture stays until the window is closed
+  bool close_at_end = false;  ///< false: a player waits at the end, and the last picture stays
   double rate_Hz = 0;         ///< pace of a recording; 0: its own times (10 Hz where it has none)
   bool unpaced = false;       ///< a recording as fast as it can be read
   /// A recording waits for the engine, so that every frame is measured; cameras do not wait.
   bool measure_all = false;
-  bool replay = false;        ///< a recording with the keys of a player: step, jump, speed
-  double speed = 1;           ///< of a replay, kSlowest to kFastest
-  double replay_start_s = 0;  ///< time of a replay's first frame
-  /// Folder of snapshots (palpate-NNNN.png and its companions) and events.csv while nothing is recorded, else
-  /// they lie in the session that is being written; empty: there are none.
-  std::filesystem::path notes;
-  std::vector<Event> known_events;  ///< of a replay: what its events.csv holds
+  bool replay = false;  ///< a recording with the keys of a player: step, jump, speed
+  double speed = 1;     ///< of a replay, kSlowest to kFastest
   /// Opens a lost device anew, once nothing of the session is left on it; unset: Context::reopen.
   std::function<void(gpu::Context&)> reopen_device;
-  Window* window = nullptr;                     ///< shown in it; null: a window of its own
-  Settings* settings = nullptr;                 ///< how the view starts, and how it was left; null: defaults
-  bool from_list = false;                       ///< the person chose this source in the window
   std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
   Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
   PressMonitor* presses = nullptr;              ///< receives every measured frame; null: no block is pressed

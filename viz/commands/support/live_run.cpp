@@ -12,7 +12,6 @@
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "viz/commands/support/progress.h"
-#include "viz/display/run_live.h"
 #include "viz/live/history.h"
 #include "viz/live/live_report.h"
 
@@ -133,7 +132,7 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
       if (contacts) contacts->add(touch);
       if (request.on_row) request.on_row(json_line(touch, columns));
     };
-  live.notes = notes_folder(request);
+  request.shown.notes = notes_folder(request);
   if (!folder.empty() && !live.replay) {
     recording.emplace([folder] { return viz::new_session_folder(folder); },
                       session_info(input, *first, opened.background, pipeline, context), request.session);
@@ -143,17 +142,19 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   }
   if (live.replay) {
     // Events marked during the recording and those marked now are kept together.
-    if (is_session(request.input)) live.known_events = viz::read_events(session_folder(request.input));
-    if (!is_session(request.input) || live.notes != session_folder(request.input))
-      for (viz::Event& event : viz::read_events(live.notes)) live.known_events.push_back(std::move(event));
-    live.replay_start_s = start_of(input);
+    if (is_session(request.input))
+      request.shown.known_events = viz::read_events(session_folder(request.input));
+    if (!is_session(request.input) || request.shown.notes != session_folder(request.input))
+      for (viz::Event& event : viz::read_events(request.shown.notes))
+        request.shown.known_events.push_back(std::move(event));
+    request.shown.replay_start_s = start_of(input);
   }
   live.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the run goes on", lost.what());
   };
   // The source that is open already is the first round's: a camera cannot be opened twice.
   const auto open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
-  report.live = viz::run_live(context, open, input.sensor, opened.background, pipeline, live);
+  report.live = viz::run_live(context, open, input.sensor, opened.background, pipeline, live, request.shown);
   if (measurements) measurements->close();
   if (contacts) contacts->close();
   if (recording) report.sessions = recording->finish();

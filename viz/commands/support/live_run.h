@@ -14,7 +14,7 @@
 #include "capture/source.h"
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
-#include "viz/live/live_options.h"
+#include "viz/display/run_live.h"
 #include "viz/live/recorder.h"
 #include "viz/panels/settings.h"
 
@@ -58,6 +58,7 @@ struct LiveRunRequest {
   SessionOptions session;
   BlockChoice block;  ///< that is pressed
   viz::LiveOptions live;
+  viz::WindowRun shown;
 };
 
 /// An input that is open: everything slow that needs no device.
