@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "capture/live/live.h"
 #include "engine/gpu/context.h"
 #include "perf/profile/frames.h"
-#include "viz/live/live.h"
 
 namespace palpate::perf {
 namespace {

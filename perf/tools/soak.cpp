@@ -11,14 +11,14 @@
 #include <fstream>
 
 #include "capture/files/output_file.h"
+#include "capture/live/live.h"
+#include "capture/live/recorder.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "perf/tools/program.h"
 #include "viz/commands/support/options.h"
-#include "viz/live/live.h"
-#include "viz/live/recorder.h"
 #include "viz/report/gnuplot.h"
 
 namespace palpate::perf {

@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "capture/files/measurements.h"
+#include "capture/live/live.h"
+#include "capture/live/recorder.h"
 #include "capture/run/verify_recording.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
@@ -17,8 +19,6 @@
 #include "tests/support/eventually.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/test_folder.h"
-#include "viz/live/live.h"
-#include "viz/live/recorder.h"
 
 namespace palpate::viz {
 namespace {

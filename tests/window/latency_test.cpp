@@ -1,5 +1,5 @@
 // Distributions in constant memory against sorted samples; the rows of a run's latencies.
-#include "viz/live/latency.h"
+#include "capture/live/latency.h"
 
 #include <gtest/gtest.h>
 

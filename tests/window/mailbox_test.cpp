@@ -1,4 +1,4 @@
-#include "viz/live/mailbox.h"
+#include "capture/live/mailbox.h"
 
 #include <gtest/gtest.h>
 

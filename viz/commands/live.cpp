@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "capture/live/live.h"
+#include "capture/live/live_report.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
@@ -15,8 +17,6 @@
 #include "viz/commands/support/live_run.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/live/live.h"
-#include "viz/live/live_report.h"
 #include "viz/render/desktop.h"
 
 namespace palpate {

@@ -2,8 +2,11 @@
 #include <spdlog/spdlog.h>
 
 #include "capture/files/event_log.h"
+#include "capture/live/live.h"
+#include "capture/live/live_report.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
+#include "capture/run/record_session.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -13,8 +16,6 @@
 #include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/live/live.h"
-#include "viz/live/live_report.h"
 
 namespace palpate {
 namespace {

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/live/live_report.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
@@ -15,7 +16,6 @@
 #include "viz/commands/support/live_run.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/live/live_report.h"
 #include "viz/render/desktop.h"
 
 namespace palpate {

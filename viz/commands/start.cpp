@@ -4,6 +4,7 @@
 #include <future>
 #include <utility>
 
+#include "capture/live/live_report.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
@@ -12,7 +13,6 @@
 #include "viz/commands/support/live_run.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/setup_window.h"
-#include "viz/live/live_report.h"
 #include "viz/panels/start_view.h"
 #include "viz/render/desktop.h"
 #include "viz/render/window.h"

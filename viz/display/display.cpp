@@ -8,8 +8,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "capture/live/recorder.h"
 #include "engine/gpu/context.h"
-#include "viz/live/recorder.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/thumbnails.h"

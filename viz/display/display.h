@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "capture/files/measurements.h"
+#include "capture/live/session.h"
 #include "engine/base/background_work.h"
 #include "viz/display/run_live.h"
 #include "viz/display/scene.h"
-#include "viz/live/session.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {

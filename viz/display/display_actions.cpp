@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "capture/files/event_log.h"
+#include "capture/live/recorder.h"
 #include "palpate/error.h"
 #include "viz/display/display.h"
 #include "viz/display/snapshot.h"
-#include "viz/live/recorder.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <optional>
 
+#include "capture/live/live.h"
 #include "engine/gpu/context.h"
 #include "viz/display/display.h"
-#include "viz/live/live.h"
 #include "viz/panels/settings.h"
 #include "viz/render/window.h"
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "capture/files/event_log.h"
+#include "capture/live/live_options.h"
 #include "palpate/sensor.h"
-#include "viz/live/live_options.h"
 #include "viz/live/vsync.h"
 
 namespace palpate::gpu {

@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
+#include "capture/live/latency.h"
 #include "capture/session/session.h"
 #include "capture/source.h"
 #include "engine/palpation/press_monitor.h"
-#include "viz/live/latency.h"
 
 namespace palpate::viz {
 

@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include "capture/live/mailbox.h"
 #include "capture/run/input.h"
 #include "capture/source.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
-#include "viz/live/mailbox.h"
 
 namespace palpate::python {
 

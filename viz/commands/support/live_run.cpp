@@ -8,12 +8,13 @@
 #include "capture/files/event_log.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "capture/live/live_report.h"
 #include "capture/open_source.h"
+#include "capture/run/record_session.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "viz/commands/support/progress.h"
 #include "viz/live/history.h"
-#include "viz/live/live_report.h"
 
 namespace palpate {
 

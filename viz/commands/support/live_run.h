@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "capture/live/recorder.h"
 #include "capture/run/input.h"
 #include "capture/session/session.h"
 #include "capture/source.h"
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/display/run_live.h"
-#include "viz/live/recorder.h"
 #include "viz/panels/settings.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "viz/live/recorder.h"
+#include "capture/live/recorder.h"
 #include "engine/base/text.h"
 
 #include <chrono>

@@ -1,8 +1,8 @@
-#include "viz/live/live_report.h"
+#include "capture/live/live_report.h"
 
 #include <cstdio>
 
-#include "capture/run/press_json.h"
+#include "capture/files/press_json.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "viz/live/live_options.h"
-#include "viz/live/session.h"
+#include "capture/live/live_options.h"
+#include "capture/live/session.h"
 
 namespace palpate::viz {
 

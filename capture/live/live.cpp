@@ -1,13 +1,13 @@
-#include "viz/live/live.h"
+#include "capture/live/live.h"
 
 #include <exception>
 #include <thread>
 #include <utility>
 
+#include "capture/live/capture_thread.h"
+#include "capture/live/recorder.h"
+#include "capture/live/session.h"
 #include "engine/gpu/context.h"
-#include "viz/live/capture_thread.h"
-#include "viz/live/recorder.h"
-#include "viz/live/session.h"
 
 namespace palpate::viz {
 namespace {

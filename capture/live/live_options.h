@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "capture/live/latency.h"
 #include "capture/source.h"
 #include "engine/palpation/press_monitor.h"
 #include "palpate/device.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
-#include "viz/live/latency.h"
 
 namespace palpate::viz {
 

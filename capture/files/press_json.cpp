@@ -1,4 +1,4 @@
-#include "capture/run/press_json.h"
+#include "capture/files/press_json.h"
 
 #include "capture/files/lump_maps.h"
 #include "engine/base/json.h"

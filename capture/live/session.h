@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "capture/live/latency.h"
+#include "capture/live/mailbox.h"
 #include "capture/source.h"
 #include "palpate/device.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
-#include "viz/live/latency.h"
-#include "viz/live/mailbox.h"
 
 namespace palpate::viz {
 

@@ -1,10 +1,10 @@
-#include "viz/live/capture_thread.h"
+#include "capture/live/capture_thread.h"
 
 #include <algorithm>
 #include <thread>
 #include <utility>
 
-#include "viz/live/recorder.h"
+#include "capture/live/recorder.h"
 
 namespace palpate::viz {
 namespace {

@@ -4,8 +4,8 @@
 #include <functional>
 #include <memory>
 
+#include "capture/live/live_options.h"
 #include "palpate/sensor.h"
-#include "viz/live/live_options.h"
 
 namespace palpate::gpu {
 class Context;

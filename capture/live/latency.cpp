@@ -1,4 +1,4 @@
-#include "viz/live/latency.h"
+#include "capture/live/latency.h"
 
 #include <algorithm>
 #include <cmath>

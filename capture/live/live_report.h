@@ -4,11 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "capture/run/input.h"
-#include "capture/run/record_session.h"
+#include "capture/live/live_options.h"
+#include "capture/live/recorder.h"
 #include "engine/base/json.h"
-#include "viz/live/live_options.h"
-#include "viz/live/recorder.h"
 
 namespace palpate {
 
