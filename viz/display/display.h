@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "capture/files/measurements.h"
+#include "capture/live/live_options.h"
 #include "capture/live/session.h"
 #include "engine/base/background_work.h"
-#include "viz/display/run_live.h"
 #include "viz/display/scene.h"
+#include "viz/display/window_run.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {

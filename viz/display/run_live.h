@@ -1,42 +1,18 @@
 // The live session in a window.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <memory>
-#include <string>
-#include <vector>
 
-#include "capture/files/event_log.h"
 #include "capture/live/live_options.h"
 #include "palpate/sensor.h"
-#include "viz/live/vsync.h"
+#include "viz/display/window_run.h"
 
 namespace palpate::gpu {
 class Context;
 }
 
 namespace palpate::viz {
-
-class Window;
-struct Settings;
-
-/// A live session as its window shows it.
-struct WindowRun {
-  std::string title = "palpate";
-  uint32_t width = 1280;  ///< px of the window
-  uint32_t height = 720;  ///< px
-  Vsync vsync = Vsync::On;
-  double replay_start_s = 0;  ///< time of a replay's first frame
-  /// Folder of snapshots (palpate-NNNN.png and its companions) and events.csv while nothing is recorded, else
-  /// they lie in the session that is being written; empty: there are none.
-  std::filesystem::path notes;
-  std::vector<Event> known_events;  ///< of a replay: what its events.csv holds
-  Window* window = nullptr;         ///< shown in it; null: a window of its own
-  Settings* settings = nullptr;     ///< how the view starts, and how it was left; null: defaults
-  bool from_list = false;           ///< the person chose this source in the window
-};
 
 /// Opens the window and shows the source until its end, the limits, Ctrl-C or the person closes it. `open` is
 /// called on this thread first, and again at each start of a loop. Main thread only. Throws Error, also what
