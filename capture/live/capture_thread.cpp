@@ -6,7 +6,7 @@
 
 #include "capture/live/recorder.h"
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 using std::chrono::milliseconds;
@@ -16,8 +16,7 @@ constexpr milliseconds kPoll{10};
 
 }  // namespace
 
-LiveCapture::LiveCapture(LiveSession& session, const std::function<std::unique_ptr<Source>()>& open,
-                         const LiveOptions& options)
+LiveCapture::LiveCapture(LiveSession& session, const OpenSource& open, const LiveOptions& options)
     : session_(session), open_(open), options_(options) {
   const double own_Hz = session.source()->rate_Hz();
   const double rate_Hz = options.rate_Hz > 0 ? options.rate_Hz : own_Hz > 0 ? own_Hz : kFolderRate_Hz;
@@ -149,9 +148,10 @@ void LiveCapture::run() {
     item->frame.exposed_ns = item->frame.delivered_ns = 0;
     if (!fetch(item->frame)) {
       spare_.push_back(std::move(item));
-      if (session_.stop || !at_end()) break;
+      if (session_.stop || session_.failed() || !at_end()) break;
       continue;
     }
+    if (item->frame.sequence >= options_.end) break;
     item->position = in_this_round_++;
     wait_until_due(item->frame);
     deliver(std::move(item));
@@ -159,4 +159,4 @@ void LiveCapture::run() {
   }
 }
 
-}  // namespace palpate::viz
+}  // namespace palpate

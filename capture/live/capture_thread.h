@@ -10,13 +10,12 @@
 #include "capture/live/live_options.h"
 #include "capture/live/session.h"
 
-namespace palpate::viz {
+namespace palpate {
 
 class LiveCapture {
  public:
   /// All must outlive it. `open` is called at each start of a loop.
-  LiveCapture(LiveSession& session, const std::function<std::unique_ptr<Source>()>& open,
-              const LiveOptions& options);
+  LiveCapture(LiveSession& session, const OpenSource& open, const LiveOptions& options);
 
   /// Until the source ends, the limit of frames is reached or the session stops. Throws what the source does.
   void run();
@@ -32,7 +31,7 @@ class LiveCapture {
   void deliver(CapturedPtr item);
 
   LiveSession& session_;
-  const std::function<std::unique_ptr<Source>()>& open_;
+  const OpenSource& open_;
   const LiveOptions& options_;
   std::vector<CapturedPtr> spare_;
   Clock::duration period_;  ///< of frames without times
@@ -47,4 +46,4 @@ class LiveCapture {
   uint64_t sequence_ = 0;
 };
 
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -10,7 +10,7 @@
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 constexpr double kShortest_ms = 1e-3;
@@ -110,4 +110,4 @@ bool LatencyLog::from_exposure() const {
   return from_exposure_ && measured_.percentiles().count > 0;
 }
 
-}  // namespace palpate::viz
+}  // namespace palpate

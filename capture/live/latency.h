@@ -14,7 +14,7 @@
 #include "capture/files/output_file.h"
 #include "palpate/frame.h"
 
-namespace palpate::viz {
+namespace palpate {
 
 /// Half, 95 % and 99 % of the samples lie below; 0 without samples.
 struct Percentiles {
@@ -95,4 +95,4 @@ class LatencyLog {
   bool from_exposure_ = true;
 };
 
-}  // namespace palpate::viz
+}  // namespace palpate

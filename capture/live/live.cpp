@@ -1,54 +1,20 @@
 #include "capture/live/live.h"
 
+#include <atomic>
 #include <exception>
 #include <thread>
 #include <utility>
 
 #include "capture/live/capture_thread.h"
-#include "capture/live/recorder.h"
+#include "capture/live/engine_thread.h"
 #include "capture/live/session.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 using std::chrono::milliseconds;
-
-/// Measures what capture delivers. `next`: the frame in hand, which a lost device leaves unmeasured.
-void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& options, LatencyLog& latency,
-                 CapturedPtr& next) {
-  uint64_t gaps = next ? next->gaps : 0;
-  if (next) next->frame.after_gap = true;
-  while (!session.stop && !session.device_lost && (next || !session.to_engine.finished())) {
-    if (!next) {
-      auto captured = session.to_engine.take(milliseconds(20));
-      if (!captured) continue;
-      next = std::move(*captured);
-    }
-    Frame& frame = next->frame;
-    // Of several frames of which only the last got here, any may have come after a gap.
-    if (next->gaps != gaps) frame.after_gap = true;
-    gaps = next->gaps;
-    const bool leased = frame.leased != nullptr;
-    while (!pipeline.submit(frame)) {
-      if (session.stop || session.device_lost) return;
-      std::this_thread::sleep_for(milliseconds(1));  // every slot is held by the display
-    }
-    Result result = pipeline.wait().value();
-    const FrameTimes times(frame, monotonic_ns());
-    ++session.processed;
-    // A frame that is not leased was copied, or made, by its source.
-    session.copies += result.copies + (leased ? 0 : 1);
-    if (options.recording) options.recording->measured(result.touch, times.measured_ns);
-    if (options.presses && result.touch.picture == PictureFault::None)
-      options.presses->add(frame, result.touch);
-    if (options.on_result) options.on_result(result.touch);
-    if (auto displaced = session.to_display.put({std::move(next), std::move(result), times})) {
-      latency.add(displaced->times);
-      session.frames.put(std::move(displaced->captured));
-    }
-  }
-}
 
 /// A part of the session in a thread of its own; ended and joined at the latest with the object.
 class SessionThread {
@@ -95,7 +61,7 @@ class NoWindow : public LiveViewer {
   LiveReport run() override {
     LiveReport report;
     int64_t start_ns = 0, end_ns = 0;
-    while (!session_.stop && !session_.device_lost && !session_.to_display.finished()) {
+    while (!session_.ending() && !session_.to_display.finished()) {
       if (options_.interrupted && options_.interrupted()) report.interrupted = true;
       const bool over = options_.max_seconds > 0 && start_ns != 0 &&
                         1e-9 * static_cast<double>(monotonic_ns() - start_ns) >= options_.max_seconds;
@@ -110,7 +76,7 @@ class NoWindow : public LiveViewer {
       }
       end_ns = monotonic_ns();
       latency_.add(newest->times);
-      session_.frames.put(std::move(newest->captured));
+      session_.give_back(*newest);
     }
     report.seconds = 1e-9 * static_cast<double>(end_ns - start_ns);
     return report;
@@ -126,7 +92,7 @@ class NoWindow : public LiveViewer {
 void drop_results(LiveSession& session, LatencyLog& latency) {
   while (auto unseen = session.to_display.take(milliseconds(0))) {
     latency.add(unseen->times);
-    session.frames.put(std::move(unseen->captured));
+    session.give_back(*unseen);
   }
 }
 
@@ -142,23 +108,12 @@ void add_to(LiveReport& sum, const LiveReport& next) {
   sum.shown_per_s = seconds > 0 ? static_cast<double>(shown) / seconds : 0;
 }
 
-/// What is measured and how, the same on every device.
-struct MeasuredRun {
-  const Sensor& sensor;
-  const Frame& background;
-  const PipelineOptions& pipeline;
-  const LiveOptions& options;
-  const MakeViewer& make_viewer;
-};
-
-/// Measures and shows on the context's device until the viewer ends or the device is lost.
-void run_on_device(gpu::Context& context, LiveSession& session, const MeasuredRun& run, LatencyLog& latency,
-                   CapturedPtr& next, LiveReport& report) {
-  Pipeline pipeline(context, for_rectified_frames(run.sensor), session.source()->format(), run.pipeline);
-  pipeline.set_background(run.background);
-  const std::unique_ptr<LiveViewer> viewer = run.make_viewer(session, latency);
+/// Measures and shows until the viewer ends or the device is lost.
+void run_on_device(Pipeline& pipeline, LiveSession& session, const LiveOptions& options,
+                   const MakeViewer& make_viewer, LatencyLog& latency, Pending& pending, LiveReport& report) {
+  const std::unique_ptr<LiveViewer> viewer = make_viewer(session, latency, pipeline);
   SessionThread engine(
-      session, [&] { engine_loop(session, pipeline, run.options, latency, next); },
+      session, [&] { LiveEngine(session, pipeline, options, latency, pending).run(); },
       [&] {
         if (!session.device_lost) session.to_display.close();
       });
@@ -169,44 +124,42 @@ void run_on_device(gpu::Context& context, LiveSession& session, const MeasuredRu
   }
   engine.stop();
   session.rethrow();
-  if (run.options.presses) {
-    report.presses = run.options.presses->finish();
+  if (options.presses) {
+    report.presses = options.presses->finish();
     viewer->finish_presses();
   }
 }
 
-}  // namespace
-
-LiveReport run_session(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-                       const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
-                       const LiveOptions& options, const MakeViewer& make_viewer) {
-  const MeasuredRun run{sensor, background, pipeline_options, options, make_viewer};
-  LiveSession session;
+/// Captures while `measure` measures and shows, with the maker of viewers that it is given.
+template <typename Measure>
+LiveReport run_captured(LiveSession& session, const OpenSource& open, const LiveOptions& options,
+                        const MakeViewer& make_viewer, const Measure& measure) {
   session.transport.speed = options.speed;
   session.use(open());
   LatencyLog latency(options.latency_file, options.on_times);
   LiveReport report;
-  CapturedPtr next;
+  std::atomic<bool> measuring = false;
+  const MakeViewer make = [&](LiveSession& of, LatencyLog& log, const Pipeline& pipeline) {
+    std::unique_ptr<LiveViewer> viewer = make_viewer(of, log, pipeline);
+    measuring = true;
+    return viewer;
+  };
   {
     SessionThread capture(
-        session, [&] { LiveCapture(session, open, options).run(); }, [&] { session.to_engine.close(); });
-    uint64_t processed_before = 0;
-    for (;;) {
-      run_on_device(context, session, run, latency, next, report);
-      const std::optional<DeviceLost> lost = session.take_device_error();
-      if (!lost || report.interrupted) break;
-      // A device that measures nothing before it is lost again is given up.
-      const bool hopeless = session.processed == processed_before;
-      if (hopeless || (!next && session.to_engine.finished())) throw DeviceLost(*lost);
-      processed_before = session.processed;
-      report.device_losses = ++session.device_losses;
-      if (options.on_device_lost) options.on_device_lost(*lost);
-      if (options.reopen_device) {
-        options.reopen_device(context);
-      } else {
-        context.reopen();
-      }
-    }
+        session,
+        [&] {
+          // A recording begins when it can be measured; a camera's frames are recorded from the first one on.
+          while (!measuring && !session.stop && !session.source()->live())
+            std::this_thread::sleep_for(milliseconds(1));
+          try {
+            LiveCapture(session, open, options).run();
+          } catch (const Error& error) {
+            if (error.failure() != Failure::Input) throw;
+            session.fail(std::current_exception());  // the frames before it are good
+          }
+        },
+        [&] { session.to_engine.close(); });
+    measure(make, latency, report);
   }
   session.rethrow();
   latency.close();
@@ -224,13 +177,60 @@ LiveReport run_session(gpu::Context& context, const std::function<std::unique_pt
   return report;
 }
 
-LiveReport run_without_window(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-                              const Sensor& sensor, const Frame& background,
-                              const PipelineOptions& pipeline_options, const LiveOptions& options) {
-  return run_session(context, open, sensor, background, pipeline_options, options,
-                     [&](LiveSession& session, LatencyLog& latency) {
-                       return std::make_unique<NoWindow>(session, options, latency);
-                     });
+MakeViewer no_window(const LiveOptions& options) {
+  return [&options](LiveSession& session, LatencyLog& latency, const Pipeline&) {
+    return std::make_unique<NoWindow>(session, options, latency);
+  };
 }
 
-}  // namespace palpate::viz
+}  // namespace
+
+LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSource& open,
+                       const MeasuredRun& run, const LiveOptions& options, const MakeViewer& make_viewer) {
+  return run_captured(session, open, options, make_viewer,
+                      [&](const MakeViewer& make, LatencyLog& latency, LiveReport& report) {
+                        gpu::Context* device = &context;
+                        const Sensor sensor = for_rectified_frames(run.sensor);
+                        Pending pending;
+                        uint64_t processed_before = 0;
+                        for (;;) {
+                          {
+                            Pipeline pipeline(*device, sensor, session.source()->format(), run.pipeline);
+                            pipeline.set_background(run.background);
+                            run_on_device(pipeline, session, options, make, latency, pending, report);
+                          }
+                          const std::optional<DeviceLost> lost = session.take_device_error();
+                          if (!lost || report.interrupted) break;
+                          // A device that measures nothing before it is lost again is given up.
+                          const bool hopeless = session.processed == processed_before;
+                          const bool over = pending.empty() && session.to_engine.finished();
+                          if (!options.outlive_device || hopeless || over) throw DeviceLost(*lost);
+                          processed_before = session.processed;
+                          report.device_losses = ++session.device_losses;
+                          if (options.on_device_lost) options.on_device_lost(*lost);
+                          if (options.reopen_device)
+                            device = &options.reopen_device(*device);
+                          else
+                            device->reopen();
+                        }
+                      });
+}
+
+LiveReport run_without_window(gpu::Context& context, const OpenSource& open, const MeasuredRun& run,
+                              const LiveOptions& options) {
+  LiveSession session(Patience(options.patience_s, options.input));
+  return run_session(session, context, open, run, options, no_window(options));
+}
+
+LiveReport run_without_window(Pipeline& pipeline, const OpenSource& open, const LiveOptions& options) {
+  LiveSession session(Patience(options.patience_s, options.input));
+  return run_captured(session, open, options, no_window(options),
+                      [&](const MakeViewer& make, LatencyLog& latency, LiveReport& report) {
+                        Pending pending;
+                        run_on_device(pipeline, session, options, make, latency, pending, report);
+                        if (const std::optional<DeviceLost> lost = session.take_device_error())
+                          throw DeviceLost(*lost);
+                      });
+}
+
+}  // namespace palpate

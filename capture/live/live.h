@@ -1,4 +1,5 @@
-// The live session: capture, engine and display, each at its own pace, meeting in one-place mailboxes.
+// The live session: capture, engine and viewer, each at its own pace, meeting in one-place mailboxes. The one
+// loop behind the window, `record`, `process` and Python's streams.
 #pragma once
 
 #include <functional>
@@ -7,15 +8,11 @@
 #include "capture/live/live_options.h"
 #include "palpate/sensor.h"
 
-namespace palpate::gpu {
-class Context;
-}
-
-namespace palpate::viz {
+namespace palpate {
 
 struct LiveSession;
 
-/// Receiver of measured frames on the caller's thread: a window or its replacement.
+/// Receiver of measured frames on the caller's thread: a window, files, or whoever asks for the next.
 class LiveViewer {
  public:
   virtual ~LiveViewer() = default;
@@ -24,20 +21,29 @@ class LiveViewer {
   /// Results of presses since then, once no more frames come.
   virtual void finish_presses() {}
 };
-/// The session and the log outlive the viewer.
-using MakeViewer = std::function<std::unique_ptr<LiveViewer>(LiveSession& session, LatencyLog& latency)>;
+/// Session, log and pipeline outlive the viewer.
+using MakeViewer = std::function<std::unique_ptr<LiveViewer>(LiveSession& session, LatencyLog& latency,
+                                                             const Pipeline& pipeline)>;
+
+/// What is measured and how, the same on every device.
+struct MeasuredRun {
+  const Sensor& sensor;
+  const Frame& background;
+  PipelineOptions pipeline;
+};
 
 /// Measures the source until its end, the limits, Ctrl-C or the viewer ends. `open` is called on this thread
 /// first, and again at each start of a loop. A device that is lost is opened anew, with a new viewer, while
-/// capture and recording go on; not where the window is the caller's. Throws Error, also what capture or
-/// engine threw.
-LiveReport run_session(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-                       const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
-                       const LiveOptions& options, const MakeViewer& make_viewer);
+/// capture and recording go on. A recording that is damaged at frame n has its n frames measured and shown
+/// first. Throws Error, also what capture or engine threw.
+LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSource& open,
+                       const MeasuredRun& run, const LiveOptions& options, const MakeViewer& make_viewer);
 
-/// The same without a window: capture, measurement and recording only.
-LiveReport run_without_window(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-                              const Sensor& sensor, const Frame& background,
-                              const PipelineOptions& pipeline_options, const LiveOptions& options);
+/// The same without a window: capture, measurement and recording, and each result to LiveOptions::draw.
+LiveReport run_without_window(gpu::Context& context, const OpenSource& open, const MeasuredRun& run,
+                              const LiveOptions& options);
 
-}  // namespace palpate::viz
+/// On a pipeline with its background; a lost device is the caller's.
+LiveReport run_without_window(Pipeline& pipeline, const OpenSource& open, const LiveOptions& options);
+
+}  // namespace palpate

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,27 +16,44 @@
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 
-namespace palpate::viz {
+namespace palpate {
 
 class Recording;
+
+/// Called on the caller's thread first, and on capture's at each start of a loop.
+using OpenSource = std::function<std::shared_ptr<Source>()>;
 
 /// Of images without times, as they are shown.
 inline constexpr double kFolderRate_Hz = 10;
 
-struct LiveOptions {
+/// Settings of the loop that a person makes.
+struct LoopSettings {
   static constexpr double kSlowest = 1.0 / 64, kFastest = 64;
+  std::string input;          ///< as open_source takes it
   uint64_t max_frames = 0;    ///< ends after so many captured frames; 0: no limit
   double max_seconds = 0;     ///< ends after so long; 0: no limit
+  double rate_Hz = 0;         ///< pace of a recording; 0: its own times (10 Hz where it has none)
+  double speed = 1;           ///< of a replay, kSlowest to kFastest
   bool loop = false;          ///< starts a recording again at its end
   bool close_at_end = false;  ///< false: a player waits at the end, and the last picture stays
-  double rate_Hz = 0;         ///< pace of a recording; 0: its own times (10 Hz where it has none)
-  bool unpaced = false;       ///< a recording as fast as it can be read
+  /// How long a camera that is gone or silent is waited for; then the session ends with
+  /// Error(Failure::Device).
+  double patience_s = std::numeric_limits<double>::infinity();
+};
+
+struct LiveOptions : LoopSettings {
+  uint64_t end = std::numeric_limits<uint64_t>::max();  ///< ends before this frame number
+  double times_at_Hz = 0;  ///< results get their times from their numbers at this rate; 0: as the source says
+  bool unpaced = false;    ///< a recording as fast as it can be read
   /// A recording waits for the engine, so that every frame is measured; cameras do not wait.
   bool measure_all = false;
-  bool replay = false;  ///< a recording with the keys of a player: step, jump, speed
-  double speed = 1;     ///< of a replay, kSlowest to kFastest
-  /// Opens a lost device anew, once nothing of the session is left on it; unset: Context::reopen.
-  std::function<void(gpu::Context&)> reopen_device;
+  /// With measure_all: the viewer gets every result, and the engine waits for it.
+  bool show_all = false;
+  bool replay = false;         ///< a recording with the keys of a player: step, jump, speed
+  bool outlive_device = true;  ///< false: a lost device ends the session with DeviceLost
+  /// Opens a lost device anew, once nothing of the session is left on it, and returns the one to go on with;
+  /// unset: Context::reopen.
+  std::function<gpu::Context&(gpu::Context&)> reopen_device;
   std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
   Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
   PressMonitor* presses = nullptr;              ///< receives every measured frame; null: no block is pressed
@@ -45,8 +64,10 @@ struct LiveOptions {
   /// A device that was lost and is to be opened anew, on the caller's thread.
   std::function<void(const DeviceLost&)> on_device_lost;
   // Without a window, on the caller's thread:
-  std::function<void(uint64_t captured)> on_progress;     ///< now and then
-  std::function<void(const Frame&, const Result&)> draw;  ///< the newest result, in place of a display
+  std::function<void(uint64_t captured)> on_progress;  ///< now and then
+  /// In place of a display: the newest result, or with show_all each, in order. The frame's memory is the
+  /// session's.
+  std::function<void(const Frame&, const Result&)> draw;
 };
 
 /// Outcome of a session.
@@ -74,4 +95,4 @@ struct LiveReport {
   bool sources_requested = false;  ///< the person asked for the list of sources
 };
 
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -10,7 +10,6 @@
 namespace palpate {
 namespace {
 
-using viz::Percentiles;
 using Json = json::Value;
 
 unsigned long long whole(uint64_t value) {
@@ -30,7 +29,7 @@ std::string latency_line(const char* what, const Percentiles& p) {
 
 }  // namespace
 
-std::string describe(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions) {
+std::string describe(const LiveReport& report, const std::vector<Recording::Written>& sessions) {
   std::string line =
       palpate::text("%llu frames captured, %llu measured", whole(report.captured), whole(report.processed));
   std::string text = line;
@@ -62,11 +61,11 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
     text += line;
   }
   for (const PressAnswer& press : report.presses) text += describe(press) + "\n";
-  for (const viz::Recording::Written& session : sessions) text += "session " + describe(session) + "\n";
+  for (const Recording::Written& session : sessions) text += "session " + describe(session) + "\n";
   return text;
 }
 
-Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions) {
+Json to_json(const LiveReport& report, const std::vector<Recording::Written>& sessions) {
   Json value = {{"complete", !report.interrupted},
                 {"seconds", report.seconds},
                 {"captured", report.captured},
@@ -86,7 +85,7 @@ Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Wr
                 {"draw_median_ms", report.draw_median_ms},
                 {"sessions", Json::array()}};
   if (!report.presses.empty()) value["presses"] = json::parse(to_json(report.presses));
-  for (const viz::Recording::Written& s : sessions) {
+  for (const Recording::Written& s : sessions) {
     value["sessions"].push_back({{"folder", s.folder.string()},
                                  {"recorded", s.status.recorded},
                                  {"written", s.status.written},
@@ -98,8 +97,8 @@ Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Wr
   return value;
 }
 
-std::string recording_error(const std::vector<viz::Recording::Written>& sessions) {
-  for (const viz::Recording::Written& session : sessions)
+std::string recording_error(const std::vector<Recording::Written>& sessions) {
+  for (const Recording::Written& session : sessions)
     if (!session.status.error.empty()) return session.status.error;
   return "";
 }

@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-std::string describe(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions);
-json::Value to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions);
+std::string describe(const LiveReport& report, const std::vector<Recording::Written>& sessions);
+json::Value to_json(const LiveReport& report, const std::vector<Recording::Written>& sessions);
 
 /// The first error of a session that ended early; empty where all are whole.
-std::string recording_error(const std::vector<viz::Recording::Written>& sessions);
+std::string recording_error(const std::vector<Recording::Written>& sessions);
 
 }  // namespace palpate

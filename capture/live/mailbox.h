@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace palpate::viz {
+namespace palpate {
 
 /// Any number of threads may put and take.
 template <typename T>
@@ -71,4 +71,4 @@ class Mailbox {
   uint64_t displaced_ = 0;
 };
 
-}  // namespace palpate::viz
+}  // namespace palpate

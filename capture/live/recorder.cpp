@@ -6,7 +6,7 @@
 #include <ctime>
 #include <utility>
 
-namespace palpate::viz {
+namespace palpate {
 
 std::filesystem::path new_session_folder(const std::filesystem::path& parent) {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
@@ -104,4 +104,4 @@ std::string describe(const Recording::Written& session) {
   return text;
 }
 
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -11,7 +11,7 @@
 
 #include "capture/session/session.h"
 
-namespace palpate::viz {
+namespace palpate {
 
 /// Folder name of a session that begins now, such as session-20170314-151617; with a number behind it where
 /// `parent` has one of that name already.
@@ -72,4 +72,4 @@ class Recording {
 /// One line for people: folder, frames, drops, what went wrong.
 std::string describe(const Recording::Written& session);
 
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -1,8 +1,9 @@
-// Shared state of the threads of a live session: mailboxes carry frames forwards, a tray returns their
-// memory.
+// Shared state of the threads of a live session: two mailboxes forwards, a tray back.
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <memory>
@@ -13,17 +14,19 @@
 
 #include "capture/live/latency.h"
 #include "capture/live/mailbox.h"
+#include "capture/live/patience.h"
 #include "capture/source.h"
 #include "palpate/device.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 
-namespace palpate::viz {
+namespace palpate {
 
 struct Captured {
   Frame frame;
   uint64_t gaps = 0;  ///< interruptions of the stream up to here: dropped frames may have carried the mark
   uint64_t position = 0;  ///< in its source, from 0; a session's frames have other numbers
+  bool leased = false;    ///< was handed to the engine in its driver's memory
 };
 using CapturedPtr = std::unique_ptr<Captured>;
 
@@ -38,16 +41,25 @@ template <typename T>
 class ReturnTray {
  public:
   void put(T item) {
-    const std::lock_guard lock(mutex_);
-    items_.push_back(std::move(item));
+    {
+      const std::lock_guard lock(mutex_);
+      items_.push_back(std::move(item));
+    }
+    returned_.notify_all();
   }
   std::vector<T> take_all() {
     const std::lock_guard lock(mutex_);
     return std::exchange(items_, {});
   }
+  /// Until something comes back, `timeout` at most.
+  void wait(std::chrono::microseconds timeout) {
+    std::unique_lock lock(mutex_);
+    returned_.wait_for(lock, timeout);
+  }
 
  private:
   std::mutex mutex_;
+  std::condition_variable returned_;
   std::vector<T> items_;
 };
 
@@ -63,8 +75,14 @@ struct Transport {
 };
 
 /// State shared by the threads. Threads end when `stop` is set or their input is finished; the first error
-/// wins.
+/// wins. After an error that leaves the frames before it good, these are measured and shown first.
 struct LiveSession {
+  LiveSession() = default;
+  explicit LiveSession(Patience patience) : patience_(std::move(patience)) {}
+  ~LiveSession() {
+    if (source_) source_->watch([] { return false; });  // it may outlive the session
+  }
+
   Mailbox<CapturedPtr> to_engine;
   Mailbox<Measured> to_display;
   ReturnTray<CapturedPtr> frames;  ///< back to capture, which fills them again
@@ -87,9 +105,17 @@ struct LiveSession {
     return source_;
   }
   void use(std::shared_ptr<Source> source) {
-    source->watch([this] { return stop.load(); });
+    source->watch([this, from = source.get()] { return stop.load() || out_of_patience(*from); });
     const std::lock_guard lock(mutex_);
     source_ = std::move(source);
+  }
+
+  /// Nothing more is done on this device.
+  bool ending() const { return stop || device_lost; }
+  /// Frees the slot of a result, and its frame goes back to capture.
+  void give_back(Measured& measured) {
+    measured.result = Result();
+    frames.put(std::move(measured.captured));
   }
 
   void fail(std::exception_ptr error) {
@@ -108,16 +134,27 @@ struct LiveSession {
     device_lost = false;
     return std::exchange(device_error_, std::nullopt);
   }
-  void rethrow() {
+  bool failed() const {
+    const std::lock_guard lock(mutex_);
+    return error_ != nullptr;
+  }
+  void rethrow() const {
     const std::lock_guard lock(mutex_);
     if (error_) std::rethrow_exception(error_);
   }
 
  private:
+  bool out_of_patience(const Source& source) {
+    if (!patience_.over(source)) return false;
+    fail(std::make_exception_ptr(patience_.error()));
+    return true;
+  }
+
+  Patience patience_;  ///< of the thread that takes frames
   mutable std::mutex mutex_;
   std::exception_ptr error_;
   std::optional<DeviceLost> device_error_;
   std::shared_ptr<Source> source_;
 };
 
-}  // namespace palpate::viz
+}  // namespace palpate

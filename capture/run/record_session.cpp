@@ -2,8 +2,8 @@
 
 #include <memory>
 
+#include "capture/live/live.h"
 #include "capture/open_source.h"
-#include "capture/run/run_recording.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/version.h"
@@ -30,29 +30,36 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
   return info;
 }
 
-SessionStatus record_session(gpu::Context& context, const MeasuredInput& input, PipelineOptions options,
-                             bool one_sequence, uint64_t frames, const std::filesystem::path& folder,
+RecordOutcome record_session(const std::function<gpu::Context&()>& context, RecordRequest request,
                              const RunWatch& watch) {
-  const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+  const MeasuredInput& input = request.input;
+  LiveOptions& live = request.live;
+  std::shared_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
-  options.separate = separate_presses(*source, one_sequence);
-  Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(), options);
-  pipeline.set_background(background);
-  SessionOptions session;
-  session.no_drop = !source->live();
-  SessionWriter writer(folder, session_info(input, *source, background, options, context), session);
-  writer.watch([&watch] { return watch.stopped(); });
-  const RunWatch::Progress progress = watch.begin("recording", source->frame_count().value_or(0));
-  uint64_t done = 0;
-  run_recording(*source, pipeline, frames, watch.stop, [&](const Result& result, const Frame& frame) {
-    if (writer.record(frame)) writer.measured(result.touch);
-    progress(++done);
-  });
-  SessionStatus status = writer.close();
-  if (!status.error.empty())
-    throw Error(Failure::Output, "a session in '" + folder.string() + "'", status.error, "another folder");
-  return status;
+  const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
+  request.pipeline.separate = separate_presses(*source, request.one_sequence, live.rate_Hz);
+  // A recording can wait; a camera, or what plays one at a rate, cannot.
+  const bool can_wait = !source->live() && live.rate_Hz <= 0;
+  live.unpaced = live.measure_all = can_wait;
+  request.session.no_drop = request.session.no_drop || can_wait;
+  gpu::Context& device = context();
+  Recording recording([&] { return request.folder; },
+                      session_info(input, *source, background, request.pipeline, device), request.session);
+  recording.watch([&watch] { return watch.stopped(); });
+  recording.start();
+  const uint64_t total = live.max_frames != 0 ? live.max_frames : source->frame_count().value_or(0);
+  live.on_progress = watch.begin("recording", total);
+  live.input = input.input;
+  live.presses = presses.get();
+  live.recording = &recording;
+  live.interrupted = [&] { return watch.stopped() || !recording.latest().status.error.empty(); };
+  RecordOutcome outcome;
+  outcome.live = run_without_window(
+      device, [&] { return std::move(source); }, {input.sensor, background, request.pipeline}, live);
+  outcome.session = recording.finish().at(0);
+  outcome.live.interrupted = watch.stopped();
+  return outcome;
 }
 
 }  // namespace palpate

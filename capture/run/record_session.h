@@ -3,7 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
 
+#include "capture/live/live_options.h"
+#include "capture/live/recorder.h"
 #include "capture/run/input.h"
 #include "capture/run/run_watch.h"
 #include "capture/session/session.h"
@@ -15,12 +20,28 @@ namespace palpate {
 SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,
                          const PipelineOptions& pipeline, const gpu::Context& context);
 
-/// Measures and records each frame, `frames` of them at most (0: all). Pictures without a rate are separate
-/// presses unless they are `one_sequence`. A recording or a scene waits for the
-/// file; of a camera a frame that does not fit in time is dropped and counted. Throws Error(Failure::Output)
-/// where the folder holds a session already, or the recording fails.
-SessionStatus record_session(gpu::Context& context, const MeasuredInput& input, PipelineOptions options,
-                             bool one_sequence, uint64_t frames, const std::filesystem::path& folder,
+struct RecordRequest {
+  MeasuredInput input;
+  PipelineOptions pipeline;
+  bool one_sequence = false;  ///< pictures without a rate follow each other; otherwise each is a press
+  std::filesystem::path folder;
+  SessionOptions session;
+  LiveOptions live;  ///< limits and rate; what it reports to
+  /// Factory of the monitor of presses of a block of tissue, from the untouched image; may be null, and may
+  /// return null.
+  std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
+};
+
+struct RecordOutcome {
+  LiveReport live;
+  Recording::Written session;  ///< its status has the error that ended it early
+};
+
+/// Measures and records each frame. A recording or a scene waits for engine and file, unless it is played at
+/// a rate; of a camera a frame that does not fit in time is dropped and counted. A recording that fails ends
+/// the run. `context`: made once all that needs no device is there. Throws Error(Failure::Output) where the
+/// folder holds a session already.
+RecordOutcome record_session(const std::function<gpu::Context&()>& context, RecordRequest request,
                              const RunWatch& watch);
 
 }  // namespace palpate

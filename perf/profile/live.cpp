@@ -46,18 +46,18 @@ void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize
     for (const double rate_Hz : kRates_Hz) {
       if (watch.stopped()) return;
       std::vector<double> to_measured_ms, to_picture_ms;
-      viz::LiveOptions options;
+      LiveOptions options;
       options.rate_Hz = rate_Hz;
       options.max_seconds = each_s;
       options.interrupted = watch.stopped;
       options.draw = draw;
-      options.on_times = [&](const viz::FrameTimes& times) {
+      options.on_times = [&](const FrameTimes& times) {
         to_measured_ms.push_back(times.to_measured_ms());
         if (times.shown_ns != 0) to_picture_ms.push_back(times.to_shown_ms());
       };
-      const viz::LiveReport report = viz::run_without_window(
-          context, [&] { return std::make_unique<SceneSource>(scene, rate_Hz); }, scene.sensor,
-          scene.background, {}, options);
+      const LiveReport report = run_without_window(
+          context, [&] { return std::make_unique<SceneSource>(scene, rate_Hz); },
+          {scene.sensor, scene.background, {}}, options);
       if (to_picture_ms.empty()) continue;
       LiveFigure figure;
       figure.reading = to_string(Reconstruction::Shading);

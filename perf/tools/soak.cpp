@@ -108,7 +108,7 @@ class Watch {
 
  private:
   void sample(uint64_t frames, int64_t now, uint64_t sessions) {
-    const viz::Percentiles p = between_.percentiles();
+    const Percentiles p = between_.percentiles();
     between_ = {};
     const Sample s{.simulated_h = static_cast<double>(frames) / rate_Hz_ / 3600,
                    .real_s = 1e-9 * static_cast<double>(now - start_ns_),
@@ -136,7 +136,7 @@ class Watch {
   double rate_Hz_;
   LineFile* rows_;
   int64_t start_ns_, last_ns_, previous_ns_ = monotonic_ns();
-  viz::Durations between_;
+  Durations between_;
   double gray_drift_ = 0, depth_drift_mm_ = 0;
   std::vector<Sample> samples_;
 };
@@ -221,7 +221,7 @@ class PassingSessions {
     recording_.emplace([this] { return options_.out / "session"; }, info, SessionOptions{.no_drop = true});
   }
 
-  viz::Recording* recording() { return &*recording_; }
+  Recording* recording() { return &*recording_; }
   uint64_t count() const { return count_; }
   uint64_t unread() const { return unread_; }
 
@@ -248,7 +248,7 @@ class PassingSessions {
   uint64_t in_frames(double seconds) const { return static_cast<uint64_t>(seconds * options_.rate_Hz); }
 
   const Options& options_;
-  std::optional<viz::Recording> recording_;
+  std::optional<Recording> recording_;
   std::atomic<uint64_t> count_{0};
   uint64_t unread_ = 0, due_, until_ = 0;
 };
@@ -271,8 +271,8 @@ void draw(const std::vector<Sample>& samples, const std::string& title, const st
 }
 
 /// Prints what the run was like; true where nothing grew, drifted or was lost.
-bool judge(const std::vector<Sample>& s, const std::string& title, const viz::LiveReport& report,
-           uint64_t frames, const PassingSessions& sessions) {
+bool judge(const std::vector<Sample>& s, const std::string& title, const LiveReport& report, uint64_t frames,
+           const PassingSessions& sessions) {
   const Sample &first = s[s.size() / 4], &last = s.back();
   std::printf(
       "%s\n%llu of %llu frames measured, %.0f frames/s, %llu sessions (%llu failed)\nresident memory %.1f MB "
@@ -310,14 +310,14 @@ int run(int argc, char** argv) {
   const auto every = static_cast<uint64_t>(options.sample_s * options.rate_Hz);
   Watch watch(round.size(), every, options.rate_Hz, &rows);
   PassingSessions sessions(options, session_info(sensor, background, round.front().format, options.rate_Hz));
-  viz::LiveOptions live;
+  LiveOptions live;
   live.unpaced = live.measure_all = true;
   live.recording = sessions.recording();
   live.on_result = [&](const Touch& touch) { watch.add(touch, sessions.count()); };
   live.on_progress = [&](uint64_t captured) { sessions.update(captured); };
-  const viz::LiveReport report = viz::run_without_window(
-      context, [&] { return std::make_unique<EndlessCamera>(round, options.rate_Hz, frames); }, sensor,
-      background, PipelineOptions(), live);
+  const LiveReport report = run_without_window(
+      context, [&] { return std::make_unique<EndlessCamera>(round, options.rate_Hz, frames); },
+      {sensor, background, {}}, live);
   rows.close();
   sessions.end();
 

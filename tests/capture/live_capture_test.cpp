@@ -20,7 +20,7 @@
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/test_folder.h"
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 using std::chrono::milliseconds;
@@ -149,9 +149,10 @@ class LiveCaptureTest : public GpuTest {
       if (heard) heard(touch);
       if (group > 0) pace.let(group);
     };
+    const Frame untouched = background();
     const LiveReport report = run_without_window(
-        context(), [&] { return std::make_unique<FakeCamera>(script, group > 0 ? &pace : nullptr); }, sensor,
-        background(), {.outputs = outputs}, options_);
+        context(), [&] { return std::make_unique<FakeCamera>(script, group > 0 ? &pace : nullptr); },
+        {sensor, untouched, {.outputs = outputs}}, options_);
     EXPECT_EQ(report.captured, script.frames);
     EXPECT_EQ(report.processed + report.dropped_before_engine, report.captured);
     EXPECT_TRUE(report.latency_from_exposure);
@@ -205,9 +206,10 @@ TEST_F(LiveCaptureTest, AReplayLeavesNoFrameOutAndItsLoopsHaveTheRecordingsTimes
     times_ns.push_back(touch.time_ns);
     std::this_thread::sleep_for(milliseconds(5));  // a frame comes every 2.5 ms
   };
+  const Sensor pad = sensor();
+  const Frame untouched = background();
   const LiveReport report = run_without_window(
-      context(), [&] { return std::make_unique<Recording>(short_scene); }, sensor(), background(), {},
-      options_);
+      context(), [&] { return std::make_unique<Recording>(short_scene); }, {pad, untouched, {}}, options_);
   EXPECT_EQ(report.dropped_before_engine, 0u);
   ASSERT_EQ(numbers.size(), 3 * kFrames);
   for (uint64_t i = 0; i < 3 * kFrames; ++i) {
@@ -357,12 +359,13 @@ TEST_F(LiveCaptureTest, ARecordingThatCanWaitIsMeasuredFrameByFrame) {
     EXPECT_EQ(touch.sequence, expected++);
     std::this_thread::sleep_for(milliseconds(expected % 7 == 0 ? 15 : 0));
   };
+  const Sensor pad = sensor();
+  const Frame untouched = background();
   const LiveReport report = run_without_window(
-      context(), [] { return std::make_unique<SyntheticSensor>(scene()); }, sensor(), background(), {},
-      options_);
+      context(), [] { return std::make_unique<SyntheticSensor>(scene()); }, {pad, untouched, {}}, options_);
   EXPECT_EQ(report.processed, 50u);
   EXPECT_EQ(report.dropped_before_engine, 0u);
 }
 
 }  // namespace
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -1,6 +1,8 @@
 """Streams: what is handed out, in which order, how long it stays."""
 
+import os
 import subprocess
+import sys
 import threading
 import time
 
@@ -210,3 +212,62 @@ def test_sensor_files_go_in_and_out(tmp_path, small):
         with pp.open(small, drop=False, sensor=given) as stream:
             found = [float(t.force_N) for t in stream]
         assert np.array_equal(found, expected, equal_nan=True)
+
+
+def test_what_is_streamed_can_be_recorded(small, tmp_path):
+    session = tmp_path / "session"
+    with pp.open(small, drop=False, record=session) as stream:
+        live = [float(t.force_N) for t in stream]
+        assert stream.recorded == {
+            "folder": session,
+            "recorded": len(live),
+            "dropped": 0,
+            "measured": len(live),
+            "error": "",
+        }
+    with pp.open(session, drop=False) as stream:
+        assert stream.recorded is None
+        assert np.array_equal([float(t.force_N) for t in stream], live, equal_nan=True)
+    with pytest.raises(pp.OutputError, match="session"):
+        pp.open(small, record=session)
+
+
+def after_a_loss(drop):
+    """Frames, losses and error of a stream whose device is lost once."""
+    layer = os.path.join(os.path.dirname(os.environ["PALPATE_PROGRAM"]), "tests", "layer")
+    lost = {
+        "VK_LAYER_PATH": layer,
+        "VK_INSTANCE_LAYERS": "VK_LAYER_PALPATE_failing",
+        "PALPATE_FAIL_CALL": "vkQueueSubmit2",
+        "PALPATE_FAIL_AT": "30",
+    }
+    code = f"""
+import palpate as pp
+frames, error = [], ""
+with pp.open("synthetic:press?size=64x48&rate=100", drop={drop}) as stream:
+    try:
+        frames = [t.sequence for t in stream]
+    except pp.DeviceError as e:
+        error = str(e)
+    print(len(frames), frames[-1:], stream.frame_count, stream.device_losses, "device lost" in error)
+with pp.open("synthetic:press?size=64x48&rate=100", drop=False) as after:
+    print(len(list(after)) == after.frame_count)
+"""
+    run = subprocess.run([sys.executable, "-c", code], env=os.environ | lost, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    return run.stdout.split("\n")
+
+
+def test_a_live_stream_outlives_its_device():
+    first, then, _ = after_a_loss(drop=True)
+    frames, last, count, losses, error = first.split()
+    assert int(frames) > 0
+    assert last == f"[{int(count) - 1}]"
+    assert (losses, error) == ("1", "False")
+    assert then == "True"  # others get the new device too
+
+
+def test_a_stream_of_every_frame_ends_with_its_device():
+    first, then, _ = after_a_loss(drop=False)
+    assert first.split()[-2:] == ["0", "True"]
+    assert then == "True"

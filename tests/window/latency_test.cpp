@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 TEST(Durations, PercentilesAreThoseOfTheSortedSamplesToOnePercent) {
@@ -84,4 +84,4 @@ TEST(LatencyLog, CountsFromExposureWhereItIsKnownAndWritesOneRowAFrame) {
 }
 
 }  // namespace
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -55,10 +55,11 @@ class LiveTest : public ::testing::Test {
     if (!context_) return;
     for (const std::string& message : context_->validation_messages()) ADD_FAILURE() << message;
   }
-  LiveReport run(const std::function<std::unique_ptr<Source>()>& open) {
+  LiveReport run(const OpenSource& open) {
     const SyntheticOptions scene = gel();
-    return run_live(*context_, open, synthetic_sensor(scene), *SyntheticSensor(scene).own_background(), {},
-                    options_, shown_);
+    const Sensor sensor = synthetic_sensor(scene);
+    const Frame background = *SyntheticSensor(scene).own_background();
+    return run_live(*context_, open, {sensor, background, {}}, options_, shown_);
   }
 
   std::unique_ptr<gpu::Context> context_;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <thread>
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 using namespace std::chrono_literals;
@@ -82,4 +82,4 @@ TEST(Mailbox, EveryItemIsTakenOrDisplacedExactlyOnce) {
 }
 
 }  // namespace
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -161,15 +161,16 @@ std::vector<uint64_t> hardest_frames(const SyntheticSensor& source) {
 void show(const Common& common, const SyntheticOptions& options, const Sensor& sensor, uint64_t frames) {
   const std::vector<const char*> extensions = viz::window_extensions();
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
-  viz::LiveOptions live;
+  LiveOptions live;
   live.max_frames = frames;
   live.close_at_end = true;
   live.interrupted = interrupted;
   viz::WindowRun shown;
   shown.title = "palpate: a simulated palpation of 20 s";
   shown.notes = common.out;
-  const auto open = [&] { return std::unique_ptr<Source>(new SyntheticSensor(options)); };
-  viz::run_live(*context, open, sensor, *SyntheticSensor(options).own_background(), {}, live, shown);
+  const auto open = [&] { return std::make_shared<SyntheticSensor>(options); };
+  const Frame background = *SyntheticSensor(options).own_background();
+  viz::run_live(*context, open, {sensor, background, {}}, live, shown);
 }
 
 Report demo(const Common& common, const Options& options) {

@@ -34,7 +34,7 @@ struct Options {
   bool record = false;
   SessionOptions session;
   BlockChoice block;
-  viz::LiveOptions live;
+  LiveOptions live;
   viz::WindowRun shown;
 };
 
@@ -93,7 +93,7 @@ Report live(const Common& common, const Options& options) {
 void add_live(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand("live", "Show surface and measurements live in a window");
   auto options = std::make_shared<Options>();
-  viz::LiveOptions& live_options = options->live;
+  LiveOptions& live_options = options->live;
   command->add_option("INPUT", options->input,
                       "Video, folder of images, session, or synthetic:SCENE (default: a simulated "
                       "palpation, without end)");

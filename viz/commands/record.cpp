@@ -2,9 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include "capture/files/event_log.h"
-#include "capture/live/live.h"
 #include "capture/live/live_report.h"
-#include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/run/record_session.h"
 #include "engine/base/json.h"
@@ -15,7 +13,7 @@
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
-#include "viz/commands/support/progress.h"
+#include "viz/commands/support/run_watch.h"
 
 namespace palpate {
 namespace {
@@ -31,7 +29,7 @@ struct Options {
   bool one_sequence = false;
   SessionOptions session;
   BlockChoice block;
-  viz::LiveOptions live;
+  LiveOptions live;
 };
 
 Report record(const Common& common, Options options) {
@@ -39,59 +37,42 @@ Report record(const Common& common, Options options) {
   if (from.empty())
     throw Error(Failure::Usage, "INPUT or --camera NODE", "neither", "palpate cameras, which lists them");
   const MeasuredInput input = find_input(common.seed, from, options.sensor, options.background);
-  std::unique_ptr<Source> source = open_source(input.input, input.sensor);
-  source->watch(interrupted);
-  const Frame background = load_background(input.input, input.sensor, *source);
-  const std::unique_ptr<PressMonitor> presses = monitor_presses(options.block, input, background);
-  options.live.presses = presses.get();
-  const std::unique_ptr<gpu::Context> context = open_device(common);
-  PipelineOptions pipeline{.outputs = input.outputs,
-                           .solver = options.solver,
-                           .fixed_light = options.fixed_light,
-                           .separate = separate_presses(*source, options.one_sequence, options.live.rate_Hz)};
+  PipelineOptions pipeline{
+      .outputs = input.outputs, .solver = options.solver, .fixed_light = options.fixed_light};
   if (!options.outputs.empty()) {
     pipeline.outputs = 0;
     for (const Output output : options.outputs) pipeline.outputs |= static_cast<uint32_t>(output);
     if (wants(pipeline.outputs, Output::Contacts) || wants(pipeline.outputs, Output::Skin))
       pipeline.outputs |= static_cast<uint32_t>(Output::Force);
   }
-  // A recording can wait; a camera, or what plays one at a rate, cannot.
-  const bool can_wait = !source->live() && options.live.rate_Hz <= 0;
-  options.live.unpaced = options.live.measure_all = can_wait;
-  options.session.no_drop = options.session.no_drop || can_wait;
-
-  viz::Recording recording([&] { return common.out; },
-                           session_info(input, *source, background, pipeline, *context), options.session);
-  recording.watch(interrupted);
-  recording.start();
-  const uint64_t total =
-      options.live.max_frames != 0 ? options.live.max_frames : source->frame_count().value_or(0);
-  ProgressBar progress(common, "recording", total);
-  options.live.recording = &recording;
-  bool failed = false;
-  options.live.interrupted = [&] {
-    failed = failed || !recording.latest().status.error.empty();
-    return interrupted() || failed;
-  };
   options.live.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the recording goes on", lost.what());
   };
-  options.live.on_progress = [&](uint64_t captured) { progress.update(captured); };
-  const auto open = [&] { return source ? std::move(source) : open_source(input.input, input.sensor); };
-  viz::LiveReport report =
-      viz::run_without_window(*context, open, input.sensor, background, pipeline, options.live);
-  const std::vector<viz::Recording::Written> sessions = recording.finish();
+  std::unique_ptr<gpu::Context> context;
+  const auto device = [&]() -> gpu::Context& {
+    context = open_device(common);
+    return *context;
+  };
+  const auto [report, session] = record_session(
+      device,
+      {.input = input,
+       .pipeline = pipeline,
+       .one_sequence = options.one_sequence,
+       .folder = common.out,
+       .session = options.session,
+       .live = options.live,
+       .watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); }},
+      run_watch(common));
   for (const PressAnswer& press : report.presses)
     viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
-  report.interrupted = interrupted();
-  const std::string error = recording_error(sessions);
+  const std::string& error = session.status.error;
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
 
   json::Value value = {
       {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
-  value.update(to_json(report, sessions));
+  value.update(to_json(report, {session}));
   value["complete"] = !report.interrupted && error.empty();
-  return {describe(report, sessions), value.dump(2, json::Utf8::Replace),
+  return {describe(report, {session}), value.dump(2, json::Utf8::Replace),
           !error.empty()               ? static_cast<int>(Failure::Output)
           : report.interrupted         ? kInterrupted
           : validation_clean(*context) ? 0

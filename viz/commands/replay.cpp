@@ -29,17 +29,17 @@ struct Options {
   bool one_sequence = false;
   double from_s = 0;
   BlockChoice block;
-  viz::LiveOptions live;
+  LiveOptions live;
 };
 
 /// Rate at which a recording is shown, as the player does.
-double shown_rate_Hz(const Source& source, const viz::LiveOptions& live) {
+double shown_rate_Hz(const Source& source, const LiveOptions& live) {
   if (live.rate_Hz > 0) return live.rate_Hz;
-  return source.rate_Hz() > 0 ? source.rate_Hz() : viz::kFolderRate_Hz;
+  return source.rate_Hz() > 0 ? source.rate_Hz() : kFolderRate_Hz;
 }
 
 /// The first frame at `from_s` or later; none: the recording is shorter.
-std::optional<uint64_t> frame_from(const Source& source, double from_s, const viz::LiveOptions& live) {
+std::optional<uint64_t> frame_from(const Source& source, double from_s, const LiveOptions& live) {
   const std::vector<double> times_s = live.rate_Hz > 0 ? std::vector<double>{} : source.uneven_times_s();
   const double place = times_s.empty()
                            ? from_s * shown_rate_Hz(source, live)
@@ -48,7 +48,7 @@ std::optional<uint64_t> frame_from(const Source& source, double from_s, const vi
   return static_cast<uint64_t>(place);
 }
 
-void start_at(Source& source, double from_s, const viz::LiveOptions& live) {
+void start_at(Source& source, double from_s, const LiveOptions& live) {
   const std::optional<uint64_t> index = frame_from(source, from_s, live);
   if (!index || !source.seek(*index)) {
     const uint64_t frames = source.frame_count().value_or(0);
@@ -119,7 +119,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
       ->transform(one_of(kSolverNames));
   command->add_option("--speed", options->live.speed, "Multiple of the recorded speed")
       ->capture_default_str()
-      ->check(Check::range(viz::LiveOptions::kSlowest, viz::LiveOptions::kFastest));
+      ->check(Check::range(LiveOptions::kSlowest, LiveOptions::kFastest));
   command
       ->add_option("--rate", options->live.rate_Hz,
                    "Frames a second (default: the recording's own times, 10 for images)")

@@ -229,7 +229,7 @@ LiveReport Display::run() {
 
 void Display::show(LiveReport& report) {
   bool at_end = false;
-  while (!window_.close_requested() && !session_.stop && !session_.device_lost) {
+  while (!window_.close_requested() && !session_.ending()) {
     glfwPollEvents();
     double x = 0, y = 0;
     int width = 0, height = 0;
@@ -266,6 +266,7 @@ void Display::show(LiveReport& report) {
       started_ = true;
       end_ = Clock::now();
     } else if (!at_end && session_.to_display.finished()) {
+      if (session_.failed()) break;
       at_end = true;
       stats_.note = "end of recording";
       restless_ = 3;

@@ -84,7 +84,7 @@ class Display {
   bool write_event(const Event& event);
   void update_stats();
   void update_player();
-  void give_back(Measured& m) { session_.frames.put(std::move(m.captured)); }
+  void give_back(Measured& m) { session_.give_back(m); }
 
   const LiveOptions& options_;
   const WindowRun& shown_;

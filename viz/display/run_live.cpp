@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "capture/live/live.h"
 #include "engine/gpu/context.h"
 #include "viz/display/display.h"
 #include "viz/panels/settings.h"
@@ -27,9 +26,8 @@ class WindowViewer : public LiveViewer {
 
 }  // namespace
 
-LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-                    const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
-                    LiveOptions options, WindowRun shown) {
+LiveReport run_live(gpu::Context& context, const OpenSource& open, MeasuredRun run, LiveOptions options,
+                    WindowRun shown) {
   std::optional<Window> own_window;
   if (!shown.window) {
     WindowOptions as{shown.title, shown.width, shown.height, shown.vsync};
@@ -38,18 +36,20 @@ LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<S
   }
   Window& window = *shown.window;
   window.set_title(shown.title);
-  options.reopen_device = [&window](gpu::Context& lost) {
+  options.reopen_device = [&window](gpu::Context& lost) -> gpu::Context& {
     window.detach();
     lost.reopen();
     window.attach();
+    return lost;
   };
   // Current picture, pictures in flight, mailbox, engine.
-  pipeline_options.slots =
-      std::max(pipeline_options.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
-  const DisplayedSensor what{sensor, background, pipeline_options.outputs, pipeline_options.separate};
-  return run_session(context, open, sensor, background, pipeline_options, options,
-                     [&](LiveSession& session, LatencyLog& latency) {
-                       return std::make_unique<WindowViewer>(context, what, options, shown, session, latency);
+  run.pipeline.slots =
+      std::max(run.pipeline.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
+  const DisplayedSensor what{run.sensor, run.background, run.pipeline.outputs, run.pipeline.separate};
+  LiveSession session(Patience(options.patience_s, options.input));
+  return run_session(session, context, open, run, options,
+                     [&](LiveSession& of, LatencyLog& latency, const Pipeline&) {
+                       return std::make_unique<WindowViewer>(context, what, options, shown, of, latency);
                      });
 }
 

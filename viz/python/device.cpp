@@ -49,6 +49,12 @@ std::shared_ptr<gpu::Context> shared_device(const std::string& which) {
   return device;
 }
 
+void forget_device(const gpu::Context& lost) {
+  Devices& all = devices();
+  const std::lock_guard lock(all.mutex);
+  std::erase_if(all.open, [&](const auto& named) { return named.second.get() == &lost; });
+}
+
 void close_devices() {
   if (forked()) return;
   const std::lock_guard lock(devices().mutex);

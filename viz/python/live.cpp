@@ -68,7 +68,9 @@ class PyStream {
                     "palpate.open in the child, or multiprocessing.set_start_method('spawn')"};
     std::shared_ptr<HeldFrame> held;
     {
-      std::unique_lock lock(stream_->mutex(), std::defer_lock);
+      std::unique_lock lock(stream_->mutex());
+      stream_->ask();
+      lock.unlock();
       wait_for(lock, stream_->changed(), [this] { return stream_->ready(); });
       held = stream_->take();
     }
@@ -86,8 +88,9 @@ class PyStream {
 
 std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& solver, bool drop,
                                       bool fixed_light, bool one_sequence, std::optional<double> rate_Hz,
-                                      double patience_s, const std::string& device, bool keep_depth,
-                                      bool keep_image, bool keep_confidence, bool keep_traction) {
+                                      double patience_s, const std::filesystem::path& record,
+                                      const std::string& device, bool keep_depth, bool keep_image,
+                                      bool keep_confidence, bool keep_traction) {
   StreamRequest request;
   request.solver = solver_of(solver);
   request.drop = drop;
@@ -95,12 +98,27 @@ std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& sol
   request.one_sequence = one_sequence;
   request.rate_Hz = rate_Hz.value_or(0);
   request.patience_s = patience_s;
-  std::shared_ptr<Stream> stream = run_apart([input, request, device](const std::atomic<bool>& stop) mutable {
+  request.record = record;
+  request.device = device;
+  std::shared_ptr<Stream> stream = run_apart([input, request](const std::atomic<bool>& stop) mutable {
     request.input = find(input);
-    return owned(std::make_unique<Stream>(shared_device(device), request, stop));
+    return owned(std::make_unique<Stream>(request, stop));
   });
   return std::make_unique<PyStream>(std::move(stream),
                                     Kept{keep_depth, keep_image, keep_confidence, keep_traction});
+}
+
+/// The session that is written meanwhile; none where none was asked for.
+std::optional<py::dict> recorded_of(const Stream& stream) {
+  const std::optional<Recording::Written> session = stream.recorded();
+  if (!session) return std::nullopt;
+  py::dict d;
+  d["folder"] = session->folder;
+  d["recorded"] = session->status.recorded;
+  d["dropped"] = session->status.dropped;
+  d["measured"] = session->status.measured;
+  d["error"] = session->status.error;
+  return d;
 }
 
 }  // namespace
@@ -125,8 +143,8 @@ void bind_live(py::module_& module) {
            py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("outputs"), py::arg("seed"));
   module.def("open_stream", &open_stream, py::arg("input"), py::arg("solver"), py::arg("drop"),
              py::arg("fixed_light"), py::arg("sequence"), py::arg("rate_Hz"), py::arg("patience_s"),
-             py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
-             py::arg("keep_traction"));
+             py::arg("record"), py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"),
+             py::arg("keep_confidence"), py::arg("keep_traction"));
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream>(module, "Stream")
       .def("__iter__", [](py::object self) { return self; })
@@ -154,7 +172,9 @@ void bind_live(py::module_& module) {
       .def_property_readonly("damaged", of([](const Stream& s) { return s.damaged(); }))
       .def_property_readonly("state", of([](const Stream& s) { return s.state(); }))
       .def_property_readonly("details", of([](const Stream& s) { return s.details(); }))
-      .def_property_readonly("device", of([](const Stream& s) { return s.device().report().name; }))
+      .def_property_readonly("device", of([](const Stream& s) { return s.device_name(); }))
+      .def_property_readonly("device_losses", of([](const Stream& s) { return s.device_losses(); }))
+      .def_property_readonly("recorded", of([](const Stream& s) { return recorded_of(s); }))
       .def("__repr__", [](const PyStream& s) {
         return "<palpate.Stream '" + s.stream().input().input + "', " +
                (s.stream().closed() ? "closed" : "open") + ", " + std::to_string(s.stream().delivered()) +

@@ -1,44 +1,40 @@
 #include "viz/python/stream.h"
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-
-#include "capture/clock.h"
+#include "capture/live/live.h"
 #include "capture/open_source.h"
+#include "capture/run/record_session.h"
 #include "palpate/error.h"
+#include "viz/python/device.h"
 #include "viz/python/errors.h"
 
 namespace palpate::python {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-/// One at the reader's, one that waits for it, two in flight.
+/// One at the reader's, one that waits for it, one that waits for that place, one in flight.
 constexpr uint32_t kSlots = 4;
 constexpr milliseconds kShort{20};
 
 }  // namespace
 
-HeldFrame::HeldFrame(std::shared_ptr<Pipeline> pipeline, Result result, Frame frame,
+HeldFrame::HeldFrame(const Pipeline& pipeline, palpate::Measured measured,
                      std::shared_ptr<const Source> truth, std::string file)
-    : touch_(std::move(result.touch)),
+    : touch_(std::move(measured.result.touch)),
       truth_(std::move(truth)),
       file_(std::move(file)),
-      exposed_ns_(frame.exposed_ns),
-      format_(frame.format),
-      pipeline_(std::move(pipeline)),
-      result_(std::move(result)),
-      frame_(std::move(frame)) {
-  result_.touch.surface = touch_.surface;  // where a map's rest level is
-  result_.touch.confidence = touch_.confidence;
+      exposed_ns_(measured.captured->frame.exposed_ns),
+      format_(measured.captured->frame.format),
+      pipeline_(&pipeline),
+      measured_(std::move(measured)) {
+  measured_.result.touch.surface = touch_.surface;  // where a map's rest level is
+  measured_.result.touch.confidence = touch_.confidence;
 }
 
 bool HeldFrame::read(const std::function<void(const Pipeline&, const Result&, const Frame&)>& read) {
   const std::lock_guard lock(mutex_);
   if (!pipeline_) return false;
-  read(*pipeline_, result_, frame_);
+  read(*pipeline_, measured_.result, measured_.captured->frame);
   return true;
 }
 
@@ -46,39 +42,59 @@ std::optional<Truth> HeldFrame::truth() const {
   return truth_ ? truth_->truth(touch_.sequence) : std::nullopt;
 }
 
-Frame HeldFrame::expire() {
+void HeldFrame::expire(LiveSession& session) {
   const std::lock_guard lock(mutex_);
-  result_ = Result();
-  pipeline_.reset();
-  frame_.give_back();
-  return std::exchange(frame_, Frame());
+  if (!std::exchange(pipeline_, nullptr)) return;
+  session.give_back(measured_);
 }
 
-Stream::Stream(std::shared_ptr<gpu::Context> device, const StreamRequest& request,
-               const std::atomic<bool>& stop)
-    : request_(request), device_(std::move(device)), opening_(&stop) {
+/// Gives what is measured on one device to the reader; what it has of it expires with that device.
+class Stream::Viewer : public LiveViewer {
+ public:
+  Viewer(Stream& stream, const Pipeline& pipeline) : stream_(stream), pipeline_(pipeline) {}
+  ~Viewer() override { stream_.expire_all(); }
+  LiveReport run() override {
+    stream_.hand_over(pipeline_);
+    return {};
+  }
+
+ private:
+  Stream& stream_;
+  const Pipeline& pipeline_;
+};
+
+Stream::Stream(const StreamRequest& request, const std::atomic<bool>& stop)
+    : request_(request), session_(Patience(request.patience_s, request.input.input)) {
+  device_ = shared_device(request.device);
   const MeasuredInput& input = request_.input;
   source_ = open_source(input.input, input.sensor);
-  source_->watch([this] { return stopping_ || (opening_ && *opening_) || out_of_patience(); });
-  background_ = load_background(input.input, input.sensor, *source_);
-  pipeline_ = std::make_shared<Pipeline>(
-      *device_, for_rectified_frames(input.sensor), source_->format(),
-      PipelineOptions{.outputs = input.outputs,
-                      .solver = request_.solver,
-                      .slots = kSlots,
-                      .fixed_light = request_.fixed_light,
-                      .separate = separate_presses(*source_, request_.one_sequence, request_.rate_Hz)});
-  pipeline_->set_background(background_);
-  opening_ = nullptr;
+  Patience opening(request.patience_s, input.input);
+  source_->watch([&] { return stop || opening.over(*source_); });
+  const Frame background = load_background(input.input, input.sensor, *source_);
   has_truth_ = source_->truth(0).has_value();
   // Without times there is no pace, and nothing to miss.
   drops_ = request_.drop && (source_->live() || source_->rate_Hz() > 0 || request_.rate_Hz > 0);
-  if (drops_) {
-    threads_.emplace_back([this] { guard(&Stream::capture); });
-    threads_.emplace_back([this] { guard(&Stream::measure_newest); });
-  } else {
-    threads_.emplace_back([this] { guard(&Stream::measure_all); });
+  const PipelineOptions pipeline{
+      .outputs = input.outputs,
+      .solver = request_.solver,
+      .slots = kSlots,
+      .fixed_light = request_.fixed_light,
+      .separate = separate_presses(*source_, request_.one_sequence, request_.rate_Hz)};
+  if (!request_.record.empty()) {
+    recording_.emplace([this] { return request_.record; },
+                       session_info(input, *source_, background, pipeline, *device_),
+                       SessionOptions{.no_drop = !drops_});
+    recording_->watch([this] { return session_.stop.load(); });
+    recording_->start();
   }
+  thread_ = std::thread([this, background, pipeline] { run(background, pipeline); });
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return started_ || finished_; });
+  if (started_ || !failure_) return;
+  const std::exception_ptr failure = failure_;
+  lock.unlock();
+  close();
+  std::rethrow_exception(failure);
 }
 
 Stream::~Stream() {
@@ -89,31 +105,38 @@ void Stream::close() {
   const std::lock_guard closing(closing_);
   {
     const std::lock_guard lock(mutex_);
-    stopping_ = true;
+    session_.stop = true;
     closed_ = true;
   }
   changed_.notify_all();
   released_.notify_all();
-  newest_.close();
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
-  const std::lock_guard lock(mutex_);
-  for (const std::shared_ptr<HeldFrame>& result : results_) result->expire();
-  results_.clear();
-  if (given_) given_->expire();
-  given_.reset();
-  spare_.clear();
-  pipeline_.reset();
+  if (thread_.joinable()) thread_.join();
+  session_.frames.take_all();
+  session_.to_engine.take(milliseconds(0));
+  session_.to_display.take(milliseconds(0));
 }
 
 uint64_t Stream::dropped() const {
-  return newest_.displaced() + passed_over_ + source_->counts().lost;
+  return session_.to_engine.displaced() + session_.to_display.displaced() + session_.passed_over +
+         passed_over_ + source_->counts().lost;
+}
+
+std::string Stream::device_name() const {
+  const std::lock_guard lock(mutex_);
+  return device_->report().name;
+}
+
+std::optional<Recording::Written> Stream::recorded() const {
+  return recording_ ? std::optional(recording_->latest()) : std::nullopt;
+}
+
+void Stream::ask() {
+  if (given_) given_->expire(session_);
+  given_.reset();
+  released_.notify_all();
 }
 
 std::shared_ptr<HeldFrame> Stream::take() {
-  if (given_) reuse(given_->expire());
-  given_.reset();
-  released_.notify_all();
   if (closed_)
     throw Refusal{"ExpiredError", "an open stream", "a closed one",
                   "reading within `with palpate.open(...)`"};
@@ -124,157 +147,107 @@ std::shared_ptr<HeldFrame> Stream::take() {
   given_ = std::move(results_.front());
   results_.pop_front();
   ++delivered_;
+  released_.notify_all();
   return given_;
 }
 
-/// What a thread does, until its end or an error, which the reader gets after the frames before it.
-void Stream::guard(void (Stream::*work)()) {
+/// The session, on a thread of its own; the reader gets its error after the frames before it.
+void Stream::run(const Frame& background, const PipelineOptions& pipeline) {
+  LiveOptions options;
+  options.input = request_.input.input;
+  options.measure_all = options.show_all = options.unpaced = !drops_;
+  options.outlive_device = drops_;  // else frames would be missing
+  // Without times of its own the source has those of the rate that was given.
+  if (source_->rate_Hz() <= 0) options.rate_Hz = options.times_at_Hz = request_.rate_Hz;
+  options.recording = recording_ ? &*recording_ : nullptr;
+  options.reopen_device = [this](gpu::Context&) -> gpu::Context& { return reopen_device(); };
+  const MeasuredRun run{request_.input.sensor, background, pipeline};
   try {
-    (this->*work)();
+    run_session(
+        session_, *device_, [this] { return source_; }, run, options,
+        [this](LiveSession&, LatencyLog&, const Pipeline& on) {
+          {
+            const std::lock_guard lock(mutex_);
+            started_ = true;
+          }
+          changed_.notify_all();
+          return std::make_unique<Viewer>(*this, on);
+        });
+    if (!drops_ && !closed_ && source_->cut_short())
+      throw Error(
+          Failure::Input,
+          std::to_string(source_->frame_count().value_or(0)) + " frames in '" + request_.input.input + "'",
+          "fewer: the file is damaged or cut short", "copying it again");
+    if (recording_) recording_->finish();
+    if (const auto written = recorded(); written && !written->status.error.empty())
+      throw Error(Failure::Output, "a session in '" + request_.record.string() + "'", written->status.error,
+                  "another folder");
+  } catch (const DeviceLost&) {
+    forget_device(*device_);
+    fail();
   } catch (...) {
-    const std::lock_guard lock(mutex_);
-    if (!failure_) failure_ = std::current_exception();
+    fail();
   }
-  newest_.close();
-  if (work != &Stream::capture) {
+  {
     const std::lock_guard lock(mutex_);
     finished_ = true;
   }
   changed_.notify_all();
 }
 
-/// Under mutex_.
-void Stream::reuse(Frame frame) {
-  if (!frame.bytes.empty()) spare_.push_back(std::move(frame));
-}
-
-Frame Stream::empty_frame() {
+/// With the exception that is being handled.
+void Stream::fail() {
   const std::lock_guard lock(mutex_);
-  if (spare_.empty()) return {};
-  Frame frame = std::move(spare_.back());
-  spare_.pop_back();
-  return frame;
+  failure_ = std::current_exception();
 }
 
-/// Asked while a frame is waited for: whether a camera has been gone too long, which then ends the stream.
-bool Stream::out_of_patience() {
-  const std::string state = source_->state();
-  if (state.empty()) {
-    silent_since_.reset();
-    return false;
-  }
-  const Clock::time_point now = Clock::now();
-  if (!silent_since_) silent_since_ = now;
-  if (std::chrono::duration<double>(now - *silent_since_).count() < request_.patience_s) return false;
+gpu::Context& Stream::reopen_device() {
+  forget_device(*device_);
+  std::shared_ptr<gpu::Context> anew = shared_device(request_.device);
   const std::lock_guard lock(mutex_);
-  if (!failure_)
-    failure_ = std::make_exception_ptr(
-        Error(Failure::Device, "frames of " + request_.input.input, state.substr(0, state.find(';')),
-              "plugging the camera in again and opening it anew, or a longer patience_s"));
-  return true;
+  device_ = std::move(anew);
+  return *device_;
 }
 
-/// A recording's frames come when they came.
-void Stream::wait_until_due(const Frame& frame) {
-  if (source_->live()) return;
-  const double rate_Hz = source_->rate_Hz() > 0 ? source_->rate_Hz() : request_.rate_Hz;
-  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / rate_Hz));
-  const int64_t since_ns = frame.time_ns - last_time_ns_;
-  const Clock::time_point now = Clock::now();
-  due_ = paced_ ? due_ + (since_ns > 0 ? std::chrono::nanoseconds(since_ns) : period) : now;
-  due_ = std::max(due_, now - period);  // no catching up with a slow source
-  last_time_ns_ = frame.time_ns;
-  paced_ = true;
-  while (!ending() && Clock::now() < due_)
-    std::this_thread::sleep_until(std::min(due_, Clock::now() + kShort));
-}
-
-void Stream::capture() {
-  while (!ending()) {
-    Frame frame = empty_frame();
-    frame.after_gap = false;
-    frame.exposed_ns = frame.delivered_ns = 0;
-    if (!source_->next(frame)) return;
-    wait_until_due(frame);
-    if (std::optional<Frame> displaced = newest_.put(std::move(frame))) {
-      displaced->give_back();
-      const std::lock_guard lock(mutex_);
-      reuse(std::move(*displaced));
-    }
-  }
-}
-
-void Stream::measure_newest() {
-  while (!ending() && !newest_.finished()) {
-    std::optional<Frame> frame = newest_.take(kShort);
-    if (!frame) continue;
-    while (!pipeline_->submit(*frame)) {  // every slot is held by frames that wait to be taken
+void Stream::hand_over(const Pipeline& pipeline) {
+  while (!session_.ending()) {
+    if (recording_ && !recording_->latest().status.error.empty()) return;
+    {
       std::unique_lock lock(mutex_);
-      released_.wait_for(lock, kShort);
-      if (ending()) return;
-    }
-    deliver(*pipeline_->wait(), std::move(*frame));
-  }
-}
-
-void Stream::measure_all() {
-  std::deque<Frame> in_flight;
-  const auto finish = [&](std::optional<Result> result) {
-    if (!result) return false;
-    deliver(std::move(*result), std::move(in_flight.front()));
-    in_flight.pop_front();
-    return true;
-  };
-  const auto finish_all = [&] {
-    while (!ending() && finish(pipeline_->wait())) {
-    }
-  };
-  try {
-    while (!ending()) {
-      Frame frame = empty_frame();
-      frame.after_gap = false;
-      frame.exposed_ns = frame.delivered_ns = 0;
-      if (!source_->next(frame)) break;
-      while (!pipeline_->submit(frame)) {
-        if (finish(pipeline_->wait())) continue;
-        std::unique_lock lock(mutex_);
+      const bool over = session_.to_display.finished();
+      // The last frame can be read until the next one is asked for.
+      if (over && results_.empty() && !given_) return;
+      if (over || (!drops_ && !results_.empty())) {
         released_.wait_for(lock, kShort);
-        if (ending()) return;
-      }
-      in_flight.push_back(std::move(frame));
-      // The next frame of a camera may be long in coming.
-      while (finish(source_->live() ? pipeline_->wait() : pipeline_->poll())) {
+        continue;
       }
     }
-  } catch (const Error& error) {
-    // A recording damaged at frame n still has n good frames.
-    if (error.failure() == Failure::Input) finish_all();
-    throw;
+    if (auto measured = session_.to_display.take(kShort)) offer(pipeline, std::move(*measured));
   }
-  finish_all();
-  if (!ending() && source_->cut_short())
-    throw Error(
-        Failure::Input,
-        std::to_string(source_->frame_count().value_or(0)) + " frames in '" + request_.input.input + "'",
-        "fewer: the file is damaged or cut short", "copying it again");
 }
 
-void Stream::deliver(Result result, Frame frame) {
-  if (source_->rate_Hz() <= 0 && request_.rate_Hz > 0)
-    result.touch.time_ns = std::llround(static_cast<double>(result.touch.sequence) / request_.rate_Hz * 1e9);
-  std::string file = source_->frame_name(result.touch.sequence);
-  auto held = std::make_shared<HeldFrame>(pipeline_, std::move(result), std::move(frame),
-                                          has_truth_ ? source_ : nullptr, std::move(file));
+void Stream::offer(const Pipeline& pipeline, palpate::Measured measured) {
+  std::string file = source_->frame_name(measured.result.touch.sequence);
+  auto held = std::make_shared<HeldFrame>(pipeline, std::move(measured), has_truth_ ? source_ : nullptr,
+                                          std::move(file));
   {
     const std::lock_guard lock(mutex_);
-    if (drops_ && !results_.empty()) {
-      reuse(results_.front()->expire());
+    if (!results_.empty()) {
+      results_.front()->expire(session_);
       results_.pop_front();
       ++passed_over_;
     }
     results_.push_back(std::move(held));
   }
   changed_.notify_all();
+}
+
+void Stream::expire_all() {
+  const std::lock_guard lock(mutex_);
+  for (const std::shared_ptr<HeldFrame>& result : results_) result->expire(session_);
+  if (session_.device_lost) passed_over_ += results_.size();
+  results_.clear();
+  if (given_) given_->expire(session_);
 }
 
 }  // namespace palpate::python

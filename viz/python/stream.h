@@ -1,11 +1,11 @@
-// A stream of measured frames: threads take and measure them, whoever asks gets the next.
+// A stream of measured frames: a live session whose viewer gives the next frame to whoever asks.
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -15,7 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "capture/live/mailbox.h"
+#include "capture/live/recorder.h"
+#include "capture/live/session.h"
 #include "capture/run/input.h"
 #include "capture/source.h"
 #include "engine/gpu/context.h"
@@ -27,9 +28,9 @@ namespace palpate::python {
 class HeldFrame {
  public:
   /// `truth`: the source, where it knows what was really there; or null. `file`: of this frame alone, or
-  /// empty.
-  HeldFrame(std::shared_ptr<Pipeline> pipeline, Result result, Frame frame,
-            std::shared_ptr<const Source> truth, std::string file);
+  /// empty. The pipeline outlives what is not expired.
+  HeldFrame(const Pipeline& pipeline, palpate::Measured measured, std::shared_ptr<const Source> truth,
+            std::string file);
 
   const Touch& touch() const { return touch_; }
   const std::string& file() const { return file_; }
@@ -39,8 +40,8 @@ class HeldFrame {
 
   /// Calls `read` with what the frame holds; false once it has expired. Any thread.
   bool read(const std::function<void(const Pipeline&, const Result&, const Frame&)>& read);
-  /// Ends that; returns the frame's memory, to use again. Any thread.
-  Frame expire();
+  /// Ends that; what it held goes back to the session. Any thread.
+  void expire(LiveSession& session);
 
  private:
   Touch touch_;
@@ -49,9 +50,8 @@ class HeldFrame {
   int64_t exposed_ns_;
   FrameFormat format_;
   std::mutex mutex_;
-  std::shared_ptr<Pipeline> pipeline_;  ///< null once expired
-  Result result_;
-  Frame frame_;
+  const Pipeline* pipeline_;  ///< null once expired
+  palpate::Measured measured_;
 };
 
 struct StreamRequest {
@@ -63,22 +63,25 @@ struct StreamRequest {
   double rate_Hz = 0;         ///< of inputs without times
   /// How long a camera that is gone or silent is waited for; then the stream ends with an error.
   double patience_s = 10;
+  std::filesystem::path record;  ///< folder of the session to write meanwhile; empty: none
+  std::string device;            ///< as shared_device() takes it
 };
 
 class Stream {
  public:
-  /// Opens the source and starts; throws what opening does, and ends early once `stop` is set.
-  Stream(std::shared_ptr<gpu::Context> device, const StreamRequest& request, const std::atomic<bool>& stop);
+  /// Opens source and device and starts; throws what opening does, and ends early once `stop` is set.
+  Stream(const StreamRequest& request, const std::atomic<bool>& stop);
   ~Stream();
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
   std::mutex& mutex() { return mutex_; }
   std::condition_variable& changed() { return changed_; }
+  /// Under mutex(), before it is waited for ready(): the frame that was taken last expires.
+  void ask();
   /// Under mutex(): whether take() has an answer.
   bool ready() const { return !results_.empty() || finished_ || closed_; }
-  /// Under mutex(): the next frame, null after the last; the one before expires. Rethrows what ended the
-  /// stream.
+  /// Under mutex(): the next frame, null after the last. Rethrows what ended the stream.
   std::shared_ptr<HeldFrame> take();
   /// Ends threads; the last frame expires. Any thread, any number of times.
   void close();
@@ -97,47 +100,41 @@ class Stream {
   /// What a camera is waited for; empty: frames come.
   std::string state() const { return source_->state(); }
   std::vector<std::pair<std::string, std::string>> details() const { return source_->details(); }
-  const Frame& background() const { return background_; }
-  const gpu::Context& device() const { return *device_; }
+  std::string device_name() const;
+  /// Times that the device was lost and opened anew.
+  uint32_t device_losses() const { return session_.device_losses; }
+  /// The session that is written or was; none where none was asked for.
+  std::optional<Recording::Written> recorded() const;
 
  private:
-  void capture();
-  void measure_newest();
-  void measure_all();
-  void guard(void (Stream::*work)());
-  void deliver(Result result, Frame frame);
-  Frame empty_frame();
-  void reuse(Frame frame);
-  void wait_until_due(const Frame& frame);
-  bool ending() const { return stopping_; }
-  bool out_of_patience();
+  class Viewer;
+
+  void run(const Frame& background, const PipelineOptions& pipeline);
+  void hand_over(const Pipeline& pipeline);
+  void offer(const Pipeline& pipeline, palpate::Measured measured);
+  void expire_all();
+  void fail();
+  gpu::Context& reopen_device();
 
   StreamRequest request_;
-  std::shared_ptr<gpu::Context> device_;
+  LiveSession session_;
   std::shared_ptr<Source> source_;
   bool has_truth_ = false;
-  Frame background_;
-  std::shared_ptr<Pipeline> pipeline_;
-  bool drops_;
-  std::atomic<bool> stopping_ = false, closed_ = false;
-  const std::atomic<bool>* opening_ = nullptr;  ///< while the constructor runs: that it is to end
-  viz::Mailbox<Frame> newest_;
+  bool drops_ = false;
+  std::optional<Recording> recording_;
+  std::atomic<bool> closed_ = false;
   std::atomic<uint64_t> delivered_ = 0, passed_over_ = 0;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_, released_;
+  std::shared_ptr<gpu::Context> device_;
   std::deque<std::shared_ptr<HeldFrame>> results_;
   std::shared_ptr<HeldFrame> given_;  ///< the one that was taken last
-  std::vector<Frame> spare_;
-  bool finished_ = false;
+  bool started_ = false, finished_ = false;
   std::exception_ptr failure_;
 
-  std::chrono::steady_clock::time_point due_;
-  int64_t last_time_ns_ = 0;
-  bool paced_ = false;
-  std::optional<std::chrono::steady_clock::time_point> silent_since_;  ///< of the thread that takes frames
   std::mutex closing_;
-  std::vector<std::thread> threads_;
+  std::thread thread_;
 };
 
 }  // namespace palpate::python

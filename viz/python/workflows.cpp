@@ -31,9 +31,19 @@ py::dict record(const InputRequest& request, const std::filesystem::path& folder
   const SurfaceSolver how = solver_of(solver);
   const SessionStatus status = run_apart([=](const std::atomic<bool>& stop) {
     const MeasuredInput input = find(request);
-    const PipelineOptions options{.outputs = input.outputs, .solver = how, .fixed_light = fixed_light};
-    return record_session(*shared_device(device), input, options, one_sequence, frames, folder,
-                          watch_of(stop));
+    RecordRequest asked;
+    asked.input = input;
+    asked.pipeline = {.outputs = input.outputs, .solver = how, .fixed_light = fixed_light};
+    asked.one_sequence = one_sequence;
+    asked.folder = folder;
+    asked.live.max_frames = frames;
+    asked.live.outlive_device = false;  // others use it too
+    const std::shared_ptr<gpu::Context> context = shared_device(device);
+    const SessionStatus ended =
+        record_session([&]() -> gpu::Context& { return *context; }, asked, watch_of(stop)).session.status;
+    if (!ended.error.empty())
+      throw Error(Failure::Output, "a session in '" + folder.string() + "'", ended.error, "another folder");
+    return ended;
   });
   py::dict d;
   d["recorded"] = status.recorded;

@@ -111,13 +111,13 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   std::unique_ptr<Source> first = std::move(opened.source);
   const PipelineOptions pipeline = pipeline_of(request, input, *first);
   LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
-  viz::LiveOptions& live = request.live;
+  LiveOptions& live = request.live;
   live.presses = opened.presses.get();
   // What is slow to measure takes longer: only a camera's frames cannot wait.
   live.measure_all = live.measure_all || is_recording(input.input);
   std::optional<Measurements> measurements;
   std::optional<ContactRows> contacts;
-  std::optional<viz::Recording> recording;
+  std::optional<Recording> recording;
   const std::filesystem::path folder = request.out.empty() ? request.recordings : request.out;
   const MeasuredColumns columns = MeasuredColumns::of(input.sensor, input.outputs, pipeline.separate)
                                       .with(MeasuredColumns::Time, first->rate_Hz() > 0);
@@ -135,7 +135,7 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
     };
   request.shown.notes = notes_folder(request);
   if (!folder.empty() && !live.replay) {
-    recording.emplace([folder] { return viz::new_session_folder(folder); },
+    recording.emplace([folder] { return new_session_folder(folder); },
                       session_info(input, *first, opened.background, pipeline, context), request.session);
     recording->watch(interrupted);
     live.recording = &*recording;
@@ -154,8 +154,10 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
     spdlog::warn("{}; opened anew, the run goes on", lost.what());
   };
   // The source that is open already is the first round's: a camera cannot be opened twice.
-  const auto open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
-  report.live = viz::run_live(context, open, input.sensor, opened.background, pipeline, live, request.shown);
+  const OpenSource open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
+  live.input = input.input;
+  report.live =
+      viz::run_live(context, open, {input.sensor, opened.background, pipeline}, live, request.shown);
   if (measurements) measurements->close();
   if (contacts) contacts->close();
   if (recording) report.sessions = recording->finish();

@@ -57,7 +57,7 @@ struct LiveRunRequest {
   bool record = false;  ///< from the start; needs `out`
   SessionOptions session;
   BlockChoice block;  ///< that is pressed
-  viz::LiveOptions live;
+  LiveOptions live;
   viz::WindowRun shown;
 };
 
@@ -76,8 +76,8 @@ OpenInput open_input(const Common& common, const LiveRunRequest& request,
 struct LiveRunReport {
   MeasuredInput measured;
   FrameFormat format;
-  viz::LiveReport live;
-  std::vector<viz::Recording::Written> sessions;
+  LiveReport live;
+  std::vector<Recording::Written> sessions;
 };
 
 /// Main thread. request.live.replay: a recording is shown with the keys of a player, its events are read, and

@@ -85,6 +85,7 @@ def open(
     sequence: bool = False,
     rate_Hz: float | None = None,
     patience_s: float = 10.0,
+    record: Path | None = None,
     device: str = "",
     seed: int = 1,
 ) -> Stream:
@@ -111,6 +112,9 @@ def open(
         rate_Hz: frames a second of images, which carry no times of their own; they are a sequence then.
         patience_s: how long a camera that is unplugged or silent is waited for before :class:`DeviceError`
             is raised, 0 to infinity; ``stream.state`` says what it is waited for.
+        record: a folder, which must not hold a session yet: frames and measurements are written there
+            meanwhile, as :func:`record` does; ``stream.recorded`` says how far it is.  A recording that fails
+            ends the stream with :class:`OutputError`.
         device: index or part of the name of a Vulkan device; by default the best one.
         seed: of simulated scenes that name none.
     """
@@ -124,6 +128,7 @@ def open(
         sequence,
         rate_of(rate_Hz) or None,
         patience_s,
+        path_text(record or "", "record"),
         device,
         *kept_maps(keep),
     )

@@ -21,6 +21,7 @@ def open_stream(
     sequence: bool,
     rate_Hz: float | None,
     patience_s: float,
+    record: str,
     device: str,
     keep_depth: bool,
     keep_image: bool,
@@ -399,6 +400,12 @@ class Stream:
     @property
     def details(self) -> list[tuple[str, str]]:
         """Settings of a camera as it uses them."""
+    @property
+    def device_losses(self) -> int:
+        """Times that the device was lost and opened anew; frames until then expired."""
+    @property
+    def recorded(self) -> dict[str, Any] | None:
+        """The session of ``record=``: ``folder``, frames ``recorded``, ``dropped`` and ``measured``, ``error``."""
     @property
     def device(self) -> str: ...
 
