@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/normal.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -12,7 +13,6 @@ namespace palpate::lump {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kNormal90 = 1.645;  // half of a 90 % interval, standard deviations
 constexpr const char* kLight = "light";
 
 Observation changed(const Observation& observation, const std::string& input, double factor) {

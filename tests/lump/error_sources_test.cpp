@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "engine/base/normal.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -36,8 +37,6 @@ Observation observation() {
   o.force_N = {1};
   return o;
 }
-
-constexpr double kNormal90 = 1.645;
 
 TEST(ErrorSources, NoneLeavesTheIntervalsAsTheyAre) {
   const lump::Estimator exact(made_up);

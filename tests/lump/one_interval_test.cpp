@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture/synthetic/tissue.h"
+#include "engine/base/normal.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/estimator.h"
 #include "engine/palpation/press_monitor.h"
@@ -81,7 +82,7 @@ TEST(OneInterval, EstimateMonitorAndScanOfOnePress) {
   const lump::Estimate exact =
       lump::named_estimator("refined", lump::load_network(""), lump::ErrorSources::none())(observation);
   EXPECT_LT(live.estimate->stiffness_ratio.low, exact.stiffness_ratio.low);
-  EXPECT_GT(live.estimate->x_mm.high, exact.x_mm.value + 1.645 * observation.place_sd_mm);
+  EXPECT_GT(live.estimate->x_mm.high, exact.x_mm.value + kNormal90 * observation.place_sd_mm);
 }
 
 TEST(OneInterval, TheCentreOfAScanWhoseStageErrs) {
@@ -114,7 +115,7 @@ TEST(OneInterval, TheCentreOfAScanWhoseStageErrs) {
     for (const lump::Value& v : {answer.estimate->x_mm, answer.estimate->y_mm}) {
       ++asked;
       held += v.low <= 0 && 0 <= v.high;
-      const double place_mm = 1.645 * answer.map.observation.place_sd_mm, half_mm = (v.high - v.low) / 2;
+      const double place_mm = kNormal90 * answer.map.observation.place_sd_mm, half_mm = (v.high - v.low) / 2;
       held_without_place +=
           std::abs(v.value) <= std::sqrt(std::max(0.0, half_mm * half_mm - place_mm * place_mm));
     }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "engine/base/normal.h"
 #include "engine/base/text.h"
 #include "engine/elasticity/modulus/fit.h"
 #include "palpate/error.h"
@@ -157,7 +158,7 @@ void refuse_wide(ModulusEstimate& e, const ModulusFit& fit, const ModulusSetup& 
   const bool unbounded = fit.chi2_at_rigid < fit.chi2 + 2.71;
   e.young_MPa = 0;
   if (unbounded || ratio > 3) {
-    e.low_MPa = std::min(std::exp(fit.bound_log_young), std::exp(fit.log_young - 1.645 * sd));
+    e.low_MPa = std::min(std::exp(fit.bound_log_young), std::exp(fit.log_young - kNormal90 * sd));
     e.high_MPa = std::numeric_limits<double>::infinity();
     set(e, ModulusState::PadLimited,
         text("the pad gives way, not the sample: at least %.3g kPa (95 %%), %.3g times the pad's",

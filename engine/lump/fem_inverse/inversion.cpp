@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/base/normal.h"
 #include "engine/base/text.h"
 #include "engine/lump/fem_inverse/search.h"
 #include "engine/lump/observation/gaussian_profile.h"
@@ -13,9 +14,8 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
-constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of observations
-constexpr size_t kFewestValues = 60;      // of a load
+constexpr double kChance = 15.09;     // chi2 of five unknowns that chance reaches in 1 % of observations
+constexpr size_t kFewestValues = 60;  // of a load
 constexpr double kMostSaturated = 0.02;
 // By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
@@ -79,10 +79,10 @@ Case::Lump first_guess(const Observation& observation) {
 }
 
 Value in_logarithm(double value, double sd) {
-  return {value, value * std::exp(-kNinetyPercent * sd), value * std::exp(kNinetyPercent * sd)};
+  return {value, value * std::exp(-kNormal90 * sd), value * std::exp(kNormal90 * sd)};
 }
 Value plain(double value, double sd) {
-  return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
+  return {value, value - kNormal90 * sd, value + kNormal90 * sd};
 }
 
 /// Standard deviations at the best lump.
@@ -133,8 +133,8 @@ void take(const Case::Lump& lump, const Spread& spread, Estimate& into) {
 void take_ends(const Case::Lump& lump, const std::array<Case::Lump, 2>& ends, const Spread& spread,
                Estimate& into) {
   const auto away = [&](const Case::Lump& end) {
-    return std::exp(std::hypot(std::log(end.stiffness_ratio / lump.stiffness_ratio),
-                               kNinetyPercent * spread.cells(kLnRatio)));
+    return std::exp(
+        std::hypot(std::log(end.stiffness_ratio / lump.stiffness_ratio), kNormal90 * spread.cells(kLnRatio)));
   };
   into.stiffness_ratio.low = lump.stiffness_ratio / away(ends[0]);
   into.stiffness_ratio.high = lump.stiffness_ratio * away(ends[1]);
@@ -176,8 +176,8 @@ class Inversion {
     for (uint32_t better = 0; answer.reports() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
       // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
       search_.correct(*answer.best);
-      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, reduced_chi_square(answer));
-      const double step = kNinetyPercent * answer.spread.noise(kLnRatio);
+      const double allowed = kNormal90 * kNormal90 * std::max(1.0, reduced_chi_square(answer));
+      const double step = kNormal90 * answer.spread.noise(kLnRatio);
       std::array<Case::Lump, 2> ends;
       std::optional<DirectSearch::State> lower;
       for (size_t side = 0; side < 2 && !lower; ++side) {

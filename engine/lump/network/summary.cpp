@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "engine/base/normal.h"
 #include "engine/base/text.h"
 #include "engine/lump/network/fit.h"
 
@@ -13,7 +14,6 @@ namespace {
 // Fractions of a range: an interval all of which lies further beyond it is outside, and so is an estimate,
 // for a lump beyond the range may be of any size or depth. Of ratios far above it little more is to be seen.
 constexpr double kEdge = 0.05, kMiddleEdge = 0.02, kRatioEdge = 0.08;
-constexpr double kNormal90 = 1.645;
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 
+#include "engine/base/normal.h"
 #include "engine/base/text.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
@@ -199,8 +200,6 @@ double area_of(const std::vector<std::array<double, 2>>& points) {
   return std::abs(twice) / 2;
 }
 
-constexpr double kNormal90 = 1.645;  // half of a 90 % interval, standard deviations
-
 /// The middle nine tenths of repeats, moved to lie around the value itself.
 Value interval(double value, const std::vector<double>& repeats) {
   if (repeats.size() < 5)
@@ -283,7 +282,7 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
   out.angle_rad = std::remainder(fit.bump(4), std::numbers::pi);
   const double error_Pa = std::max(out.residual_Pa, observation.noise_Pa) * std::sqrt(fit.height_variance);
   out.significance = error_Pa > 0 ? std::abs(height) / error_Pa : std::numeric_limits<double>::infinity();
-  out.height_Pa = {height, height - 1.645 * error_Pa, height + 1.645 * error_Pa};
+  out.height_Pa = {height, height - kNormal90 * error_Pa, height + kNormal90 * error_Pa};
   if (std::exp(std::max(fit.bump(2), fit.bump(3))) > 0.999 * std::exp(fitter.widest())) {
     out.reason = "the raised area is as wide as the block and cannot be separated from it";
     return out;

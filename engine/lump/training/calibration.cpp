@@ -5,6 +5,7 @@
 #include <functional>
 #include <random>
 
+#include "engine/base/normal.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/observation/fixed_pattern.h"
@@ -256,7 +257,7 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
     }
     for (size_t axis = 0; axis < 2; ++axis)
       place.push_back(std::abs(t.found.place_mm[axis] - truth.offset_mm[axis]) /
-                      (1.645 * std::max(1e-3, t.found.place_sd_mm[axis])));
+                      (kNormal90 * std::max(1e-3, t.found.place_sd_mm[axis])));
     misfit.push_back(t.found.misfit);
     rest.push_back(t.found.rest);
     const auto& probability = t.found.posterior.shape_probability;
