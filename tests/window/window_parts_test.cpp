@@ -166,7 +166,7 @@ TEST(History, KeepsARecordingWholeWhateverOrderItsFramesCome) {
 // Frames that were left out are a gap, however short; a session's frames have numbers of their own, and a
 // film's times are as they are.
 TEST(History, FramesThatAreNotThereAreAGap) {
-  History history({true, 8, 20, 0});
+  History history({.frames = 8, .rate_Hz = 20, .uneven_s = {0, 0.05, 0.1, 0.15, 0.6, 0.65, 0.7, 0.75}});
   const auto add = [&](uint64_t position, double time_s) {
     Touch touch;
     touch.sequence = 500 + 2 * position;
@@ -184,11 +184,11 @@ TEST(History, FramesThatAreNotThereAreAGap) {
   add(2, 0.1);
   add(5, 0.65);
   for (const Sample& s : history.samples()) EXPECT_EQ(s.gap, s.position == 0) << s.position;
-  EXPECT_EQ(history.frame_at(0.6), 4u) << "by the times of the frames, not by the rate";
-  EXPECT_EQ(history.frame_at(0.5), 4u);
-  EXPECT_EQ(history.frame_at(0.3), 3u);
-  EXPECT_EQ(history.frame_at(-1), 0u);
-  EXPECT_EQ(history.frame_at(99), 7u);
+  EXPECT_EQ(history.timeline().frame_at(0.6), 4u) << "by the times of the frames, not by the rate";
+  EXPECT_EQ(history.timeline().frame_at(0.5), 4u);
+  EXPECT_EQ(history.timeline().frame_at(0.3), 3u);
+  EXPECT_EQ(history.timeline().frame_at(-1), 0u);
+  EXPECT_EQ(history.timeline().frame_at(99), 7u);
 }
 
 TEST(History, ASlowRecordingIsNoSilence) {

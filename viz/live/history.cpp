@@ -34,16 +34,6 @@ void History::mark(const Event& event) {
   events_.push_back({timeline_.timed ? event.time_s : static_cast<double>(event.frame), label_of(event)});
 }
 
-uint64_t History::frame_at(double time) const {
-  const auto after = std::lower_bound(samples_.begin(), samples_.end(), time,
-                                      [](const Sample& sample, double at) { return sample.time < at; });
-  if (after == samples_.begin() || after == samples_.end()) return timeline_.frame_at(time);
-  const Sample &a = *std::prev(after), &b = *after;
-  const double share = (time - a.time) / (b.time - a.time);
-  return a.position +
-         static_cast<uint64_t>(std::lround(share * static_cast<double>(b.position - a.position)));
-}
-
 void History::add(const Touch& touch, std::optional<uint64_t> position) {
   // No line across a longer silence, s or frames; a slow recording is none.
   const double longest_gap =

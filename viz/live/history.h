@@ -69,8 +69,6 @@ class History {
   const std::deque<EventMark>& events() const { return events_; }
   /// Of the last result, on the axis.
   double now() const { return now_; }
-  /// The frame nearest to a time on the axis: by the frames that were measured around it, else by the rate.
-  uint64_t frame_at(double time) const;
 
  private:
   Timeline timeline_;

@@ -63,7 +63,7 @@ bool Hud::timeline_click(const ViewRect& charts, const ChartStyle& style, ViewSt
   if (io.WantCaptureMouse || !io.MouseDown[ImGuiMouseButton_Left] || !inside(from)) return false;
   const bool moved = io.MouseDelta.x != 0 || ImGui::IsMouseClicked(ImGuiMouseButton_Left);
   if (const auto time = time_under(io.MousePos.x, charts, history_, style); time && moved)
-    state.seek_to = history_.frame_at(*time);
+    state.seek_to = timeline().frame_at(*time);
   return true;
 }
 
