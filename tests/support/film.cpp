@@ -1,13 +1,14 @@
 #include "tests/support/film.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/opt.h>
 }
 
 #include <memory>
 #include <stdexcept>
+
+#include "capture/video/packet.h"
 
 namespace palpate {
 namespace {
@@ -26,15 +27,6 @@ struct CloseMuxer {
 };
 struct CloseInput {
   void operator()(AVFormatContext* input) const { avformat_close_input(&input); }
-};
-struct FreeCodec {
-  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreePacket {
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
 };
 using MuxerPtr = std::unique_ptr<AVFormatContext, CloseMuxer>;
 
@@ -72,7 +64,7 @@ void write_film(const std::filesystem::path& file, const FilmSetting& setting) {
   const MuxerPtr muxer = open_muxer(file, setting.format);
   const AVCodec* encoder = avcodec_find_encoder_by_name(setting.codec.c_str());
   if (!encoder) throw std::runtime_error("film for a test: no encoder " + setting.codec);
-  const std::unique_ptr<AVCodecContext, FreeCodec> codec(avcodec_alloc_context3(encoder));
+  const CodecPtr codec(avcodec_alloc_context3(encoder));
   codec->width = static_cast<int>(setting.width);
   codec->height = static_cast<int>(setting.height);
   codec->time_base = {1, setting.time_base_per_s};
@@ -95,12 +87,12 @@ void write_film(const std::filesystem::path& file, const FilmSetting& setting) {
   const int written = avformat_write_header(muxer.get(), &options);
   av_dict_free(&options);
   check(written, "the head cannot be written");
-  const std::unique_ptr<AVFrame, FreeFrame> image(av_frame_alloc());
+  const FramePtr image(av_frame_alloc());
   image->format = codec->pix_fmt;
   image->width = codec->width;
   image->height = codec->height;
   check(av_frame_get_buffer(image.get(), 0), "no memory");
-  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+  const PacketPtr packet(av_packet_alloc());
   size_t packets = 0;
   const bool edits = file.extension() == ".mp4" || file.extension() == ".mov";
   const int64_t b_delay_ms = edits && setting.b_frames > 0 ? 2000 : 40;
@@ -145,7 +137,7 @@ void cut_film(const std::filesystem::path& from, const std::filesystem::path& to
   stream->codecpar->codec_tag = 0;
   stream->time_base = read.time_base;
   check(avformat_write_header(muxer.get(), nullptr), "the head cannot be written");
-  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+  const PacketPtr packet(av_packet_alloc());
   while (av_read_frame(input.get(), packet.get()) >= 0) {
     packet->pts -= start;
     packet->dts -= start;
