@@ -7,6 +7,8 @@
 #include <map>
 #include <utility>
 
+#include "engine/measure/colour_order.h"
+
 namespace palpate {
 namespace {
 
@@ -227,15 +229,14 @@ bool PictureCheck::has_one_colour(const Frame& frame) const {
   });
 }
 
-/// By the median over places of the colour that differs most.
+/// By all places together, or by the median over places of the colour that differs most.
 bool PictureCheck::colours_exchanged() {
   if (format_.channels != 3) return false;
-  constexpr std::array<std::array<size_t, 3>, 6> kOrders = {
-      {{0, 1, 2}, {2, 1, 0}, {1, 0, 2}, {0, 2, 1}, {1, 2, 0}, {2, 0, 1}}};
+  if (follows_another_order(now_.parts, untouched_.parts)) return true;
   constexpr uint32_t kRows = 8;  // of a place
   const size_t plane = size_t{format_.height} * parts_;
   std::array<double, 6> misfit{};
-  for (size_t order = 0; order < kOrders.size(); ++order) {
+  for (size_t order = 0; order < kChannelOrders.size(); ++order) {
     scratch_.clear();
     for (uint32_t y = 0; y + kRows <= format_.height; y += kRows)
       for (uint32_t i = 0; i < parts_; ++i) {
@@ -245,7 +246,7 @@ bool PictureCheck::colours_exchanged() {
           float change = 0;
           for (uint32_t v = 0; v < kRows; ++v) {
             const size_t at = size_t{y + v} * parts_ + i;
-            change += now_.parts[kOrders[order][c] * plane + at] - untouched_.parts[c * plane + at];
+            change += now_.parts[kChannelOrders[order][c] * plane + at] - untouched_.parts[c * plane + at];
           }
           largest = std::max(largest, std::abs(change) / kRows);
         }

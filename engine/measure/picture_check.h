@@ -28,7 +28,8 @@ struct PictureLine {
 /// - OneColour: blocks of exactly one colour, where the untouched image has structure, or most of the frame,
 /// and
 ///   another colour. Black of a dark image and saturated pixels do not count.
-/// - ColourOrder: most places have the untouched image's colours, in another order.
+/// - ColourOrder: most places have the untouched image's colours in another order, or all together follow
+///   another order than their own.
 /// - Moved: rows, or columns, are the untouched image's, rolled around, so that the part beyond one border
 ///   comes in at the other; or the picture is there twice, side by side, where the untouched image is not.
 /// - Torn: along a part of a row everything changes from one row to the next, and not in the rows beside it.

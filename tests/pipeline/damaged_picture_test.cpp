@@ -110,6 +110,33 @@ TEST(PictureCheckTest, EverySpoiltPictureIsFoundTouchedOrNot) {
   }
 }
 
+// A nearly gray gel under a touch that changes most of it by far more than its colours differ.
+TEST(PictureCheckTest, ExchangedColoursOfAGrayGelAreFoundUnderAStrongTouch) {
+  const FrameFormat format{320, 240, 3, 8};
+  std::mt19937 random(3);
+  const auto picture = [&](double touch, const std::array<double, 3>& light, bool exchanged) {
+    Frame frame;
+    frame.reshape(format);
+    for (uint32_t y = 0; y < format.height; ++y)
+      for (uint32_t x = 0; x < format.width; ++x) {
+        const double dent = touch * std::exp(-(std::pow(x - 150.0, 2) + std::pow(y - 110.0, 2)) / 20000);
+        for (uint32_t c = 0; c < 3; ++c) {
+          const double tint = 3 * std::sin(x / 50.0 + 2 * c) + 2 * (static_cast<double>(c) - 1);
+          const double gray = (110 + tint - dent) * light[c] + static_cast<int>(random() % 5) - 2;
+          frame.set(exchanged ? 2 - c : c, x, y, static_cast<uint32_t>(std::lround(gray)));
+        }
+      }
+    return frame;
+  };
+  PictureCheck check(format, 255);
+  check.set_reference(picture(0, {1, 1, 1}, false));
+  for (const double touch : {0.0, 15.0, 50.0, 80.0}) {
+    EXPECT_EQ(check.look_at(picture(touch, {1, 1, 1}, false)), PictureFault::None) << touch;
+    EXPECT_EQ(check.look_at(picture(touch, {1.02, 1, 0.98}, false)), PictureFault::None) << touch;
+    EXPECT_EQ(check.look_at(picture(touch, {1, 1, 1}, true)), PictureFault::ColourOrder) << touch;
+  }
+}
+
 TEST(PictureCheckTest, APartInOneColourIsFoundOnAWaveguide) {
   SyntheticSensor source(scene("press", SyntheticMode::Waveguide));
   PictureCheck check(source.format(), 255);
