@@ -144,7 +144,8 @@ Layer::Layer(const Material& pad, double thickness_mm, Base base)
       modulus_MPa_(palpate::effective_modulus_MPa(pad)),
       missing_(kWaves) {
   if (!(thickness_mm > 0) || !std::isfinite(thickness_mm))
-    throw Error(Failure::Input, "a pad thickness > 0 mm", std::to_string(thickness_mm), "checking the number and its unit");
+    throw Error(Failure::Input, "a pad thickness > 0 mm", std::to_string(thickness_mm),
+                "checking the number and its unit");
   for (int j = 0; j < kWaves; ++j)
     missing_[j] = missing_response(waves().x[j], pad.poisson, base) * waves().w[j];
   const int points = static_cast<int>(2 * kWidest) * kKernelSteps + 4;

@@ -1,14 +1,12 @@
 // Requested settings of a camera, as text and as a plan: options, controls, formats; numbers and times of
 // frames.
-#include "viz/commands/option_groups/camera_options.h"
-
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
 #include "capture/v4l2/camera_clock.h"
+#include "capture/v4l2/camera_options.h"
 #include "capture/v4l2/camera_setup.h"
 #include "palpate/error.h"
-#include "viz/commands/support/options.h"
 
 namespace palpate {
 namespace {
@@ -69,53 +67,6 @@ TEST(CameraOptions, NonsenseIsRefusedByName) {
       EXPECT_NE(std::string(error.what()).find("white_balance=4500"), std::string::npos) << error.what();
     }
   }
-}
-
-/// Name of the source as composed from the command line.
-std::string composed(const std::vector<std::string>& arguments) {
-  CommandLine command;
-  CameraChoice choice;
-  std::string input = "synthetic:palpation";
-  command.add_option("INPUT", input);
-  choice.add_to(command);
-  const Parsed parsed = command.parse(arguments);
-  EXPECT_TRUE(parsed.done) << parsed.text;
-  return choice.input(input);
-}
-
-TEST(CameraOptions, TheCommandLineBecomesOneText) {
-  EXPECT_EQ(composed({}), "synthetic:palpation");
-  EXPECT_EQ(composed({"film.avi"}), "film.avi");
-  EXPECT_EQ(composed({"--camera", "0"}), "camera:0");
-  EXPECT_EQ(composed({"--camera",
-                      "/dev/video0",
-                      "--format",
-                      "Y16",
-                      "--size",
-                      "1392x1042",
-                      "--fps",
-                      "15",
-                      "--exposure",
-                      "8ms",
-                      "--gain",
-                      "3",
-                      "--white-balance",
-                      "auto",
-                      "--control",
-                      "focus=3",
-                      "--control",
-                      "zoom=1",
-                      "--camera-timeout",
-                      "3s",
-                      "--camera-buffers",
-                      "4"}),
-            "camera:/dev/"
-            "video0?format=Y16&size=1392x1042&fps=15&exposure=0.008s&gain=3&white_balance=auto&timeout=3s&"
-            "buffers=4&control.focus=3&control.zoom=1");
-  EXPECT_THROW(composed({"film.avi", "--camera", "0"}), Error);
-  EXPECT_THROW(composed({"--format", "Y16"}), Error);
-  EXPECT_THROW(composed({"--camera", "0", "--exposure", "8"}), Error);
-  EXPECT_THROW(composed({"--camera", "0", "--control", "focus"}), Error);
 }
 
 Control integer(uint32_t id, const char* name, int64_t least, int64_t most, int64_t step, int64_t value) {

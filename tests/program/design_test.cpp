@@ -149,7 +149,8 @@ TEST_F(Design, NonsenseOfOpticsIsOneLine) {
   optics({"stack", "--indices", "1,1.4,1", "--thickness-mm", "0"}, 3, {"thicker than 0"});
   optics({"critical", "--indices", "1,1"}, 3, {"at least one layer"});
   optics({"led", "--indices", "1,1.4,1", "--thickness-mm", "6", "--depth-mm", "7"}, 3, {"depth"});
-  optics({"contact", "--indices", "1.5,1.4,1.5", "--thickness-mm", "2", "--contact", "1.3"}, 3, {"none that does"});
+  optics({"contact", "--indices", "1.5,1.4,1.5", "--thickness-mm", "2", "--contact", "1.3"}, 3,
+         {"none that does"});
   optics({"contact", "--indices", "1,1.4,1", "--thickness-mm", "2", "--contact", "1.3", "--albedo", "2"}, 3,
          {"albedo"});
   optics({"index", "--od-mm", "1", "--on-mm", "1", "--m1m2-mm", "2", "--nm2-mm", "1"}, 3, {"M1M2 < NM2"});

@@ -1,5 +1,6 @@
 // Stiff and extreme images: the sums are exact to the last bit whatever the frame holds, and the table of
-// perf/results/stiff_and_extreme.md lists the result of each case. Cases of the surface are in extreme_surface_test.cpp.
+// perf/results/stiff_and_extreme.md lists the result of each case. Cases of the surface are in
+// extreme_surface_test.cpp.
 #include <array>
 #include <cmath>
 #include <numeric>

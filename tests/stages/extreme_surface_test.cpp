@@ -1,6 +1,6 @@
 // Stiff and extreme surfaces: gradient fields of any size, steepness and consistency, and whole pipelines on
-// extreme images. Results are free of NaN, and wrong numbers are reported. perf/results/stiff_and_extreme.md has the
-// table that these tests print.
+// extreme images. Results are free of NaN, and wrong numbers are reported. perf/results/stiff_and_extreme.md
+// has the table that these tests print.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

@@ -17,6 +17,7 @@
 #include "viz/panels/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/measurement.h"
+#include "viz/panels/press.h"
 #include "viz/render/annotations.h"
 #include "viz/render/format.h"
 #include "viz/render/hud_frame.h"
@@ -270,6 +271,18 @@ TEST(StripCharts, ShearDoesNotShowTheNoiseOfAPadAtRest) {
   EXPECT_NEAR(least_shear_axis_N(sensor, samples), 0.8, 1e-12) << "four standard errors";
   samples[0].shear_x_N.validity = Validity::NotCalibrated;
   EXPECT_LT(least_shear_axis_N(sensor, samples), 0.1);
+}
+
+TEST(PressRows, APressInProgressSaysHowManyLoadsItHas) {
+  PressStatus status;
+  status.pressing = true;
+  status.force_N = 0.8;
+  status.loads = 2;
+  status.wanted = 4;
+  bool said = false;
+  for (const PressRow& row : press_rows(status, 0))
+    said |= row.name == "pressing" && row.value == "0.80 N, loads 2 of 4";
+  EXPECT_TRUE(said);
 }
 
 }  // namespace
