@@ -1,5 +1,5 @@
 // Indenters on pads of any thickness: closed forms, published corrections, integrals and limits.
-#include "engine/elasticity/indentation.h"
+#include "engine/elasticity/modulus/indentation.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "engine/elasticity/hertz.h"
-#include "engine/elasticity/indentation.h"
+#include "engine/elasticity/modulus/indentation.h"
 #include "engine/fem/solve.h"
 #include "viz/python/arrays.h"
 #include "viz/python/device.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/elasticity/indentation.h"
+#include "engine/elasticity/modulus/indentation.h"
 
 namespace palpate {
 

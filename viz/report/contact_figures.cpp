@@ -6,7 +6,7 @@
 
 #include "engine/base/text.h"
 #include "engine/elasticity/hertz.h"
-#include "engine/elasticity/indentation.h"
+#include "engine/elasticity/modulus/indentation.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {

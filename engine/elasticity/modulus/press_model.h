@@ -3,20 +3,19 @@
 // forces in N, moduli in MPa.
 //
 // Sphere: the bonded layer's exact contact equation with the ball's own profile, the ball yielding as a half
-// space does (engine/elasticity/indentation.h); the approach also has the table's side and what a ball is
-// short of two half spaces.
-// Cylinder and cube (taken as the cylinder of the same face): pressure by rings, the layer's answer by its
-// Green's function, the sample's by finite elements of unit modulus. How far its face's mean comes down is
-// F h / (E A) on a smooth table whatever the distribution of pressure (reciprocity with even pressure). The
-// pad carries the face as wide as it has become.
+// space does (engine/elasticity/modulus/indentation.h); the approach also has the table's side and what a
+// ball is short of two half spaces. Cylinder and cube (taken as the cylinder of the same face): pressure by
+// rings, the layer's answer by its Green's function, the sample's by finite elements of unit modulus. How far
+// its face's mean comes down is F h / (E A) on a smooth table whatever the distribution of pressure
+// (reciprocity with even pressure). The pad carries the face as wide as it has become.
 #pragma once
 
 #include <array>
 #include <string>
 #include <vector>
 
-#include "engine/elasticity/axisymmetric.h"
-#include "engine/elasticity/indentation.h"
+#include "engine/elasticity/modulus/axisymmetric.h"
+#include "engine/elasticity/modulus/indentation.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "engine/elasticity/indentation.h"
+#include "engine/elasticity/modulus/indentation.h"
 
 #include <Eigen/Core>
 #include <cmath>

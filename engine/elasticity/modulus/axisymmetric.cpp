@@ -1,4 +1,4 @@
-#include "engine/elasticity/axisymmetric.h"
+#include "engine/elasticity/modulus/axisymmetric.h"
 
 #include <Eigen/LU>
 #include <algorithm>
