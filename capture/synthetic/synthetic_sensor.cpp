@@ -10,7 +10,7 @@
 #include "capture/synthetic/skin.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/text.h"
-#include "engine/elasticity/elastic_kernel.h"
+#include "engine/pad/elastic_kernel.h"
 #include "palpate/error.h"
 
 namespace palpate {

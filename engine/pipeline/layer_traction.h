@@ -1,13 +1,13 @@
 // Layer traction: a frame's surface to pressure and shear on the pad, and the wrench that they make. Where
 // the sensor's pixels are pressures already (Reconstruction::Elastic) those are summed, else the layer's
-// contact is solved for on the host (engine/elasticity/traction.h), only in frames that something touches.
+// contact is solved for on the host (engine/pad/traction.h), only in frames that something touches.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/surface/surface_method.h"
 #include "engine/stages/surface/cell_heights.h"

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "engine/base/divide_up.h"
-#include "engine/elasticity/layer_kernel.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/pad/layer_kernel.h"
 #include "palpate/error.h"
 #include "shaders/traction_back_depth.spv.h"
 #include "shaders/traction_back_gradient.spv.h"

@@ -1,5 +1,5 @@
 // Traction stage: pressure on a bonded layer from the shape of its surface, on the GPU; the problem and its
-// constrained conjugate gradients are those of engine/elasticity/traction.h.
+// constrained conjugate gradients are those of engine/pad/traction.h.
 //
 // The layer's answer C is even in both directions. Along rows it is a sum of cosines of differences,
 // cos k (x - x') = cos kx cos kx' + sin kx sin kx', which with the period of twice the row less two cells is
@@ -12,9 +12,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/elasticity/traction.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/kernel.h"
+#include "engine/pad/traction.h"
 #include "engine/stages/surface/surface_grid.h"
 #include "shaders/shared/traction.h"
 

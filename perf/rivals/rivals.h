@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "engine/elasticity/elastic_kernel.h"
+#include "engine/pad/elastic_kernel.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 

@@ -7,9 +7,9 @@
 
 #include "engine/base/text.h"
 #include "engine/elasticity/layer.h"
-#include "engine/elasticity/traction.h"
 #include "engine/gpu/commands.h"
 #include "engine/numeric/poisson_dct.h"
+#include "engine/pad/traction.h"
 #include "engine/stages/traction.h"
 #include "perf/measure.h"
 

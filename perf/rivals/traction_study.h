@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 
 namespace palpate::gpu {
 class Context;

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "capture/synthetic/synthetic.h"
-#include "engine/elasticity/elastic_convolution.h"
 #include "engine/gpu/commands.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/numeric/weighted_poisson.h"
+#include "engine/pad/elastic_convolution.h"
 #include "engine/stages/surface/elastic.h"
 #include "engine/stages/surface/surface.h"
 #include "engine/stages/surface/weighted_surface.h"

@@ -6,9 +6,9 @@
 #include <functional>
 #include <numbers>
 
-#include "engine/elasticity/traction.h"
 #include "engine/fem/linear/solver.h"
 #include "engine/fem/solve.h"
+#include "engine/pad/traction.h"
 #include "tests/reference/sphere_press.h"
 
 namespace palpate {

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "engine/elasticity/elastic_convolution.h"
-#include "engine/elasticity/layer_convolution.h"
-#include "engine/elasticity/traction.h"
+#include "engine/pad/elastic_convolution.h"
+#include "engine/pad/layer_convolution.h"
+#include "engine/pad/traction.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "engine/elasticity/layer_convolution.h"
-#include "engine/elasticity/traction.h"
+#include "engine/pad/layer_convolution.h"
+#include "engine/pad/traction.h"
 #include "palpate/pipeline.h"
 #include "tests/support/pressed_surface.h"
 

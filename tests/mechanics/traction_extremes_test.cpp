@@ -6,8 +6,8 @@
 #include <random>
 
 #include "engine/base/text.h"
-#include "engine/elasticity/layer_continuation.h"
-#include "engine/elasticity/traction.h"
+#include "engine/pad/layer_continuation.h"
+#include "engine/pad/traction.h"
 #include "perf/rivals/traction_study.h"
 #include "tests/support/pressed_surface.h"
 

@@ -1,5 +1,5 @@
 // Traction from the shape of a layer's surface, beside exact solutions of bonded layers.
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,10 @@
 #include <numbers>
 #include <random>
 
-#include "engine/elasticity/elastic_kernel.h"
 #include "engine/elasticity/layer.h"
-#include "engine/elasticity/layer_convolution.h"
 #include "engine/elasticity/layer_response.h"
+#include "engine/pad/elastic_kernel.h"
+#include "engine/pad/layer_convolution.h"
 #include "palpate/error.h"
 #include "perf/rivals/traction_study.h"
 #include "tests/support/pressed_surface.h"

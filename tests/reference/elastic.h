@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/elasticity/elastic_plan.h"
+#include "engine/pad/elastic_plan.h"
 
 namespace palpate::reference {
 

@@ -10,8 +10,8 @@
 #include <random>
 
 #include "capture/synthetic/synthetic.h"
-#include "engine/elasticity/elastic_convolution.h"
 #include "engine/gpu/commands.h"
+#include "engine/pad/elastic_convolution.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/reference/elastic.h"

@@ -12,8 +12,8 @@
 #include <random>
 
 #include "engine/elasticity/layer.h"
-#include "engine/elasticity/layer_convolution.h"
 #include "engine/gpu/commands.h"
+#include "engine/pad/layer_convolution.h"
 #include "palpate/error.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/pressed_surface.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/elasticity/layer.h"
-#include "engine/elasticity/layer_convolution.h"
-#include "engine/elasticity/traction.h"
+#include "engine/pad/layer_convolution.h"
+#include "engine/pad/traction.h"
 
 namespace palpate {
 

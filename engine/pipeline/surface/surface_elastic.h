@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "engine/elasticity/elastic_convolution.h"
+#include "engine/pad/elastic_convolution.h"
 #include "engine/pipeline/surface/surface_method.h"
 #include "engine/stages/surface/elastic.h"
 

@@ -1,5 +1,5 @@
 // Elastic stage: a picture of contact pressure to the deflection of the pad's surface, by the
-// pyramid of engine/elasticity/elastic_plan.h. Depths are absolute: 0 is the surface far from the contact, no
+// pyramid of engine/pad/elastic_plan.h. Depths are absolute: 0 is the surface far from the contact, no
 // rest level is looked for.
 #pragma once
 
@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/elasticity/elastic_plan.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
 #include "engine/gpu/tuning.h"
+#include "engine/pad/elastic_plan.h"
 #include "engine/stages/surface/surface.h"
 #include "palpate/sensor.h"
 

@@ -1,4 +1,4 @@
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "engine/elasticity/known_edges.h"
-#include "engine/elasticity/layer_continuation.h"
-#include "engine/elasticity/layer_convolution.h"
-#include "engine/elasticity/masked_gradients.h"
+#include "engine/pad/known_edges.h"
+#include "engine/pad/layer_continuation.h"
+#include "engine/pad/layer_convolution.h"
+#include "engine/pad/masked_gradients.h"
 #include "palpate/error.h"
 
 namespace palpate {

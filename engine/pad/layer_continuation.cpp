@@ -1,4 +1,4 @@
-#include "engine/elasticity/layer_continuation.h"
+#include "engine/pad/layer_continuation.h"
 
 #include <algorithm>
 #include <cmath>

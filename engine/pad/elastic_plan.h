@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/elasticity/elastic_kernel.h"
+#include "engine/pad/elastic_kernel.h"
 #include "shaders/shared/elastic.h"
 
 namespace palpate {

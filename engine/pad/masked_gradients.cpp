@@ -1,4 +1,4 @@
-#include "engine/elasticity/masked_gradients.h"
+#include "engine/pad/masked_gradients.h"
 
 #include <algorithm>
 #include <cmath>

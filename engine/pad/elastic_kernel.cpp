@@ -1,4 +1,4 @@
-#include "engine/elasticity/elastic_kernel.h"
+#include "engine/pad/elastic_kernel.h"
 
 #include <cmath>
 #include <numbers>

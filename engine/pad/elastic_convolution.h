@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "engine/elasticity/elastic_kernel.h"
 #include "engine/numeric/transform/convolution.h"
+#include "engine/pad/elastic_kernel.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "engine/elasticity/elastic_convolution.h"
+#include "engine/pad/elastic_convolution.h"
 
 #include <vector>
 

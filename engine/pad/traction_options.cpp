@@ -1,7 +1,7 @@
 #include <cmath>
 #include <string>
 
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "engine/elasticity/layer_convolution.h"
+#include "engine/pad/layer_convolution.h"
 
 namespace palpate {
 namespace {

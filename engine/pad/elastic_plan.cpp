@@ -1,4 +1,4 @@
-#include "engine/elasticity/elastic_plan.h"
+#include "engine/pad/elastic_plan.h"
 
 #include <Eigen/LU>
 #include <algorithm>

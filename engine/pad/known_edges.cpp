@@ -1,4 +1,4 @@
-#include "engine/elasticity/known_edges.h"
+#include "engine/pad/known_edges.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/elasticity/layer_convolution.h"
+#include "engine/pad/layer_convolution.h"
 
 namespace palpate {
 

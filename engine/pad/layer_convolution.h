@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/elasticity/layer_kernel.h"
 #include "engine/numeric/transform/convolution.h"
+#include "engine/pad/layer_kernel.h"
 
 namespace palpate {
 

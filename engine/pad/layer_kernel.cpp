@@ -1,4 +1,4 @@
-#include "engine/elasticity/layer_kernel.h"
+#include "engine/pad/layer_kernel.h"
 
 #include <math.h>
 
@@ -8,9 +8,9 @@
 #include <numbers>
 #include <string>
 
-#include "engine/elasticity/elastic_kernel.h"
 #include "engine/elasticity/layer_response.h"
 #include "engine/numeric/quadrature.h"
+#include "engine/pad/elastic_kernel.h"
 #include "palpate/error.h"
 
 namespace palpate {
