@@ -8,7 +8,7 @@
 
 #include "engine/base/text.h"
 #include "engine/elasticity/layer.h"
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 #include "palpate/error.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/thorough.h"
