@@ -66,6 +66,9 @@ class Source {
   /// The next frame will be number `index` of the recording, counted from 0 and marked after_gap; false where
   /// this source cannot jump or has no such frame.
   virtual bool seek(uint64_t /*index*/) { return false; }
+  /// Number in the recording of the last frame of `next`, as `seek` counts: more than were delivered where
+  /// damaged ones are left out. Nothing: none is left out, or this is no recording.
+  virtual std::optional<uint64_t> place() const { return std::nullopt; }
   /// Truth of frame `sequence`; only synthetic sources have one. Safe to call from any thread.
   virtual std::optional<Truth> truth(uint64_t /*sequence*/) const { return std::nullopt; }
   /// Times of all frames of a recording since its first, s, rising; empty where they come evenly at

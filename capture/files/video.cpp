@@ -134,6 +134,10 @@ bool VideoFile::seek(uint64_t index) {
   return true;
 }
 
+std::optional<uint64_t> VideoFile::place() const {
+  return next_ > 0 ? std::optional(next_ - 1) : std::nullopt;
+}
+
 std::vector<double> VideoFile::uneven_times_s() const {
   return uneven_times(video_->times_ns(), rate_Hz_);
 }

@@ -31,6 +31,7 @@ class VideoFile : public Source {
   bool next(Frame& frame) override;
   std::vector<double> uneven_times_s() const override;
   bool seek(uint64_t index) override;
+  std::optional<uint64_t> place() const override;
   CaptureCounts counts() const override { return {.lost = 0, .damaged = damaged_, .gaps = 0}; }
   std::string warning() const override;
   bool cut_short() const override;

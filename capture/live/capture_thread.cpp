@@ -50,9 +50,12 @@ bool LiveCapture::fetch(Frame& frame) {
   if (!options_.replay) return source->next(frame);
   Transport& transport = session_.transport;
   int64_t to = transport.seek_to.exchange(Transport::kNowhere);
+  const uint64_t before = transport.position;
+  bool back = false;
   if (to == Transport::kNowhere && session_.paused) {
     const int steps = transport.steps.exchange(0);
-    if (steps < 0 || steps > 1) to = static_cast<int64_t>(transport.position) + steps;
+    back = steps < 0;
+    if (steps < 0 || steps > 1) to = static_cast<int64_t>(before) + steps;
   }
   if (to != Transport::kNowhere) {
     const auto last = static_cast<int64_t>(source->frame_count().value_or(1)) - 1;
@@ -63,6 +66,10 @@ bool LiveCapture::fetch(Frame& frame) {
     }
   }
   if (!source->next(frame)) return false;
+  // In place of a damaged frame comes the one after it: a step back goes on to the one before.
+  while (back && to > 0 && source->place().value_or(0) >= before && source->seek(static_cast<uint64_t>(--to)))
+    if (!source->next(frame)) return false;
+  in_this_round_ = source->place().value_or(in_this_round_);
   transport.position = in_this_round_;
   transport.at_end = false;
   return true;

@@ -308,6 +308,10 @@ CaptureCounts Session::counts() const {
   return {.lost = 0, .damaged = impl_->damaged, .gaps = 0};
 }
 
+std::optional<uint64_t> Session::place() const {
+  return impl_->video->place();
+}
+
 bool Session::seek(uint64_t index) {
   if (!impl_->video->seek(index)) return false;
   impl_->jumped = true;

@@ -124,6 +124,7 @@ class Session : public Source {
   CaptureCounts counts() const override;
   std::vector<std::pair<std::string, std::string>> details() const override;
   bool seek(uint64_t index) override;
+  std::optional<uint64_t> place() const override;
 
  private:
   struct Impl;

@@ -27,6 +27,7 @@ class Reader final : public SessionVideoReader {
   bool decode(Frame& frame) override;
   uint64_t indexed() override;
   bool seek(uint64_t index) override;
+  std::optional<uint64_t> place() const override;
   Found scan() override;
 
  private:
@@ -161,6 +162,12 @@ bool Reader::seek(uint64_t index) {
   if (index >= index_.size()) return false;
   go_to(index_[index], true);
   return true;
+}
+
+std::optional<uint64_t> Reader::place() const {
+  const auto found = std::ranges::lower_bound(index_, block_.begin);
+  if (block_.end == 0 || found == index_.end()) return std::nullopt;
+  return static_cast<uint64_t>(found - index_.begin());
 }
 
 Reader::Found Reader::scan() {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "palpate/frame.h"
@@ -75,6 +76,8 @@ class SessionVideoReader {
   virtual uint64_t indexed() = 0;
   /// The next `step` will reach frame `index`, counted from 0; false where the file's index has none such.
   virtual bool seek(uint64_t index) = 0;
+  /// Number of the frame of the last `step`, as `seek` counts; nothing without an index or before that.
+  virtual std::optional<uint64_t> place() const = 0;
   /// Counts what can be read from here to the end by looking at every frame, and makes an index of it. Ends
   /// at the start of the file.
   struct Found {

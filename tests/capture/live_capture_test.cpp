@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "capture/files/measurements.h"
+#include "capture/live/capture_thread.h"
 #include "capture/live/live.h"
 #include "capture/live/recorder.h"
 #include "capture/run/verify_recording.h"
@@ -216,6 +217,55 @@ TEST_F(LiveCaptureTest, AReplayLeavesNoFrameOutAndItsLoopsHaveTheRecordingsTimes
     EXPECT_EQ(numbers[i], i % kFrames);
     EXPECT_NEAR(static_cast<double>(times_ns[i]), 2.5e6 * static_cast<double>(i % kFrames), 2) << i;
   }
+}
+
+/// Ten frames, of which two are damaged.
+class DamagedRecording : public SyntheticSensor {
+ public:
+  DamagedRecording() : SyntheticSensor(scene()) {}
+  std::optional<uint64_t> frame_count() const override { return 10; }
+  bool next(Frame& frame) override {
+    while (next_ == 3 || next_ == 4) ++next_;
+    if (next_ == 10) return false;
+    render(next_++, frame);
+    return true;
+  }
+  bool seek(uint64_t index) override {
+    next_ = index;
+    return index < 10;
+  }
+  std::optional<uint64_t> place() const override { return next_ - 1; }
+
+ private:
+  uint64_t next_ = 0;
+};
+
+/// The player's position is the recording's, and a step back does not stay before frames that are left out.
+TEST(ReplayOfADamagedRecording, CountsAsTheRecordingDoes) {
+  const std::function<std::unique_ptr<Source>()> open = [] { return std::make_unique<DamagedRecording>(); };
+  LiveOptions options;
+  options.replay = options.unpaced = true;
+  LiveSession session;
+  session.use(open());
+  LiveCapture capture(session, open, options);
+  std::thread thread([&] { capture.run(); });
+  const auto expect_next = [&](uint64_t position) {
+    const std::optional<CapturedPtr> item = session.to_engine.take(kHangs);
+    ASSERT_TRUE(item);
+    EXPECT_EQ((*item)->position, position);
+  };
+  for (const uint64_t position : {0u, 1u, 2u, 5u, 6u, 7u, 8u, 9u}) expect_next(position);
+  session.paused = true;
+  for (const uint64_t position : {8u, 7u, 6u, 5u, 2u, 1u}) {
+    session.transport.steps = -1;
+    expect_next(position);
+    EXPECT_EQ(session.transport.position, position);
+  }
+  session.transport.seek_to = 3;
+  expect_next(5);
+  session.stop = true;
+  session.to_engine.close();
+  thread.join();
 }
 
 TEST_F(LiveCaptureTest, AConsumerSlowerThanTheCameraGetsTheNewest) {

@@ -249,7 +249,8 @@ void expect_said(const fs::path& folder, size_t at) {
   Session session(folder);
   Frame frame;
   uint64_t count = 0;
-  while (session.next(frame)) ++count;
+  for (; session.next(frame); ++count)
+    EXPECT_EQ(session.place(), session.complete() ? frame.sequence : count) << at;
   const bool said = session.warning().find("1 damaged frame is left out") != std::string::npos;
   EXPECT_EQ(said, count < kFrames) << at << ": " << session.warning();
   EXPECT_GE(count + 1, kFrames) << at;

@@ -132,6 +132,7 @@ TEST_F(UnevenFilm, ADamagedPictureIsLeftOutAndCounted) {
       if (i == 12) continue;
       ASSERT_TRUE(source->next(frame)) << i;
       EXPECT_EQ(frame.sequence, i);
+      EXPECT_EQ(source->place(), i);
       EXPECT_EQ(shown(frame), i);
       EXPECT_NEAR(double(frame.time_ns), 40e6 * double(i), 1e6);
       EXPECT_FALSE(frame.after_gap);  // one missing frame is no gap
@@ -145,6 +146,7 @@ TEST_F(UnevenFilm, ADamagedPictureIsLeftOutAndCounted) {
     ASSERT_TRUE(source->seek(12));
     ASSERT_TRUE(source->next(frame));
     EXPECT_EQ(frame.sequence, 13u);
+    EXPECT_EQ(source->place(), 13u);
     EXPECT_EQ(shown(frame), 13u);
   }
 }
