@@ -16,7 +16,6 @@
 #include "capture/files/images/images.h"
 #include "capture/files/video.h"
 #include "palpate/error.h"
-#include "tests/support/recordings.h"
 
 namespace fs = std::filesystem;
 
@@ -311,17 +310,6 @@ TEST_F(SourceTest, ImagesCutShortOrDamagedAreRefused) {
   expect_refused(path("bad.jpg"), {"JPEG", "damaged"});
 }
 
-TEST_F(SourceTest, JpegsArriveAsOpenCvDecodesThem) {
-  for (const int type : {CV_8UC1, CV_8UC3}) {
-    cv::Mat smooth;
-    cv::GaussianBlur(random_image(67, 45, type, 255), smooth, {0, 0}, 3);
-    cv::imwrite(path("c.jpg"), smooth);
-    const cv::Mat wanted = cv::imread(path("c.jpg"), cv::IMREAD_UNCHANGED), found = read_image(path("c.jpg"));
-    ASSERT_EQ(found.type(), type);
-    EXPECT_EQ(cv::norm(wanted, found, cv::NORM_INF), 0);
-  }
-}
-
 TEST_F(SourceTest, AbsurdSizesAreRefusedByTheirHeader) {
   std::ofstream(path("huge.pgm")) << "P5\n# lies\n60000 50000\n255\nabc";
   expect_refused(path("huge.pgm"), {"60000x50000", "16384"});
@@ -482,19 +470,6 @@ TEST_F(SourceTest, AlphaIsDropped) {
   sensor_.channels = 3;
   Frame frame;
   EXPECT_TRUE(open_source(path("alpha.png"), sensor_)->next(frame));
-}
-
-TEST(Recordings, TheWaveguideClipIsReadWhole) {
-  const fs::path clip = recordings_folder() / "touchlib-ftir/hard-5point.avi";
-  if (!fs::exists(clip)) GTEST_SKIP() << "recordings are absent: " << clip;
-  Sensor sensor;
-  const auto source = open_source(clip.string(), sensor);
-  EXPECT_EQ(source->format(), (FrameFormat{240, 320, 1, 8}));
-  Frame frame;
-  uint64_t count = 0;
-  while (source->next(frame)) ++count;
-  EXPECT_EQ(count, 158u);
-  EXPECT_EQ(source->warning(), "");
 }
 
 }  // namespace
