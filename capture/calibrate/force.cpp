@@ -106,7 +106,7 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
         touching = false;
         continue;
       }
-      if (!touching) ++presses;
+      if (!touching || recordings[r].separate) ++presses;
       touching = true;
       ForceSample s;
       s.features = force_features(f.touch);
@@ -142,6 +142,7 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   for (const GaugedFrame& f : recording.frames) {
     ForceFeatures features = force_features(f.touch);
     if (keep_border) features.at_border = false;
+    if (recording.separate) history.interrupt();
     const Estimate e = history.update(judged, features);
     if (!f.touch.contact || !std::isfinite(f.force_N)) continue;
     const double error_N = std::abs(e.value - f.force_N);

@@ -347,9 +347,15 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   if (request.gauge != kTruth) read_gauge(request.gauge, request.columns);  // before minutes of measuring
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
+  recording.separate = separate_presses(*source, request.one_sequence, request.rate_Hz);
+  if (recording.separate && request.columns == GaugeColumns::Tangential)
+    throw Error(Failure::Usage, "a pull whose frames follow each other",
+                "'" + input.input + "': pictures without a rate, each of them a press of its own",
+                "--sequence where they do");
   const Frame background = load_background(input.input, input.sensor, *source);
-  Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
-                    {.outputs = input.outputs, .solver = SurfaceSolver::Converged});
+  Pipeline pipeline(
+      context, for_rectified_frames(input.sensor), source->format(),
+      {.outputs = input.outputs, .solver = SurfaceSolver::Converged, .separate = recording.separate});
   pipeline.set_background(background);
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));

@@ -37,20 +37,22 @@ struct GaugedRecording {
   std::string clock_signal;                ///< by what of the frames: "sum of gradients", "gray sum", ...
   double offset_s = 0;                     ///< that was added to the gauge's times
   std::vector<std::string> notes;          ///< what to know of it, one line each
+  bool separate = false;                   ///< each frame is a press of its own
 };
 
 struct GaugeRequest {
   std::string gauge;  ///< CSV file, or "truth" of a synthetic recording
   GaugeColumns columns = GaugeColumns::Normal;
   Alignment alignment;
-  double rate_Hz = 0;  ///< of images, which know no times
+  double rate_Hz = 0;         ///< of images, which know no times
+  bool one_sequence = false;  ///< images without a rate follow each other, as of separate_presses()
 };
 
 /// Measures every frame (a camera is refused) and reads the gauge at its time: straight between its readings,
 /// not across gaps and not beyond its ends. Tables that count frames need no clock. What each of its columns
 /// reads while nothing touches is taken off, and a normal force to which a press is negative is turned; the
 /// notes say so. Throws Error(Failure::Input) where the two cannot be brought together, and where a column
-/// has no steady zero.
+/// has no steady zero; Error(Failure::Usage) for a pull of frames that do not follow each other.
 GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
                                      const GaugeRequest& request, const RunWatch& watch);
 

@@ -50,7 +50,9 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
   source->watch([&watch] { return watch.stopped(); });
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
-                    {.outputs = wanted.outputs, .solver = SurfaceSolver::Converged});
+                    {.outputs = wanted.outputs,
+                     .solver = SurfaceSolver::Converged,
+                     .separate = separate_presses(*source, gauge.one_sequence, gauge.rate_Hz)});
   pipeline.set_background(load_background(wanted.input, sensor, *source));
   WrenchSeries series;
   double most_N = 0;

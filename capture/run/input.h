@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/session/session.h"
 #include "palpate/pipeline.h"
@@ -18,7 +19,15 @@ struct MeasuredInput {
   Sensor sensor;
   std::optional<SessionInfo> session;  ///< of a recorded session
   uint32_t outputs = 0;                ///< force, and the surface where the sensor has a reading of it
+  uint32_t asked = 0;                  ///< outputs that were asked for by name
 };
+
+/// `outputs` that were asked for by name, instead of what the sensor can; none: as it is. Contacts and the
+/// skin need the force.
+void ask_for(MeasuredInput& input, const std::vector<Output>& outputs);
+/// Throws Error(Failure::Usage) where `asked` has what frames that do not follow each other cannot show.
+/// `separate`: as PipelineOptions::separate.
+void refuse_unfollowed(uint32_t asked, bool separate, const std::string& input);
 
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and `seed`
 /// where they name none. Sessions bring their sensor; any other input without one is

@@ -266,6 +266,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
   const bool separate = separate_presses(*source, request.one_sequence, request.rate_Hz);
+  refuse_unfollowed(request.asked, separate, request.input);
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
                     {.outputs = request.outputs,
                      .solver = request.solver,

@@ -51,6 +51,7 @@ class RecordingPictures {
 struct ProcessRequest {
   std::string input;  ///< as open_source takes it
   uint32_t outputs = Output::Force | Output::Surface;
+  uint32_t asked = 0;  ///< as MeasuredInput::asked
   SurfaceSolver solver = SurfaceSolver::Auto;
   bool skip_untouched = false;  ///< as in PipelineOptions
   bool fixed_light = false;     ///< likewise

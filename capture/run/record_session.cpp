@@ -39,6 +39,7 @@ RecordOutcome record_session(const std::function<gpu::Context&()>& context, Reco
   const Frame background = load_background(input.input, input.sensor, *source);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
   request.pipeline.separate = separate_presses(*source, request.one_sequence, live.rate_Hz);
+  refuse_unfollowed(input.asked, request.pipeline.separate, input.input);
   // A recording can wait; a camera, or what plays one at a rate, cannot.
   const bool can_wait = !source->live() && live.rate_Hz <= 0;
   live.unpaced = live.measure_all = can_wait;

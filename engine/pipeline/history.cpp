@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 namespace palpate {
 
 namespace {
 
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
 template <typename Shape>
 void forget_motion(Shape& shape) {
-  shape.shift_x_mm = shape.shift_y_mm = shape.shift_x_px = shape.shift_y_px = 0;
+  shape.shift_x_mm = shape.shift_y_mm = shape.shift_x_px = shape.shift_y_px = kNaN;
   shape.shear_x_N = shape.shear_y_N = {0, 0, Validity::NotFollowed};
   shape.slip = Slip::NotCalibrated;
 }

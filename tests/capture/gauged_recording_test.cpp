@@ -36,10 +36,15 @@ class GaugedRecordingTest : public GpuTest {
       table << i << ',' << sign_ * source->truth((i + from) % count)->force_N + offset_N_ << '\n';
   }
   std::string gauge() const { return (folder_ / "gauge.csv").string(); }
-  GaugedRecording measured(const MeasuredInput& input) const {
-    GaugeRequest request;
+  GaugedRecording measured(const MeasuredInput& input, GaugeRequest request = {}) const {
     request.gauge = gauge();
     return measure_beside_gauge(context(), input, request, {});
+  }
+  static GaugeRequest request_of(double rate_Hz, bool one_sequence = false) {
+    GaugeRequest request;
+    request.rate_Hz = rate_Hz;
+    request.one_sequence = one_sequence;
+    return request;
   }
   std::string refusal(const MeasuredInput& input) const {
     try {
@@ -59,6 +64,28 @@ class GaugedRecordingTest : public GpuTest {
     for (const GaugedFrame& f : recording.frames)
       most_N = std::max(most_N, std::abs(f.force_N - source->truth(f.touch.sequence)->force_N));
     return most_N;
+  }
+
+  /// Every `step`-th frame of the press, `from` on, as a folder of images with its table; the new input.
+  void write_images(int from, int step) {
+    const std::unique_ptr<Source> source = open_source(kPress, input_.sensor);
+    const std::filesystem::path images = folder_ / "images";
+    std::filesystem::create_directory(images);
+    std::ofstream table(gauge());
+    table << "frame,force_N\n";
+    Frame frame;
+    for (int i = 0, written = 0; source->next(frame); ++i) {
+      if (i < from || (i - from) % step != 0) continue;
+      std::vector<cv::Mat> planes;
+      for (const uint32_t colour : {2u, 1u, 0u})
+        planes.emplace_back(static_cast<int>(frame.format.height), static_cast<int>(frame.format.width),
+                            CV_8UC1, frame.row(colour, 0));
+      cv::Mat picture;
+      cv::merge(planes, picture);
+      ASSERT_TRUE(cv::imwrite((images / text("%06d.png", i)).string(), picture));
+      table << written++ << ',' << source->truth(frame.sequence)->force_N << '\n';
+    }
+    input_.input = images.string();
   }
 
   double sign_ = 1, offset_N_ = 0;  // of the table
@@ -169,28 +196,35 @@ TEST_F(GaugedRecordingTest, ClocksAreComparedByTheBestSignal) {
 
 TEST_F(GaugedRecordingTest, ARecordingThatBeginsTouchedIsRefused) {
   // The press from its middle on, as images: their first frame stands for the untouched image.
-  const std::unique_ptr<Source> source = open_source(kPress, input_.sensor);
-  const std::filesystem::path images = folder_ / "images";
-  std::filesystem::create_directory(images);
-  std::ofstream table(gauge());
-  table << "frame,force_N\n";
-  Frame frame;
-  for (int i = 0; source->next(frame); ++i) {
-    if (i < 80) continue;
-    std::vector<cv::Mat> planes;
-    for (const uint32_t colour : {2u, 1u, 0u})
-      planes.emplace_back(static_cast<int>(frame.format.height), static_cast<int>(frame.format.width),
-                          CV_8UC1, frame.row(colour, 0));
-    cv::Mat picture;
-    cv::merge(planes, picture);
-    ASSERT_TRUE(cv::imwrite((images / text("%06d.png", i)).string(), picture));
-    table << i - 80 << ',' << source->truth(frame.sequence)->force_N << '\n';
-  }
-  table.close();
-  input_.input = images.string();
+  write_images(80, 1);
   const std::string said = refusal(input_);
   for (const char* word : {"untouched image", "in its first 1 frame", "begins untouched"})
     EXPECT_NE(said.find(word), std::string::npos) << word << " in: " << said;
+}
+
+TEST_F(GaugedRecordingTest, PicturesWithoutARateAreSeparatePresses) {
+  write_images(0, 6);
+  const GaugedRecording apart = measured(input_);
+  EXPECT_TRUE(apart.separate);
+  for (const GaugedFrame& f : apart.frames) EXPECT_TRUE(std::isnan(f.touch.shift_x_px));
+  const std::vector<ForceSample> presses = force_samples({apart}, false);
+  ASSERT_GE(presses.size(), 5u);
+  for (size_t i = 0; i < presses.size(); ++i) EXPECT_EQ(presses[i].press, i);
+  for (const GaugeRequest& request : {request_of(10), request_of(0, true)}) {
+    const GaugedRecording followed = measured(input_, request);
+    EXPECT_FALSE(followed.separate);
+    for (const ForceSample& sample : force_samples({followed}, false)) EXPECT_EQ(sample.press, 0u);
+  }
+  std::ofstream(gauge()) << "frame,fx_N,fy_N\n0,0,0\n1,0.5,0\n2,0,0\n3,0,0\n";
+  try {
+    GaugeRequest pull;
+    pull.columns = GaugeColumns::Tangential;
+    measured(input_, pull);
+    ADD_FAILURE() << "nothing is pulled in pictures that do not follow each other";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::Usage);
+    EXPECT_NE(std::string(error.what()).find("; try --sequence"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace

@@ -54,6 +54,22 @@ TEST_F(Pictures, WithoutARateAreSeparatePresses) {
   EXPECT_EQ(ended.out.find("1 touch,"), std::string::npos) << ended.out;
 }
 
+// What is asked for by name and cannot be had is refused; what the sensor can by itself is left out.
+TEST_F(Pictures, HaveNoSkinThatMoves) {
+  std::vector<std::string> command = process_of("out");
+  command.insert(command.end(), {"--outputs", "force,skin", "--quiet"});
+  const Ended refused = run(command);
+  EXPECT_EQ(refused.exit_code, 2) << refused.out;
+  EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
+  for (const char* word : {"for the output skin", "each of them a press of its own", "--sequence"})
+    EXPECT_NE(refused.err.find(word), std::string::npos) << refused.err;
+  command[0] = "record";
+  EXPECT_EQ(run(command).exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "out/session.json"));
+  command.push_back("--sequence");
+  EXPECT_EQ(run(command).err.find("press of its own"), std::string::npos);
+}
+
 TEST_F(Pictures, AreOneSequenceWhereThatIsSaid) {
   for (const std::vector<std::string>& more :
        {std::vector<std::string>{"--sequence"}, std::vector<std::string>{"--rate", "10"}}) {

@@ -42,6 +42,17 @@ def test_a_touch_of_a_folder_names_its_file(frames, small):
         assert next(stream).source is None
 
 
+def test_pictures_are_separate_presses(frames):
+    with pp.open(frames) as stream:
+        touches = list(stream)
+    assert all(np.isnan([t.shift_x_mm, t.shift_y_mm, t.shift_x_px, t.shift_y_px]).all() for t in touches)
+    with pp.open(frames, sequence=True) as stream:
+        assert all(np.isfinite(t.shift_x_px) for t in stream)
+    for start in (pp.open, pp.measure):
+        with pytest.raises(pp.ArgumentError, match="the output skin.*press of its own.*try sequence"):
+            start(frames, outputs="force,skin".split(","))
+
+
 def test_a_touch_says_what_is_known_of_it():
     with pp.open("synthetic:press?mode=gel&size=160x120&rate=20", drop=False) as stream:
         touches = list(stream)

@@ -36,22 +36,19 @@ Report process(const Common& common, Options options) {
   request.input = options.camera.input(request.input);
   if (request.input.empty())
     throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
-  const MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
+  MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
+  ask_for(input, options.outputs);
   const Sensor& sensor = input.sensor;
   request.input = input.input;
   request.outputs = input.outputs;
-  if (!options.outputs.empty()) {
-    request.outputs = 0;
-    for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
-    if (wants(request.outputs, Output::Contacts) || wants(request.outputs, Output::Skin))
-      request.outputs |= static_cast<uint32_t>(Output::Force);
-  }
+  request.asked = input.asked;
   if (request.as_recorded) {
     if (!input.session)
       throw Error(Failure::Usage, "a session for --as-recorded", "'" + request.input + "'",
                   "a folder that palpate record wrote");
     const SessionInfo& info = *input.session;
     request.outputs = info.outputs;
+    request.asked = 0;
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;
     request.fixed_light = info.fixed_light;

@@ -36,15 +36,10 @@ Report record(const Common& common, Options options) {
   const std::string from = options.camera.input(options.input);
   if (from.empty())
     throw Error(Failure::Usage, "INPUT or --camera NODE", "neither", "palpate cameras, which lists them");
-  const MeasuredInput input = find_input(common.seed, from, options.sensor, options.background);
-  PipelineOptions pipeline{
+  MeasuredInput input = find_input(common.seed, from, options.sensor, options.background);
+  ask_for(input, options.outputs);
+  const PipelineOptions pipeline{
       .outputs = input.outputs, .solver = options.solver, .fixed_light = options.fixed_light};
-  if (!options.outputs.empty()) {
-    pipeline.outputs = 0;
-    for (const Output output : options.outputs) pipeline.outputs |= static_cast<uint32_t>(output);
-    if (wants(pipeline.outputs, Output::Contacts) || wants(pipeline.outputs, Output::Skin))
-      pipeline.outputs |= static_cast<uint32_t>(Output::Force);
-  }
   options.live.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the recording goes on", lost.what());
   };

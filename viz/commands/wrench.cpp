@@ -11,6 +11,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
@@ -28,6 +29,7 @@ struct Options {
   std::filesystem::path sensor, background;
   double young_kPa = 0, poisson = 0, thickness_mm = 0;
   double rate_Hz = 0;
+  bool one_sequence = false;
 };
 
 /// The sensor's layer, with what the command line says of it.
@@ -238,9 +240,11 @@ Report run(const Common& common, const Options& options) {
   MeasuredInput input = find_input(common.seed, options.input, options.sensor, options.background);
   apply_layer(options, input.sensor);
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  const WrenchSeries series = measure_wrench(
-      *context, input, {options.gauge, GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz},
-      run_watch(common));
+  const WrenchSeries series =
+      measure_wrench(*context, input,
+                     {options.gauge, GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz,
+                      options.one_sequence},
+                     run_watch(common));
   if (interrupted()) return {"", "", kInterrupted};
   const std::optional<WrenchCheck> check = check_wrench(series);
   Report report{text_of(series, check), json_of(series, check).dump(2), 0};
@@ -292,6 +296,7 @@ void add_wrench(CommandLine& program, Common& common, Command& chosen) {
   command
       ->add_option("--rate", options->rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
+  add_sequence(*command, options->one_sequence);
   command->add_option("--out", common.out,
                       "Folder for wrench.csv, the plot over time and the map of pressure at the peak");
   add_common(*command, common,

@@ -77,14 +77,15 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
 
 py::dict force(const std::vector<InputRequest>& inputs, const std::vector<std::string>& gauges,
                const std::vector<InputRequest>& checks, const std::vector<std::string>& check_gauges,
-               const std::string& align, double rate_Hz, const std::string& signal, const std::string& model,
-               std::optional<bool> branches, bool keep_border, const std::string& device) {
+               const std::string& align, double rate_Hz, bool one_sequence, const std::string& signal,
+               const std::string& model, std::optional<bool> branches, bool keep_border,
+               const std::string& device) {
   ForceAsked asked{{inputs, gauges}, {checks, check_gauges}, {}, {}, keep_border, device};
   check_pairs(asked.fit, "recording");
   check_pairs(asked.checks, "recording to check");
   if (inputs.empty())
     throw bad_argument("a recording", "none", "calibrate.force(\"press/\", gauge=\"gauge.csv\")");
-  asked.gauge = {"", GaugeColumns::Normal, parse_alignment(align), rate_Hz};
+  asked.gauge = {"", GaugeColumns::Normal, parse_alignment(align), rate_Hz, one_sequence};
   if (!signal.empty()) asked.choice.signal = by_name(kForceSignalNames, signal, "a signal");
   if (!model.empty()) asked.choice.model = by_name(kForceModelNames, model, "a model");
   // One way of two names: the layer's force, of which one number is found.
@@ -131,10 +132,12 @@ Outcome calibrate_pulls(const ShearAsked& asked, const std::atomic<bool>& stop) 
 }
 
 py::dict shear(const std::vector<InputRequest>& inputs, const std::vector<std::string>& gauges,
-               const std::string& align, double rate_Hz, const std::string& signal,
+               const std::string& align, double rate_Hz, bool one_sequence, const std::string& signal,
                std::optional<double> friction, const std::string& device) {
-  ShearAsked asked{
-      {inputs, gauges}, {"", GaugeColumns::Tangential, parse_alignment(align), rate_Hz}, {}, device};
+  ShearAsked asked{{inputs, gauges},
+                   {"", GaugeColumns::Tangential, parse_alignment(align), rate_Hz, one_sequence},
+                   {},
+                   device};
   check_pairs(asked.fit, "recording");
   if (inputs.empty())
     throw bad_argument("a recording", "none", "calibrate.shear(\"pull/\", gauge=\"gauge.csv\")");
@@ -245,10 +248,12 @@ void bind_written(py::module_& module) {
 void bind_calibrations(py::module_& module) {
   bind_written(module);
   module.def("calibrate_force", &force, py::arg("inputs"), py::arg("gauges"), py::arg("checks"),
-             py::arg("check_gauges"), py::arg("align"), py::arg("rate_Hz"), py::arg("signal"),
-             py::arg("model"), py::arg("branches"), py::arg("keep_border"), py::arg("device"));
+             py::arg("check_gauges"), py::arg("align"), py::arg("rate_Hz"), py::arg("sequence"),
+             py::arg("signal"), py::arg("model"), py::arg("branches"), py::arg("keep_border"),
+             py::arg("device"));
   module.def("calibrate_shear", &shear, py::arg("inputs"), py::arg("gauges"), py::arg("align"),
-             py::arg("rate_Hz"), py::arg("signal"), py::arg("friction"), py::arg("device"));
+             py::arg("rate_Hz"), py::arg("sequence"), py::arg("signal"), py::arg("friction"),
+             py::arg("device"));
 }
 
 }  // namespace palpate::python

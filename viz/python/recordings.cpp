@@ -98,6 +98,7 @@ py::dict measure(const InputRequest& request, const std::string& solver, double 
                     "a sensor file with \"surface\""};
     process.input = measured->input = input.input;
     process.outputs = input.outputs;
+    process.asked = input.asked;
     if (kept.confidence) process.outputs |= static_cast<uint32_t>(Output::Confidence);
     measured->sensor = input.sensor;
     process.on_row = [&measured](const std::string& row) { measured->rows.push_back(row); };

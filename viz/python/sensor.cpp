@@ -30,12 +30,9 @@ SurfaceSolver solver_of(const std::string& name) {
 
 MeasuredInput find(const InputRequest& request) {
   MeasuredInput found = find_input(request.seed, request.input, request.sensor, request.background);
-  if (request.outputs.empty()) return found;
-  found.outputs = 0;
-  for (const std::string& name : request.outputs)
-    found.outputs |= static_cast<uint32_t>(by_name(kOutputNames, name, "an output"));
-  if (wants(found.outputs, Output::Contacts) || wants(found.outputs, Output::Skin))
-    found.outputs |= static_cast<uint32_t>(Output::Force);
+  std::vector<Output> outputs;
+  for (const std::string& name : request.outputs) outputs.push_back(by_name(kOutputNames, name, "an output"));
+  ask_for(found, outputs);
   return found;
 }
 

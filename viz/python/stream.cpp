@@ -68,6 +68,8 @@ Stream::Stream(const StreamRequest& request, const std::atomic<bool>& stop)
   device_ = shared_device(request.device);
   const MeasuredInput& input = request_.input;
   source_ = open_source(input.input, input.sensor);
+  const bool separate = separate_presses(*source_, request_.one_sequence, request_.rate_Hz);
+  refuse_unfollowed(input.asked, separate, input.input);
   Patience opening(request.patience_s, input.input);
   source_->watch([&] { return stop || opening.over(*source_); });
   const Frame background = load_background(input.input, input.sensor, *source_);
@@ -79,7 +81,7 @@ Stream::Stream(const StreamRequest& request, const std::atomic<bool>& stop)
       .solver = request_.solver,
       .slots = kSlots,
       .fixed_light = request_.fixed_light,
-      .separate = separate_presses(*source_, request_.one_sequence, request_.rate_Hz)};
+      .separate = separate};
   if (!request_.record.empty()) {
     recording_.emplace([this] { return request_.record; },
                        session_info(input, *source_, background, pipeline, *device_),

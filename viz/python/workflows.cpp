@@ -58,8 +58,8 @@ struct WrenchOutcome {
 };
 
 py::dict wrench(const InputRequest& request, const std::string& gauge, const std::string& align,
-                double rate_Hz, const std::string& device) {
-  const GaugeRequest asked{gauge, GaugeColumns::Normal, parse_alignment(align), rate_Hz};
+                double rate_Hz, bool one_sequence, const std::string& device) {
+  const GaugeRequest asked{gauge, GaugeColumns::Normal, parse_alignment(align), rate_Hz, one_sequence};
   WrenchOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
     WrenchOutcome found;
     found.series = measure_wrench(*shared_device(device), find(request), asked, watch_of(stop));
@@ -244,7 +244,7 @@ void bind_workflows(py::module_& module) {
   module.def("record", &record, py::arg("request"), py::arg("folder"), py::arg("frames"), py::arg("solver"),
              py::arg("fixed_light"), py::arg("sequence"), py::arg("device"));
   module.def("wrench", &wrench, py::arg("request"), py::arg("gauge"), py::arg("align"), py::arg("rate_Hz"),
-             py::arg("device"));
+             py::arg("sequence"), py::arg("device"));
   module.def("strain", &strain, py::arg("request"), py::arg("frames"), py::arg("forces_N"),
              py::arg("by_shape"), py::arg("poisson"), py::arg("lam"), py::arg("seed"), py::arg("device"));
   module.def("simulate", &simulate, py::arg("request"), py::arg("frames"), py::arg("depth"));

@@ -80,7 +80,8 @@ Report force(const Common& common, Options options) {
   if (options.model == ForceModel::Scale) options.signal = ForceSignal::Layer;
   const std::vector<std::string> gauges = paired(options.inputs, options.gauges, "--gauge"),
                                  check_gauges = paired(options.checks, options.check_gauges, "--check-gauge");
-  GaugeRequest request{"", GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz};
+  GaugeRequest request{"", GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz,
+                       options.one_sequence};
   const std::unique_ptr<gpu::Context> context = open_device(common);
   MeasuredInput first;
   const auto measure = [&](const std::string& input, const std::string& gauge) {

@@ -2,6 +2,7 @@
 
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate {
@@ -28,6 +29,7 @@ void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& co
   command
       .add_option("--rate", options.rate_Hz, "Frames a second of images, which carry no times of their own")
       ->check(Check::positive());
+  add_sequence(command, options.one_sequence);
   command.add_option("--plots", options.plots, "Folder for plots and points (default: next to --out)");
   command.add_option("--out", common.out, "Sensor file to write")->required()->option_text("FILE (required)");
 }

@@ -17,10 +17,11 @@ struct GaugedOptions {
   std::filesystem::path sensor, background, plots;
   std::string align;
   double rate_Hz = 0;
+  bool one_sequence = false;
 };
 
-/// RECORDING, --gauge (`table` says what it holds), --sensor, --background, --align, --rate, --plots and
-/// --out.
+/// RECORDING, --gauge (`table` says what it holds), --sensor, --background, --align, --rate, --sequence,
+/// --plots and --out.
 void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& common,
                         const std::string& table);
 

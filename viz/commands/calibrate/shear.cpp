@@ -27,10 +27,11 @@ Report shear(const Common& common, const Options& options) {
     MeasuredInput found = find_scaled_input(common, options.inputs[i], options);
     found.outputs = shear_outputs(found, options.request.signal);
     if (i == 0) sensor = found.sensor;
-    recordings.push_back(measure_beside_gauge(
-        *context, found,
-        {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align), options.rate_Hz},
-        run_watch(common)));
+    recordings.push_back(
+        measure_beside_gauge(*context, found,
+                             {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align),
+                              options.rate_Hz, options.one_sequence},
+                             run_watch(common)));
   }
   if (interrupted()) return {"", "", kInterrupted};
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);

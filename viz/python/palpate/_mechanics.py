@@ -209,6 +209,7 @@ def wrench(
     gauge: Path | None = None,
     align: str | float = "",
     rate_Hz: float | None = None,
+    sequence: bool = False,
     device: str = "",
     seed: int = 1,
 ) -> WrenchSeries:
@@ -217,13 +218,14 @@ def wrench(
     Args:
         gauge: table of a force gauge beside the recording, or ``"truth"`` of a simulated scene.
         align: as of :func:`palpate.calibrate.force`.
-        recording, sensor, background, rate_Hz, device, seed: as of :func:`palpate.open`.
+        recording, sensor, background, rate_Hz, sequence, device, seed: as of :func:`palpate.open`.
     """
     found = _palpate.wrench(
         request_of(recording, sensor, background, None, seed),
         path_text(gauge or "", "gauge"),
         str(align),
         rate_of(rate_Hz),
+        sequence,
         device,
     )
     rows = list(csv.reader(io.StringIO(found.pop("csv"))))

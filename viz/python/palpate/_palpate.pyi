@@ -186,7 +186,7 @@ class _Shape:
         """Reaches the frame's border: what presses beyond it is missing."""
     @property
     def shift_x_mm(self) -> float:
-        """Of the centroid since the contact's onset."""
+        """Of the centroid since the contact's onset; NaN of separate pictures and damaged ones."""
     @property
     def shift_y_mm(self) -> float: ...
     @property

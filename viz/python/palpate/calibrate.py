@@ -104,6 +104,7 @@ def force(
     check_gauge: Paths = (),
     align: str | float = "",
     rate_Hz: float | None = None,
+    sequence: bool = False,
     signal: str = "",
     model: str = "",
     branches: bool | None = None,
@@ -126,7 +127,7 @@ def force(
         model: ``line``, ``power``, ``spline`` or ``layer``; likewise.
         branches: loading and unloading apart; likewise.
         keep_border: use contacts that reach the frame's border too.
-        background, rate_Hz, device, seed: as of :func:`palpate.open`.
+        background, rate_Hz, sequence, device, seed: as of :func:`palpate.open`.
     """
     inputs, gauges = _pairs(recordings, gauge)
     checks, check_gauges = _pairs(check, check_gauge)
@@ -142,6 +143,7 @@ def force(
             check_gauges,
             str(align),
             rate_of(rate_Hz),
+            sequence,
             signal,
             model,
             branches,
@@ -159,6 +161,7 @@ def shear(
     background: Path | None = None,
     align: str | float = "",
     rate_Hz: float | None = None,
+    sequence: bool = False,
     signal: str = "",
     friction: float | None = None,
     device: str = "",
@@ -172,12 +175,12 @@ def shear(
             force_N for the friction; ``"truth"`` of simulated scenes.
         signal: ``centroid`` or ``skin``; by default what follows the gauge more closely.
         friction: coefficient, where no recording slips; by default the sensor file's.
-        sensor, align, background, rate_Hz, device, seed: as of :func:`force`.
+        sensor, align, background, rate_Hz, sequence, device, seed: as of :func:`force`.
     """
     inputs, gauges = _pairs(recordings, gauge)
     requests = [request_of(one, sensor, background, None, seed) for one in inputs]
     return _made(
-        _palpate.calibrate_shear(requests, gauges, str(align), rate_of(rate_Hz), signal, friction, device)
+        _palpate.calibrate_shear(requests, gauges, str(align), rate_of(rate_Hz), sequence, signal, friction, device)
     )
 
 
