@@ -378,6 +378,8 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   if (recording.frames.empty())
     throw Error(Failure::Input, "frames in '" + input.input + "'", "none", "another recording");
   if (const std::string warning = source->warning(); !warning.empty()) recording.notes.push_back(warning);
+  if (const std::string unused = unused_rate(*source, request.rate_Hz); !unused.empty())
+    recording.notes.push_back(unused);
   if (spoilt > 0) recording.notes.push_back(counted(spoilt, "damaged picture") + " left out");
   if (request.gauge == kTruth)
     take_truth(*source, recording);

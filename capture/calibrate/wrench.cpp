@@ -74,6 +74,8 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
     }
     progress(series.frames.size());
   });
+  if (const std::string unused = unused_rate(*source, gauge.rate_Hz); !unused.empty())
+    series.notes.push_back(unused);
   if (gauge.gauge.empty() || watch.stopped()) return series;
   // The gauge's clock is found by the light alone, which needs no surface.
   MeasuredInput plain = wanted;

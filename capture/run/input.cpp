@@ -8,6 +8,7 @@
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -117,6 +118,12 @@ void refuse_unfollowed(uint32_t asked, bool separate, const std::string& input) 
     throw Error(Failure::Usage, "frames that follow each other, for the output skin",
                 "'" + input + "': pictures without a rate, each of them a press of its own",
                 "--sequence where they do, or other outputs");
+}
+
+std::string unused_rate(const Source& source, double rate_Hz) {
+  if (rate_Hz <= 0 || source.rate_Hz() <= 0) return {};
+  return text("the rate of %g frames/s is not used: the recording has times of its own (%.4g frames/s)",
+              rate_Hz, source.rate_Hz());
 }
 
 const char* to_string(SurfaceSolver solver) {

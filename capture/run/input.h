@@ -29,6 +29,9 @@ void ask_for(MeasuredInput& input, const std::vector<Output>& outputs);
 /// `separate`: as PipelineOptions::separate.
 void refuse_unfollowed(uint32_t asked, bool separate, const std::string& input);
 
+/// That a rate given for images is not used, because these frames have times of their own; empty where it is.
+std::string unused_rate(const Source& source, double rate_Hz);
+
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and `seed`
 /// where they name none. Sessions bring their sensor; any other input without one is
 /// uncalibrated. `background` is the untouched image to use instead of the sensor

@@ -303,6 +303,8 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   const auto finish = [&] {
     summary.seconds = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
     summary.warning = source->warning();
+    if (const std::string unused = unused_rate(*source, request.rate_Hz); !unused.empty())
+      summary.warning += (summary.warning.empty() ? "" : "; ") + unused;
     summary.damaged_frames = source->counts().damaged;
     if (presses) summary.presses = presses->finish();
     if (rest_check) summary.untouched_warning = rest_check->warning();

@@ -100,6 +100,13 @@ TEST_F(GaugedRecordingTest, ItsOwnTableIsTaken) {
   EXPECT_TRUE(own.notes.empty());
 }
 
+TEST_F(GaugedRecordingTest, ARateThatIsNotUsedIsNoted) {
+  write_table(kPress, 240);
+  const GaugedRecording own = measured(input_, request_of(7));
+  ASSERT_EQ(own.notes.size(), 1u);
+  EXPECT_NE(own.notes[0].find("the rate of 7 frames/s is not used"), std::string::npos) << own.notes[0];
+}
+
 TEST_F(GaugedRecordingTest, AnOffsetIsTakenOff) {
   offset_N_ = 0.8;
   write_table(kPress, 240);

@@ -95,6 +95,23 @@ TEST_F(Pictures, AFilmIsOneSequenceByItself) {
   EXPECT_TRUE(has(Table(slurp(folder_ / "out/measurements.csv")), "shift_x_mm"));
 }
 
+TEST_F(Pictures, ARateForAFilmIsSaidNotToBeUsed) {
+  for (const char* rate : {"7", ""}) {
+    std::vector<std::string> command = {"process",  "synthetic:press?size=96x72&rate=20",
+                                        "--frames", "5",
+                                        "--out",    (folder_ / "out").string()};
+    if (*rate) command.insert(command.end(), {"--rate", rate});
+    const Ended ended = run(command);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    const bool said = ended.out.find(
+                          "the rate of 7 frames/s is not used: the recording has times of its own "
+                          "(20 frames/s)") != std::string::npos;
+    EXPECT_EQ(said, *rate != 0) << ended.out;
+    const Table table(slurp(folder_ / "out/measurements.csv"));
+    EXPECT_NEAR(table.number(4, "time_s"), 0.2, 1e-9);
+  }
+}
+
 // A calibration up to a tenth of what is pressed, and one that is not fit for use.
 TEST_F(Pictures, TheHeadlineSaysWhatTheLargestForceIsWorth) {
   std::vector<std::string> command = process_of("out");
