@@ -380,6 +380,9 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   if (const std::string warning = source->warning(); !warning.empty()) recording.notes.push_back(warning);
   if (const std::string unused = unused_rate(*source, request.rate_Hz); !unused.empty())
     recording.notes.push_back(unused);
+  if (recording.separate && recording.frames.size() > 1)
+    recording.notes.push_back(
+        "pictures without a rate: each is a press of its own (--sequence: they follow each other)");
   if (spoilt > 0) recording.notes.push_back(counted(spoilt, "damaged picture") + " left out");
   if (request.gauge == kTruth)
     take_truth(*source, recording);

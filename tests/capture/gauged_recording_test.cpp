@@ -213,6 +213,8 @@ TEST_F(GaugedRecordingTest, PicturesWithoutARateAreSeparatePresses) {
   write_images(0, 6);
   const GaugedRecording apart = measured(input_);
   EXPECT_TRUE(apart.separate);
+  ASSERT_EQ(apart.notes.size(), 1u);
+  EXPECT_NE(apart.notes[0].find("each is a press of its own"), std::string::npos) << apart.notes[0];
   for (const GaugedFrame& f : apart.frames) EXPECT_TRUE(std::isnan(f.touch.shift_x_px));
   const std::vector<ForceSample> presses = force_samples({apart}, false);
   ASSERT_GE(presses.size(), 5u);

@@ -38,8 +38,9 @@ TEST_F(SetupCommand, APadThatLightsUpIsKnownFromOneRecording) {
   gauge << "frame,force_N\n";
   for (size_t i = 0; i < truth.rows.size(); ++i) gauge << i << "," << truth.at(i, "true_force_N") << "\n";
   gauge.close();
-  ASSERT_EQ(
-      run("setup " + frames + " --gauge '" + at("gauge.csv") + "' --json --out '" + at("own.json") + "'"), 0)
+  ASSERT_EQ(run("setup " + frames + " --sequence --gauge '" + at("gauge.csv") + "' --json --out '" +
+                at("own.json") + "'"),
+            0)
       << text("stderr");
   const Json setup = parse_json(text("stdout"));
   for (const char* known : {"frame", "untouched image", "touch", "force"})

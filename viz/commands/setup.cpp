@@ -8,6 +8,7 @@
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
+#include "viz/commands/option_groups/sequence_option.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/sensor_setup.h"
@@ -117,6 +118,7 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--gauge", i.gauge,
                    "A force gauge's table of INPUT: CSV with frame or time_s, and force_N")
       ->check(Check::existing_file());
+  add_sequence(*command, i.one_sequence);
   command->add_option("--name", i.name, "Name of the sensor (default: the file's)");
   command->add_option("--out", common.out, "Sensor file to write; it is begun anew")
       ->option_text("FILE (required without --window)");

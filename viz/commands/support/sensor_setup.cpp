@@ -308,8 +308,9 @@ SetupStep SensorSetup::force(const SetupInputs& inputs) {
     step.missing = "a force gauge's table of the recording: --gauge FILE";
     return step;
   }
-  const std::string said =
-      calibrate(step, {"force", inputs.recording, "--gauge", inputs.gauge.string()}).text;
+  std::vector<std::string> command = {"force", inputs.recording, "--gauge", inputs.gauge.string()};
+  if (inputs.one_sequence) command.push_back("--sequence");
+  const std::string said = calibrate(step, command).text;
   // The first line is the verdict; a calibration that is not fit for use is in the file and says so.
   if (!said.empty()) step.known = said.substr(0, said.find('\n'));
   if (!step.done) step.missing = "a gauge's table that fits the recording, see above";

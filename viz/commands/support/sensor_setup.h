@@ -31,6 +31,7 @@ struct SetupInputs {
   std::string surface = "auto";
   std::filesystem::path gauge;  ///< a force gauge's table of the recording
   std::string name;             ///< of the sensor; empty: the file's
+  bool one_sequence = false;    ///< images without a rate follow each other
 };
 
 /// A press of a ball as a calibration found it, px of the rectified frame.
