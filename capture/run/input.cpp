@@ -104,22 +104,6 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::opt
   return found;
 }
 
-void ask_for(MeasuredInput& input, const std::vector<Output>& outputs) {
-  if (outputs.empty()) return;
-  input.outputs = 0;
-  for (const Output output : outputs) input.outputs |= static_cast<uint32_t>(output);
-  input.asked = input.outputs;
-  if (wants(input.outputs, Output::Contacts) || wants(input.outputs, Output::Skin))
-    input.outputs |= static_cast<uint32_t>(Output::Force);
-}
-
-void refuse_unfollowed(uint32_t asked, bool separate, const std::string& input) {
-  if (separate && wants(asked, Output::Skin))
-    throw Error(Failure::Usage, "frames that follow each other, for the output skin",
-                "'" + input + "': pictures without a rate, each of them a press of its own",
-                "--sequence where they do, or other outputs");
-}
-
 std::string unused_rate(const Source& source, double rate_Hz) {
   if (rate_Hz <= 0 || source.rate_Hz() <= 0) return {};
   return text("the rate of %g frames/s is not used: the recording has times of its own (%.4g frames/s)",

@@ -19,17 +19,10 @@ struct MeasuredInput {
   Sensor sensor;
   std::optional<SessionInfo> session;  ///< of a recorded session
   uint32_t outputs = 0;                ///< force, and the surface where the sensor has a reading of it
-  uint32_t asked = 0;                  ///< outputs that were asked for by name
 };
 
-/// `outputs` that were asked for by name, instead of what the sensor can; none: as it is. Contacts and the
-/// skin need the force.
-void ask_for(MeasuredInput& input, const std::vector<Output>& outputs);
-/// Throws Error(Failure::Usage) where `asked` has what frames that do not follow each other cannot show.
-/// `separate`: as PipelineOptions::separate.
-void refuse_unfollowed(uint32_t asked, bool separate, const std::string& input);
-
-/// That a rate given for images is not used, because these frames have times of their own; empty where it is.
+/// Note that a rate given for images is not used, since these frames have times of their own; empty where it
+/// is.
 std::string unused_rate(const Source& source, double rate_Hz);
 
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and `seed`

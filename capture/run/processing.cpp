@@ -265,14 +265,9 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
-  const bool separate = separate_presses(*source, request.one_sequence, request.rate_Hz);
-  refuse_unfollowed(request.asked, separate, request.input);
-  Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
-                    {.outputs = request.outputs,
-                     .solver = request.solver,
-                     .skip_untouched = request.skip_untouched,
-                     .fixed_light = request.fixed_light,
-                     .separate = separate});
+  const PipelineOptions measured = pipeline_options(request, request.outputs, *source, SurfaceSolver::Auto);
+  const bool separate = measured.separate;
+  Pipeline pipeline(context, for_rectified_frames(sensor), source->format(), measured);
   pipeline.set_background(background);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
 
@@ -291,7 +286,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, separate,
                     summary);
   uint64_t total = source->frame_count().value_or(0);
-  if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
+  if (request.max_frames != 0) total = total == 0 ? request.max_frames : std::min(total, request.max_frames);
   if (!request.images.empty()) write_image_setting(sensor, background, out);
   // Depth is each frame's own but beside contacts of a gel; what is followed from frame to frame is so from
   // the first one on.
@@ -316,7 +311,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
     const RunWatch::Progress progress = watch.begin("processing", total);
     uint64_t done = 0;
     run_recording(
-        *source, pipeline, request.frames, watch.stop,
+        *source, pipeline, request.max_frames, watch.stop,
         [&](const Result& result, const Frame& frame) {
           recorder.add(result, frame);
           const bool seen = result.touch.picture == PictureFault::None;

@@ -18,6 +18,7 @@
 #include "capture/open_source.h"
 #include "capture/run/comparison.h"
 #include "capture/run/largest.h"
+#include "capture/run/run_settings.h"
 #include "capture/run/run_watch.h"
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
@@ -48,13 +49,12 @@ class RecordingPictures {
   virtual void finish() = 0;
 };
 
-struct ProcessRequest {
-  std::string input;  ///< as open_source takes it
+/// Of the settings: those of measuring, `rate_Hz` of inputs without one (0: their times stay unknown), and
+/// `max_frames`. Pictures without a rate, where none is given, are presses of their own unless they are
+/// `one_sequence`: what only a sequence shows (shift, shear, slip, the skin's motion) is then not measured.
+/// Without a solver: SurfaceSolver::Auto.
+struct ProcessRequest : RunSettings {
   uint32_t outputs = Output::Force | Output::Surface;
-  uint32_t asked = 0;  ///< as MeasuredInput::asked
-  SurfaceSolver solver = SurfaceSolver::Auto;
-  bool skip_untouched = false;  ///< as in PipelineOptions
-  bool fixed_light = false;     ///< likewise
   /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
   /// compared with what was recorded.
   bool as_recorded = false;
@@ -70,11 +70,6 @@ struct ProcessRequest {
   /// Receives each frame of the range while its maps can be read; may be null.
   std::function<void(const Pipeline&, const Result&, const Frame&)> on_result;
   std::string images;  ///< ".png" or ".tif": the frames themselves too; empty: not
-  double rate_Hz = 0;  ///< of inputs without one (images); 0: their times stay unknown
-  /// Pictures without a rate, where rate_Hz is 0, follow each other; otherwise each is a press of its own,
-  /// and what only a sequence shows (shift, shear, slip, the skin's motion) is not measured.
-  bool one_sequence = false;
-  uint64_t frames = 0;  ///< at most that many; 0: all
   /// Frames that are counted and written; those before are measured only where shear, slip and shift need it.
   FrameRange range;
   uint64_t picture_every = 1;  ///< one picture and one video frame for that many frames

@@ -30,23 +30,22 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
   return info;
 }
 
-RecordOutcome record_session(const std::function<gpu::Context&()>& context, RecordRequest request,
+RecordOutcome record_session(const std::function<gpu::Context&()>& context, const RecordRequest& request,
                              const RunWatch& watch) {
-  const MeasuredInput& input = request.input;
-  LiveOptions& live = request.live;
+  const MeasuredInput& input = request.found;
   std::shared_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
-  request.pipeline.separate = separate_presses(*source, request.one_sequence, live.rate_Hz);
-  refuse_unfollowed(input.asked, request.pipeline.separate, input.input);
+  const PipelineOptions pipeline = pipeline_options(request, input.outputs, *source);
+  LiveOptions live;
+  static_cast<LoopSettings&>(live) = request;
   // A recording can wait; a camera, or what plays one at a rate, cannot.
-  const bool can_wait = !source->live() && live.rate_Hz <= 0;
-  live.unpaced = live.measure_all = can_wait;
-  request.session.no_drop = request.session.no_drop || can_wait;
+  live.unpaced = live.measure_all = !source->live() && live.rate_Hz <= 0;
   gpu::Context& device = context();
   Recording recording([&] { return request.folder; },
-                      session_info(input, *source, background, request.pipeline, device), request.session);
+                      session_info(input, *source, background, pipeline, device),
+                      SessionOptions{.no_drop = request.no_drop || live.measure_all});
   recording.watch([&watch] { return watch.stopped(); });
   recording.start();
   const uint64_t total = live.max_frames != 0 ? live.max_frames : source->frame_count().value_or(0);
@@ -54,10 +53,12 @@ RecordOutcome record_session(const std::function<gpu::Context&()>& context, Reco
   live.input = input.input;
   live.presses = presses.get();
   live.recording = &recording;
+  live.outlive_device = request.outlive_device;
+  live.on_device_lost = request.on_device_lost;
   live.interrupted = [&] { return watch.stopped() || !recording.latest().status.error.empty(); };
   RecordOutcome outcome;
   outcome.live = run_without_window(
-      device, [&] { return std::move(source); }, {input.sensor, background, request.pipeline}, live);
+      device, [&] { return std::move(source); }, {input.sensor, background, pipeline}, live);
   outcome.session = recording.finish().at(0);
   outcome.live.interrupted = watch.stopped();
   return outcome;

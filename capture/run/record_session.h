@@ -7,9 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "capture/live/live_options.h"
 #include "capture/live/recorder.h"
-#include "capture/run/input.h"
+#include "capture/run/run_settings.h"
 #include "capture/run/run_watch.h"
 #include "capture/session/session.h"
 #include "palpate/pipeline.h"
@@ -20,13 +19,11 @@ namespace palpate {
 SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,
                          const PipelineOptions& pipeline, const gpu::Context& context);
 
-struct RecordRequest {
-  MeasuredInput input;
-  PipelineOptions pipeline;
-  bool one_sequence = false;  ///< pictures without a rate follow each other; otherwise each is a press
+struct RecordRequest : RunSettings {
+  MeasuredInput found;  ///< find_input() of the settings
   std::filesystem::path folder;
-  SessionOptions session;
-  LiveOptions live;  ///< limits and rate; what it reports to
+  bool outlive_device = true;                             ///< as LiveOptions has it
+  std::function<void(const DeviceLost&)> on_device_lost;  ///< likewise
   /// Factory of the monitor of presses of a block of tissue, from the untouched image; may be null, and may
   /// return null.
   std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
@@ -41,7 +38,7 @@ struct RecordOutcome {
 /// a rate; of a camera a frame that does not fit in time is dropped and counted. A recording that fails ends
 /// the run. `context`: made once all that needs no device is there. Throws Error(Failure::Output) where the
 /// folder holds a session already.
-RecordOutcome record_session(const std::function<gpu::Context&()>& context, RecordRequest request,
+RecordOutcome record_session(const std::function<gpu::Context&()>& context, const RecordRequest& request,
                              const RunWatch& watch);
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 """The module as a package: what importing does, stubs, versions."""
 
+import inspect
 import re
 import shutil
 import subprocess
@@ -7,6 +8,7 @@ import sys
 from pathlib import Path
 
 import palpate as pp
+from palpate._core import _palpate
 import pytest
 
 PACKAGE = Path(pp.__file__).parent
@@ -114,3 +116,15 @@ except ImportError as error:
 """
     done = run_copy(tmp_path, code)
     assert done.stdout.startswith("wanted the compiled part of palpate; found "), done.stderr
+
+
+def test_settings_of_a_run_are_those_of_the_program():
+    known = dict(_palpate.run_settings())
+    own = {
+        pp.open: {"source", "drop", "keep", "record", "device", "seed"},
+        pp.measure: {"source", "keep", "out", "device", "seed"},
+        pp.record: {"source", "folder", "device", "seed"},
+    }
+    for function, others in own.items():
+        assert set(inspect.signature(function).parameters) - others <= set(known), function
+    assert known["frames"] == "End after that many frames"

@@ -18,6 +18,7 @@
 #include "viz/panels/controls.h"
 #include "viz/panels/measurement.h"
 #include "viz/panels/press.h"
+#include "viz/panels/run_panel.h"
 #include "viz/render/annotations.h"
 #include "viz/render/format.h"
 #include "viz/render/hud_frame.h"
@@ -283,6 +284,23 @@ TEST(PressRows, APressInProgressSaysHowManyLoadsItHas) {
   for (const PressRow& row : press_rows(status, 0))
     said |= row.name == "pressing" && row.value == "0.80 N, loads 2 of 4";
   EXPECT_TRUE(said);
+}
+
+TEST_F(PanelTest, SettingsOfARunAreThoseOfTheTable) {
+  RunSettings run;
+  run.rate_Hz = 25;
+  run.solver = SurfaceSolver::Fine;
+  const std::string words = words_of([&] {
+    ImGui::Begin("run");
+    ImGui::SetNextItemOpen(true);
+    run_panel(run, 1);
+    ImGui::End();
+  });
+  for (const char* name : {"rate_Hz", "patience_s", "solver", "sequence", "fixed_light", "loop"})
+    EXPECT_EQ(count(words, run_setting(name).option + 2), 1u) << name << " in\n" << words;
+  EXPECT_EQ(count(words, "25"), 1u) << words;
+  EXPECT_EQ(count(words, "fine"), 1u) << words;
+  EXPECT_EQ(count(words, "default"), 1u) << "patience\n" << words;
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--repeat", "N"},
     {"--bits", "N"},
     {"--seconds", "S"},
+    {"--patience", "S"},
     {"--rate", "HZ"},
     {"--force", "NEWTON"},
     {"--radius", "MM"},

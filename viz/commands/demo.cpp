@@ -204,11 +204,11 @@ Report demo(const Common& common, const Options& options) {
   ProcessRequest pressure;
   pressure.input = to_string(pad);
   pressure.solver = SurfaceSolver::Live;
-  pressure.frames = options.frames;
+  pressure.max_frames = options.frames;
   ProcessRequest surface;
   surface.input = to_string(gel);
   surface.solver = SurfaceSolver::Live;  // what the window shows
-  surface.frames = options.frames;
+  surface.max_frames = options.frames;
   surface.pictures = surface.video = !window;
   surface.draw = viz::recording_pictures({});
   surface.picture_every = options.picture_every;

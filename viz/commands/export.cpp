@@ -6,7 +6,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/option_groups/look_options.h"
-#include "viz/commands/option_groups/sequence_option.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
@@ -16,9 +16,6 @@ namespace {
 
 struct Options {
   ProcessRequest request;
-  std::filesystem::path sensor;
-  std::filesystem::path background;
-  std::optional<SurfaceSolver> solver;
   std::map<DepthFormat, bool> depth;
   bool csv = false;
   std::string images;
@@ -38,7 +35,7 @@ FrameRange chosen_frames(const Options& options) {
 }
 
 // A session is measured with the settings of its recording, for what is asked for.
-void choose_outputs(const Options& options, const MeasuredInput& input, ProcessRequest& request) {
+void choose_outputs(const MeasuredInput& input, ProcessRequest& request) {
   const auto surface = static_cast<uint32_t>(Output::Surface);
   if (!request.depth.empty() && !(input.outputs & surface))
     throw Error(Failure::Usage, "a surface for depth files", "a sensor that measures no surface",
@@ -50,9 +47,7 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
   if (input.session) {
     const SessionInfo& info = *input.session;
     if (info.outputs != 0 && request.rows && !request.video) request.outputs = info.outputs;
-    request.solver = info.solver;
-    request.skip_untouched = info.skip_untouched;
-    request.fixed_light = info.fixed_light;
+    as_recorded(request, info);
   }
   if (!request.depth.empty()) {
     request.outputs |= surface;
@@ -60,7 +55,6 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
       request.outputs |= input.outputs & static_cast<uint32_t>(Output::Contacts);
   }
   if (!request.traction.empty()) request.outputs |= input.outputs | static_cast<uint32_t>(Output::Traction);
-  if (options.solver) request.solver = *options.solver;
 }
 
 std::string list_of_files(const ProcessRequest& request) {
@@ -86,9 +80,10 @@ Report run_export(const Common& common, const Options& options) {
     throw Error(Failure::Usage, "what to export", "nothing asked for",
                 "some of --csv, --npy, --png16, --tiff, --ply, --obj, --traction npy, --mp4, --images png");
   request.range = chosen_frames(options);
-  const MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
+  request.seed = common.seed;
+  const MeasuredInput input = find_input(request);
   request.input = input.input;
-  choose_outputs(options, input, request);
+  choose_outputs(input, request);
   viz::PictureOptions look;
   options.look.apply(look);
   request.draw = viz::recording_pictures(look);
@@ -120,7 +115,7 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
                    "Session folder, video file, image file, folder of images, or synthetic:SCENE")
       ->required();
   command->add_option("--out", common.out, "Folder for the files")->required();
-  add_sequence(*command, request.one_sequence);
+  add_settings(*command, request, {{"sequence"}});
   command->add_flag("--csv", options->csv, "measurements.csv: one row a frame");
   command->add_flag("--npy", options->depth[DepthFormat::Npy], "depth/NNNNNN.npy: float32, mm");
   command->add_flag("--png16", options->depth[DepthFormat::Png16],
@@ -147,18 +142,12 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
                       "the column 'frame' (default: all)");
   command->add_option("--every", options->every, "Every N-th of those frames")
       ->check(Check::range(uint64_t{1}, uint64_t{1000000000}));
-  command->add_option("--sensor", options->sensor, "Sensor file (default: the session's own)");
-  command
-      ->add_option("--background", options->background,
-                   "Untouched image (default: the session's, the sensor file's, or the first frames)")
-      ->check(Check::existing_file());
-  command
-      ->add_option("--solver", options->solver,
-                   "Surface solver: auto, live, fine, converged or exact (default: the session's; auto)")
-      ->transform(one_of(kSolverNames));
-  command
-      ->add_option("--rate", request.rate_Hz, "Frames a second of images, which carry no times of their own")
-      ->check(Check::positive());
+  add_settings(
+      *command, request,
+      {{"sensor", "Sensor file (default: the session's own)"},
+       {"background", "Untouched image (default: the session's, the sensor file's, or the first frames)"},
+       {"solver", "Surface solver: auto, live, fine, converged or exact (default: the session's; auto)"},
+       {"rate_Hz"}});
   options->look.add(*command);
   add_common(
       *command, common,

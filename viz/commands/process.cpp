@@ -8,7 +8,7 @@
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/look_options.h"
-#include "viz/commands/option_groups/sequence_option.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
@@ -23,9 +23,6 @@ const std::map<std::string, DepthFormat> kConfidenceFormats = {{"png16", DepthFo
 struct Options {
   ProcessRequest request;
   CameraChoice camera;
-  std::filesystem::path sensor;
-  std::filesystem::path background;
-  std::vector<Output> outputs;
   bool all_digits = false;
   BlockChoice block;
   LookOptions look;
@@ -36,19 +33,18 @@ Report process(const Common& common, Options options) {
   request.input = options.camera.input(request.input);
   if (request.input.empty())
     throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
-  MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
-  ask_for(input, options.outputs);
+  request.seed = common.seed;
+  const MeasuredInput input = find_input(request);
   const Sensor& sensor = input.sensor;
   request.input = input.input;
   request.outputs = input.outputs;
-  request.asked = input.asked;
   if (request.as_recorded) {
     if (!input.session)
       throw Error(Failure::Usage, "a session for --as-recorded", "'" + request.input + "'",
                   "a folder that palpate record wrote");
     const SessionInfo& info = *input.session;
     request.outputs = info.outputs;
-    request.asked = 0;
+    request.chosen_outputs.clear();
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;
     request.fixed_light = info.fixed_light;
@@ -56,9 +52,10 @@ Report process(const Common& common, Options options) {
   }
   if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
   if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
-    throw Error(Failure::Usage, "a surface for --depth",
-                options.outputs.empty() ? "a sensor that measures no surface" : "--outputs force",
-                options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
+    throw Error(
+        Failure::Usage, "a surface for --depth",
+        request.chosen_outputs.empty() ? "a sensor that measures no surface" : "--outputs force",
+        request.chosen_outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
   viz::PictureOptions look;
   options.look.apply(look);
@@ -88,40 +85,31 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("INPUT", request.input,
                       "Video file, image file, folder of images, session folder, or synthetic:SCENE");
   options->camera.add_to(*command);
-  command->add_option("--sensor", options->sensor, "Sensor file (JSON, see engine/sensor/README.md)");
-  command
-      ->add_option("--background", options->background,
-                   "Untouched image (default: the sensor file's, or a recording's first frames)")
-      ->check(Check::existing_file());
+  add_settings(
+      *command, request,
+      {{"sensor"},
+       {"background", "Untouched image (default: the sensor file's, or a recording's first frames)"}});
   command
       ->add_option("--out", common.out,
                    "Folder for measurements.csv, summary.csv, summary.json and what else is asked for")
       ->required();
-  command
-      ->add_option(
-          "--outputs", options->outputs,
-          "What to compute: force, surface, confidence, contacts, skin, gradient (default: force and "
-          "contacts, and "
-          "surface and skin where the sensor can); with contacts separate contacts are distinguished and "
-          "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
-          "surface leaves out what is not known")
-      ->delimiter(',')
-      ->transform(one_of(kOutputNames));
-  command
-      ->add_option(
-          "--solver", request.solver,
-          "Surface solver: auto (default: converged or exact, the faster one here), live, fine, converged or "
-          "exact (CPU)")
-      ->transform(one_of(kSolverNames));
+  add_settings(
+      *command, request,
+      {{"outputs",
+        "What to compute: force, surface, confidence, contacts, skin, gradient (default: force and contacts, "
+        "and surface and skin where the sensor can); with contacts separate contacts are distinguished and "
+        "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
+        "surface leaves out what is not known"},
+       {"solver",
+        "Surface solver: auto (default: converged or exact, the faster one here), live, fine, converged or "
+        "exact (CPU)"}});
   command->add_flag("--as-recorded", request.as_recorded,
                     "Of a session: measure the frames that were measured live, with the same solver and "
                     "outputs, and check that every digit is as recorded");
-  command->add_flag("--skip-untouched", request.skip_untouched,
-                    "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
-  command->add_flag(
-      "--fixed-background", request.fixed_light,
-      "A colour gel's frames are compared with the untouched image as they are: exposure, white "
-      "balance and lamps that change are not followed");
+  add_settings(
+      *command, request,
+      {{"skip_untouched", "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)"},
+       {"fixed_light"}});
   command
       ->add_option("--depth", request.depth,
                    "Write each frame's depth map: png16, tiff, npy, ply, obj (repeatable)")
@@ -142,11 +130,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
   options->look.add(*command);
   options->block.add_to(*command);
-  command
-      ->add_option("--rate", request.rate_Hz, "Frames a second of images, which carry no times of their own")
-      ->check(Check::positive());
-  add_sequence(*command, request.one_sequence);
-  command->add_option("--frames", request.frames, "Stop after that many frames");
+  add_settings(*command, request, {{"rate_Hz"}, {"sequence"}, {"frames", "Stop after that many frames"}});
   add_common(
       *command, common,
       "  palpate process press.avi --sensor gel.json --out out/press\n"

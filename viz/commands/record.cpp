@@ -11,7 +11,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
-#include "viz/commands/option_groups/sequence_option.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 
@@ -19,45 +19,29 @@ namespace palpate {
 namespace {
 
 struct Options {
-  std::string input;
   CameraChoice camera;
-  std::filesystem::path sensor;
-  std::filesystem::path background;
-  std::vector<Output> outputs;
-  SurfaceSolver solver = SurfaceSolver::Live;
-  bool fixed_light = false;
-  bool one_sequence = false;
-  SessionOptions session;
+  RecordRequest request;
   BlockChoice block;
-  LiveOptions live;
 };
 
-Report record(const Common& common, Options options) {
-  const std::string from = options.camera.input(options.input);
-  if (from.empty())
+Report record(const Common& common, const Options& options) {
+  RecordRequest request = options.request;
+  request.seed = common.seed;
+  request.folder = common.out;
+  request.input = options.camera.input(request.input);
+  if (request.input.empty())
     throw Error(Failure::Usage, "INPUT or --camera NODE", "neither", "palpate cameras, which lists them");
-  MeasuredInput input = find_input(common.seed, from, options.sensor, options.background);
-  ask_for(input, options.outputs);
-  const PipelineOptions pipeline{
-      .outputs = input.outputs, .solver = options.solver, .fixed_light = options.fixed_light};
-  options.live.on_device_lost = [](const DeviceLost& lost) {
+  const MeasuredInput input = request.found = find_input(request);
+  request.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the recording goes on", lost.what());
   };
+  request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
   std::unique_ptr<gpu::Context> context;
   const auto device = [&]() -> gpu::Context& {
     context = open_device(common);
     return *context;
   };
-  const auto [report, session] = record_session(
-      device,
-      {.input = input,
-       .pipeline = pipeline,
-       .one_sequence = options.one_sequence,
-       .folder = common.out,
-       .session = options.session,
-       .live = options.live,
-       .watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); }},
-      run_watch(common));
+  const auto [report, session] = record_session(device, std::move(request), run_watch(common));
   for (const PressAnswer& press : report.presses)
     viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
   const std::string& error = session.status.error;
@@ -80,41 +64,28 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
       program.add_subcommand("record", "Write a session: lossless frames and their measurements");
   auto options = std::make_shared<Options>();
-  command->add_option("INPUT", options->input, "Video, folder of images, session, or synthetic:SCENE");
+  RecordRequest& request = options->request;
+  command->add_option("INPUT", request.input, "Video, folder of images, session, or synthetic:SCENE");
   options->camera.add_to(*command);
-  command->add_option("--sensor", options->sensor,
-                      "Sensor file; a camera without one is recorded as it is, uncalibrated");
-  command
-      ->add_option("--background", options->background,
-                   "Untouched image (default: the sensor file's, or the first frames)")
-      ->check(Check::existing_file());
+  add_settings(
+      *command, request,
+      {{"sensor", "Sensor file; a camera without one is recorded as it is, uncalibrated"}, {"background"}});
   command->add_option("--out", common.out, "Session folder to make; it must not hold a session yet")
       ->required();
-  command
-      ->add_option("--outputs", options->outputs,
-                   "What to measure while recording: force, surface (default: force, and surface where the "
-                   "sensor can)")
-      ->delimiter(',')
-      ->transform(one_of(kOutputNames));
-  command
-      ->add_option("--solver", options->solver,
-                   "Surface solver: live (default), fine, converged, exact (CPU) or auto")
-      ->transform(one_of(kSolverNames));
-  command->add_flag(
-      "--fixed-background", options->fixed_light,
-      "A colour gel's frames are compared with the untouched image as they are: exposure, white "
-      "balance and lamps that change are not followed");
-  command->add_option("--frames", options->live.max_frames, "End after that many frames");
-  command->add_option("--seconds", options->live.max_seconds, "End after that many seconds")
-      ->check(Check::positive());
-  command
-      ->add_option("--rate", options->live.rate_Hz,
-                   "Play a recording at that many frames a second, as a camera would (default: as fast as "
-                   "all of it can be measured and written)")
-      ->check(Check::positive());
-  add_sequence(*command, options->one_sequence);
-  command->add_flag("--no-drop", options->session.no_drop,
-                    "Let frames wait for the recorder instead of dropping them from the recording");
+  add_settings(
+      *command, request,
+      {{"outputs",
+        "What to measure while recording: force, surface (default: force, and surface where the sensor can)"},
+       {"solver", "Surface solver: live (default), fine, converged, exact (CPU) or auto"},
+       {"fixed_light"},
+       {"frames"},
+       {"seconds"},
+       {"rate_Hz",
+        "Play a recording at that many frames a second, as a camera would (default: as fast as all of it can "
+        "be measured and written)"},
+       {"sequence"},
+       {"patience_s"},
+       {"no_drop"}});
   options->block.add_to(*command);
   add_common(
       *command, common,

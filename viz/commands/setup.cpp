@@ -8,7 +8,7 @@
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
-#include "viz/commands/option_groups/sequence_option.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/sensor_setup.h"

@@ -23,11 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Opens the choice while the window stays alive; none where the person gave up.
-std::optional<OpenInput> open_choice(const Common& common, const LiveRunRequest& request,
-                                     viz::StartView& view) {
+std::optional<OpenInput> open_choice(const LiveRunRequest& request, viz::StartView& view) {
   std::atomic<bool> cancelled{false};
   std::future<OpenInput> opening = std::async(std::launch::async, [&] {
-    return open_input(common, request, [&cancelled] { return cancelled || interrupted(); });
+    return open_input(request, [&cancelled] { return cancelled || interrupted(); });
   });
   const bool kept = view.wait(request.input, [&] {
     return interrupted() || opening.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
@@ -39,9 +38,11 @@ std::optional<OpenInput> open_choice(const Common& common, const LiveRunRequest&
   return opened;
 }
 
-LiveRunRequest request_of(const viz::Choice& choice, const fs::path& folder, viz::Window& window,
-                          viz::Settings& settings) {
+LiveRunRequest request_of(const Common& common, const viz::Choice& choice, const fs::path& folder,
+                          viz::Window& window, viz::Settings& settings) {
   LiveRunRequest request;
+  static_cast<RunSettings&>(request) = settings.run;
+  request.seed = common.seed;
   request.input = choice.input;
   request.sensor = choice.sensor;
   request.recordings = folder;
@@ -49,8 +50,7 @@ LiveRunRequest request_of(const viz::Choice& choice, const fs::path& folder, viz
   request.shown.window = &window;
   request.shown.settings = &settings;
   request.shown.from_list = true;
-  request.live.interrupted = interrupted;
-  request.live.replay = is_recording(choice.input);
+  request.replay = is_recording(choice.input);
   return request;
 }
 
@@ -81,9 +81,9 @@ Report start(const Common& common, const std::optional<SetupInputs>& setup) {
         in_setup = true;
         continue;
       }
-      request = request_of(*choice, folder, window, settings);
+      request = request_of(common, *choice, folder, window, settings);
       try {
-        opened = open_choice(common, request, view);
+        opened = open_choice(request, view);
       } catch (const std::exception& e) {
         trouble = {e.what(), *choice};
       }

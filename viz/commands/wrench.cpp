@@ -11,7 +11,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/option_groups/sequence_option.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/run/run_settings.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {
@@ -33,6 +34,7 @@ struct Settings {
   SectionLine line;
   std::vector<Recent> recent;        ///< newest first
   std::vector<std::string> sensors;  ///< sensor files that were used, newest first
+  RunSettings run;                   ///< of the next source from the list; not kept from run to run
   std::string folder;                ///< where sessions and snapshots of the start list go; empty: ~/palpate
 
   void take_from(const ViewState& state);

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "viz/panels/run_panel.h"
 #include "viz/panels/thumbnails.h"
 #include "viz/render/format.h"
 
@@ -356,6 +357,7 @@ void StartView::describe() {
   ImGui::BeginChild("sensors", {0, side_by_side ? height : 0.36f * height}, true, ImGuiWindowFlags_NoNav);
   ImGui::TextColored(kChosen, "Sensor file");
   describe_sensors(scale);
+  run_panel(settings_.run, scale);
   ImGui::EndChild();
   ImGui::PopStyleColor();
   scroll_ = false;

@@ -23,7 +23,7 @@ RunWatch watch_of(const std::atomic<bool>& stop) {
 
 /// Recordings, each with the table of a gauge that ran with it.
 struct Gauged {
-  std::vector<InputRequest> inputs;
+  std::vector<RunSettings> inputs;
   std::vector<std::string> gauges;
 };
 
@@ -54,7 +54,7 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
   const auto measured = [&](const Gauged& gauged) {
     std::vector<GaugedRecording> recordings;
     for (size_t i = 0; i < gauged.inputs.size() && !stop; ++i) {
-      MeasuredInput input = find(gauged.inputs[i]);
+      MeasuredInput input = find_input(gauged.inputs[i]);
       input.outputs = force_outputs(input, asked.choice.signal);
       if (!first) first = input.sensor;
       GaugeRequest request = asked.gauge;
@@ -75,8 +75,8 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
   return {*first, describe(outcome), to_json(outcome, ""), samples_csv(outcome), verdict_of(outcome).line};
 }
 
-py::dict force(const std::vector<InputRequest>& inputs, const std::vector<std::string>& gauges,
-               const std::vector<InputRequest>& checks, const std::vector<std::string>& check_gauges,
+py::dict force(const std::vector<RunSettings>& inputs, const std::vector<std::string>& gauges,
+               const std::vector<RunSettings>& checks, const std::vector<std::string>& check_gauges,
                const std::string& align, double rate_Hz, bool one_sequence, const std::string& signal,
                const std::string& model, std::optional<bool> branches, bool keep_border,
                const std::string& device) {
@@ -115,7 +115,7 @@ Outcome calibrate_pulls(const ShearAsked& asked, const std::atomic<bool>& stop) 
   Sensor sensor;
   std::vector<GaugedRecording> recordings;
   for (size_t i = 0; i < asked.fit.inputs.size() && !stop; ++i) {
-    MeasuredInput input = find(asked.fit.inputs[i]);
+    MeasuredInput input = find_input(asked.fit.inputs[i]);
     if (!has_scale(input.sensor))
       throw Error(Failure::Sensor, "a sensor with a scale", "an uncalibrated camera", "a sensor file");
     input.outputs = shear_outputs(input, asked.request.signal);
@@ -131,7 +131,7 @@ Outcome calibrate_pulls(const ShearAsked& asked, const std::atomic<bool>& stop) 
   return {sensor, text, to_json(outcome, ""), "", text.substr(0, text.find('\n'))};
 }
 
-py::dict shear(const std::vector<InputRequest>& inputs, const std::vector<std::string>& gauges,
+py::dict shear(const std::vector<RunSettings>& inputs, const std::vector<std::string>& gauges,
                const std::string& align, double rate_Hz, bool one_sequence, const std::string& signal,
                std::optional<double> friction, const std::string& device) {
   ShearAsked asked{{inputs, gauges},

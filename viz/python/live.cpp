@@ -86,22 +86,16 @@ class PyStream {
   pid_t owner_;
 };
 
-std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& solver, bool drop,
-                                      bool fixed_light, bool one_sequence, std::optional<double> rate_Hz,
-                                      double patience_s, const std::filesystem::path& record,
-                                      const std::string& device, bool keep_depth, bool keep_image,
+std::unique_ptr<PyStream> open_stream(RunSettings settings, bool drop, std::filesystem::path record,
+                                      std::string device, bool keep_depth, bool keep_image,
                                       bool keep_confidence, bool keep_traction) {
   StreamRequest request;
-  request.solver = solver_of(solver);
+  static_cast<RunSettings&>(request) = std::move(settings);
   request.drop = drop;
-  request.fixed_light = fixed_light;
-  request.one_sequence = one_sequence;
-  request.rate_Hz = rate_Hz.value_or(0);
-  request.patience_s = patience_s;
-  request.record = record;
-  request.device = device;
-  std::shared_ptr<Stream> stream = run_apart([input, request](const std::atomic<bool>& stop) mutable {
-    request.input = find(input);
+  request.record = std::move(record);
+  request.device = std::move(device);
+  std::shared_ptr<Stream> stream = run_apart([request](const std::atomic<bool>& stop) mutable {
+    request.found = find_input(request);
     return owned(std::make_unique<Stream>(request, stop));
   });
   return std::make_unique<PyStream>(std::move(stream),
@@ -134,17 +128,9 @@ void close_streams() {
 }
 
 void bind_live(py::module_& module) {
-  py::class_<InputRequest>(module, "InputRequest")
-      .def(py::init([](std::string input, std::optional<Sensor> sensor, std::filesystem::path background,
-                       std::vector<std::string> outputs, uint64_t seed) {
-             return InputRequest{std::move(input), std::move(sensor), std::move(background),
-                                 std::move(outputs), seed};
-           }),
-           py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("outputs"), py::arg("seed"));
-  module.def("open_stream", &open_stream, py::arg("input"), py::arg("solver"), py::arg("drop"),
-             py::arg("fixed_light"), py::arg("sequence"), py::arg("rate_Hz"), py::arg("patience_s"),
-             py::arg("record"), py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"),
-             py::arg("keep_confidence"), py::arg("keep_traction"));
+  module.def("open_stream", &open_stream, py::arg("settings"), py::arg("drop"), py::arg("record"),
+             py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
+             py::arg("keep_traction"));
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream>(module, "Stream")
       .def("__iter__", [](py::object self) { return self; })

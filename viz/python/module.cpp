@@ -12,6 +12,7 @@
 #include "viz/python/numeric.h"
 #include "viz/python/recordings.h"
 #include "viz/python/sensor.h"
+#include "viz/python/settings.h"
 #include "viz/python/touch.h"
 #include "viz/python/waiting.h"
 #include "viz/python/workflows.h"
@@ -37,6 +38,7 @@ PYBIND11_MODULE(_palpate, module) {
   bind_errors(module);
   bind_estimate(module);
   bind_sensor(module);
+  bind_settings(module);
   bind_touch(module);
   bind_live(module);
   bind_recordings(module);

@@ -77,28 +77,21 @@ void collect(const Kept& kept, const Pipeline& pipeline, const Result& result, c
   all.shear.add(shear);
 }
 
-py::dict measure(const InputRequest& request, const std::string& solver, double rate_Hz, uint64_t frames,
-                 bool fixed_light, bool one_sequence, const std::filesystem::path& out,
-                 const std::string& device, bool keep_depth, bool keep_image, bool keep_confidence,
-                 bool keep_traction) {
+py::dict measure(const RunSettings& request, const std::filesystem::path& out, const std::string& device,
+                 bool keep_depth, bool keep_image, bool keep_confidence, bool keep_traction) {
   const Kept kept{keep_depth, keep_image, keep_confidence, keep_traction};
   ProcessRequest process;
-  process.solver = solver_of(solver);
-  process.rate_Hz = rate_Hz;
-  process.frames = frames;
-  process.fixed_light = fixed_light;
-  process.one_sequence = one_sequence;
+  static_cast<RunSettings&>(process) = request;
   process.rows = !out.empty();
   process.digits = Digits::All;
   const auto all = run_apart([=](const std::atomic<bool>& stop) mutable {
     auto measured = std::make_shared<Measured>();
-    const MeasuredInput input = find(request);
+    const MeasuredInput input = find_input(process);
     if (kept.depth && !wants(input.outputs, Output::Surface))
       throw Refusal{"SensorError", "depth_mm", "a sensor that measures no surface",
                     "a sensor file with \"surface\""};
     process.input = measured->input = input.input;
     process.outputs = input.outputs;
-    process.asked = input.asked;
     if (kept.confidence) process.outputs |= static_cast<uint32_t>(Output::Confidence);
     measured->sensor = input.sensor;
     process.on_row = [&measured](const std::string& row) { measured->rows.push_back(row); };
@@ -139,7 +132,7 @@ py::dict measure(const InputRequest& request, const std::string& solver, double 
 
 /// What a modulus is estimated from, beside the presses.
 struct ModulusInputs {
-  std::optional<InputRequest> recording;
+  std::optional<RunSettings> recording;
   std::filesystem::path table, gauge, approach;
   double stage_sd_mm = kStageSd_mm;
   double pad_kPa = 0, pad_thickness_mm = 0, pad_poisson = 0.5;
@@ -158,7 +151,7 @@ ModulusOutcome estimate(ModulusInputs in, const std::string& device, const std::
     outcome.presses.frames = read_press_table(in.table, outcome.presses.notes);
     in.setup.pad = pad_of(pad, in.pad_thickness_mm, nullptr);
   } else {
-    const MeasuredInput input = find(*in.recording);
+    const MeasuredInput input = find_input(*in.recording);
     const PressRecording recording{input, in.gauge, in.approach, in.stage_sd_mm};
     check(recording);
     in.setup.pad = pad_of(pad, in.pad_thickness_mm, &input.sensor);
@@ -185,7 +178,7 @@ py::dict as_dict(const ModulusEstimate& e) {
   return d;
 }
 
-py::dict modulus(const std::optional<InputRequest>& recording, const std::filesystem::path& table,
+py::dict modulus(const std::optional<RunSettings>& recording, const std::filesystem::path& table,
                  const std::filesystem::path& gauge, const std::filesystem::path& approach,
                  double stage_sd_mm, const std::string& sample, double poisson, double size_sd, bool bonded,
                  bool rubber, double pad_kPa, double pad_thickness_mm, double pad_poisson, double pad_sd,
@@ -223,9 +216,8 @@ py::dict modulus(const std::optional<InputRequest>& recording, const std::filesy
 }  // namespace
 
 void bind_recordings(py::module_& module) {
-  module.def("measure", &measure, py::arg("request"), py::arg("solver"), py::arg("rate_Hz"),
-             py::arg("frames"), py::arg("fixed_light"), py::arg("sequence"), py::arg("out"),
-             py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
+  module.def("measure", &measure, py::arg("settings"), py::arg("out"), py::arg("device"),
+             py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
              py::arg("keep_traction"));
   module.def("modulus", &modulus, py::arg("recording"), py::arg("table"), py::arg("gauge"),
              py::arg("approach"), py::arg("stage_sd_mm"), py::arg("sample"), py::arg("poisson"),

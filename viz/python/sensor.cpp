@@ -28,14 +28,6 @@ SurfaceSolver solver_of(const std::string& name) {
   return by_name(kSolverNames, name, "a solver");
 }
 
-MeasuredInput find(const InputRequest& request) {
-  MeasuredInput found = find_input(request.seed, request.input, request.sensor, request.background);
-  std::vector<Output> outputs;
-  for (const std::string& name : request.outputs) outputs.push_back(by_name(kOutputNames, name, "an output"));
-  ask_for(found, outputs);
-  return found;
-}
-
 void bind_sensor(py::module_& module) {
   py::class_<Sensor>(module, "Sensor")
       .def(py::init([](const std::filesystem::path& file) { return load_sensor(file); }), py::arg("file"))

@@ -9,23 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "capture/run/input.h"
+#include "capture/run/run_settings.h"
 #include "engine/base/text.h"
 #include "viz/python/errors.h"
 
 namespace palpate::python {
 
-/// A source by its name, with its sensor.
-struct InputRequest {
-  std::string input;
-  std::optional<Sensor> sensor;
-  std::filesystem::path background;
-  std::vector<std::string> outputs;  ///< empty: what the sensor can
-  uint64_t seed = 1;
-};
-
-/// Opens recordings to see what they hold: without the interpreter's lock.
-MeasuredInput find(const InputRequest& request);
 SurfaceSolver solver_of(const std::string& name);
 
 /// The value of a name in a table of names; others are refused with the list.

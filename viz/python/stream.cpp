@@ -64,24 +64,18 @@ class Stream::Viewer : public LiveViewer {
 };
 
 Stream::Stream(const StreamRequest& request, const std::atomic<bool>& stop)
-    : request_(request), session_(Patience(request.patience_s, request.input.input)) {
+    : request_(request), session_(Patience(request.patience_s, request.found.input)) {
   device_ = shared_device(request.device);
-  const MeasuredInput& input = request_.input;
+  const MeasuredInput& input = request_.found;
   source_ = open_source(input.input, input.sensor);
-  const bool separate = separate_presses(*source_, request_.one_sequence, request_.rate_Hz);
-  refuse_unfollowed(input.asked, separate, input.input);
+  PipelineOptions pipeline = pipeline_options(request_, input.outputs, *source_);
+  pipeline.slots = kSlots;
   Patience opening(request.patience_s, input.input);
   source_->watch([&] { return stop || opening.over(*source_); });
   const Frame background = load_background(input.input, input.sensor, *source_);
   has_truth_ = source_->truth(0).has_value();
   // Without times there is no pace, and nothing to miss.
   drops_ = request_.drop && (source_->live() || source_->rate_Hz() > 0 || request_.rate_Hz > 0);
-  const PipelineOptions pipeline{
-      .outputs = input.outputs,
-      .solver = request_.solver,
-      .slots = kSlots,
-      .fixed_light = request_.fixed_light,
-      .separate = separate};
   if (!request_.record.empty()) {
     recording_.emplace([this] { return request_.record; },
                        session_info(input, *source_, background, pipeline, *device_),
@@ -156,14 +150,14 @@ std::shared_ptr<HeldFrame> Stream::take() {
 /// The session, on a thread of its own; the reader gets its error after the frames before it.
 void Stream::run(const Frame& background, const PipelineOptions& pipeline) {
   LiveOptions options;
-  options.input = request_.input.input;
+  options.input = request_.found.input;
   options.measure_all = options.show_all = options.unpaced = !drops_;
   options.outlive_device = drops_;  // else frames would be missing
   // Without times of its own the source has those of the rate that was given.
   if (source_->rate_Hz() <= 0) options.rate_Hz = options.times_at_Hz = request_.rate_Hz;
   options.recording = recording_ ? &*recording_ : nullptr;
   options.reopen_device = [this](gpu::Context&) -> gpu::Context& { return reopen_device(); };
-  const MeasuredRun run{request_.input.sensor, background, pipeline};
+  const MeasuredRun run{request_.found.sensor, background, pipeline};
   try {
     run_session(
         session_, *device_, [this] { return source_; }, run, options,
@@ -178,7 +172,7 @@ void Stream::run(const Frame& background, const PipelineOptions& pipeline) {
     if (!drops_ && !closed_ && source_->cut_short())
       throw Error(
           Failure::Input,
-          std::to_string(source_->frame_count().value_or(0)) + " frames in '" + request_.input.input + "'",
+          std::to_string(source_->frame_count().value_or(0)) + " frames in '" + request_.found.input + "'",
           "fewer: the file is damaged or cut short", "copying it again");
     if (recording_) recording_->finish();
     if (const auto written = recorded(); written && !written->status.error.empty())

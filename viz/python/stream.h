@@ -17,7 +17,7 @@
 
 #include "capture/live/recorder.h"
 #include "capture/live/session.h"
-#include "capture/run/input.h"
+#include "capture/run/run_settings.h"
 #include "capture/source.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
@@ -54,15 +54,11 @@ class HeldFrame {
   palpate::Measured measured_;
 };
 
-struct StreamRequest {
-  MeasuredInput input;
-  SurfaceSolver solver = SurfaceSolver::Live;
-  bool fixed_light = false;
-  bool one_sequence = false;  ///< images without a rate follow each other
-  bool drop = true;           ///< the newest frame wins; recordings then come at their own pace
-  double rate_Hz = 0;         ///< of inputs without times
-  /// How long a camera that is gone or silent is waited for; then the stream ends with an error.
-  double patience_s = 10;
+/// Of the settings: those of measuring, `rate_Hz` of inputs without times, and how long a camera is waited
+/// for.
+struct StreamRequest : RunSettings {
+  MeasuredInput found;           ///< find_input() of the settings
+  bool drop = true;              ///< the newest frame wins; recordings then come at their own pace
   std::filesystem::path record;  ///< folder of the session to write meanwhile; empty: none
   std::string device;            ///< as shared_device() takes it
 };
@@ -87,7 +83,7 @@ class Stream {
   void close();
   bool closed() const { return closed_; }
 
-  const MeasuredInput& input() const { return request_.input; }
+  const MeasuredInput& input() const { return request_.found; }
   FrameFormat format() const { return source_->format(); }
   double rate_Hz() const { return source_->rate_Hz(); }
   std::optional<uint64_t> frame_count() const { return source_->frame_count(); }

@@ -26,18 +26,13 @@ RunWatch watch_of(const std::atomic<bool>& stop) {
   return {.stop = [&stop] { return stop.load(); }, .progress = {}};
 }
 
-py::dict record(const InputRequest& request, const std::filesystem::path& folder, uint64_t frames,
-                const std::string& solver, bool fixed_light, bool one_sequence, const std::string& device) {
-  const SurfaceSolver how = solver_of(solver);
+py::dict record(const RunSettings& settings, const std::filesystem::path& folder, const std::string& device) {
   const SessionStatus status = run_apart([=](const std::atomic<bool>& stop) {
-    const MeasuredInput input = find(request);
     RecordRequest asked;
-    asked.input = input;
-    asked.pipeline = {.outputs = input.outputs, .solver = how, .fixed_light = fixed_light};
-    asked.one_sequence = one_sequence;
+    static_cast<RunSettings&>(asked) = settings;
+    asked.found = find_input(asked);
     asked.folder = folder;
-    asked.live.max_frames = frames;
-    asked.live.outlive_device = false;  // others use it too
+    asked.outlive_device = false;  // others use it too
     const std::shared_ptr<gpu::Context> context = shared_device(device);
     const SessionStatus ended =
         record_session([&]() -> gpu::Context& { return *context; }, asked, watch_of(stop)).session.status;
@@ -57,12 +52,12 @@ struct WrenchOutcome {
   std::optional<WrenchCheck> check;
 };
 
-py::dict wrench(const InputRequest& request, const std::string& gauge, const std::string& align,
+py::dict wrench(const RunSettings& request, const std::string& gauge, const std::string& align,
                 double rate_Hz, bool one_sequence, const std::string& device) {
   const GaugeRequest asked{gauge, GaugeColumns::Normal, parse_alignment(align), rate_Hz, one_sequence};
   WrenchOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
     WrenchOutcome found;
-    found.series = measure_wrench(*shared_device(device), find(request), asked, watch_of(stop));
+    found.series = measure_wrench(*shared_device(device), find_input(request), asked, watch_of(stop));
     if (!gauge.empty()) found.check = check_wrench(found.series);
     return found;
   });
@@ -113,7 +108,7 @@ py::dict as_dict(const PlaneStrain& e) {
   return d;
 }
 
-py::dict strain(const InputRequest& request, std::optional<std::array<uint64_t, 2>> frames,
+py::dict strain(const RunSettings& request, std::optional<std::array<uint64_t, 2>> frames,
                 std::optional<std::array<double, 2>> forces_N, bool by_shape, double poisson,
                 std::optional<double> lambda, uint64_t seed, const std::string& device) {
   ShapeRequest asked;
@@ -121,7 +116,7 @@ py::dict strain(const InputRequest& request, std::optional<std::array<uint64_t, 
   asked.forces_N = forces_N;
   asked.control.seed = seed;
   const StrainOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
-    const MeasuredInput input = find(request);
+    const MeasuredInput input = find_input(request);
     if (!has_scale(input.sensor))
       throw Error(Failure::Sensor, "pitch_mm_per_px", "a sensor without a scale", "palpate calibrate scale");
     const TactileShapes shapes = read_shapes(*shared_device(device), input, asked, watch_of(stop));
@@ -177,10 +172,10 @@ py::object images_of(std::vector<uint8_t> bytes, const FrameFormat& f, py::ssize
                          : array.attr("transpose")(0, 2, 3, 1);
 }
 
-py::dict simulate(const InputRequest& request, uint64_t frames, bool depth) {
+py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
   const auto all = run_apart([=](const std::atomic<bool>& stop) {
     auto made = std::make_shared<Simulated>();
-    const MeasuredInput input = find(request);
+    const MeasuredInput input = find_input(request);
     made->sensor = input.sensor;
     made->input = input.input;
     const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
@@ -241,8 +236,7 @@ py::dict simulate(const InputRequest& request, uint64_t frames, bool depth) {
 }  // namespace
 
 void bind_workflows(py::module_& module) {
-  module.def("record", &record, py::arg("request"), py::arg("folder"), py::arg("frames"), py::arg("solver"),
-             py::arg("fixed_light"), py::arg("sequence"), py::arg("device"));
+  module.def("record", &record, py::arg("settings"), py::arg("folder"), py::arg("device"));
   module.def("wrench", &wrench, py::arg("request"), py::arg("gauge"), py::arg("align"), py::arg("rate_Hz"),
              py::arg("sequence"), py::arg("device"));
   module.def("strain", &strain, py::arg("request"), py::arg("frames"), py::arg("forces_N"),

@@ -2,7 +2,7 @@
 
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
-#include "viz/commands/option_groups/sequence_option.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate {

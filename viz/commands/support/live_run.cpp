@@ -37,15 +37,14 @@ void Remembered::save() const {
   }
 }
 
-OpenInput open_input(const Common& common, const LiveRunRequest& request,
-                     const std::function<bool()>& cancelled) {
+OpenInput open_input(const LiveRunRequest& request, const std::function<bool()>& cancelled) {
   OpenInput open;
-  open.measured = find_input(common.seed, request.input, request.sensor, request.background);
+  open.measured = find_input(request);
   open.source = open_source(open.measured.input, open.measured.sensor);
   open.source->watch(cancelled);
   open.background = load_background(open.measured.input, open.measured.sensor, *open.source);
   open.presses = monitor_presses(request.block, open.measured, open.background,
-                                 request.live.loop ? open.source->frame_count().value_or(0) : 0);
+                                 request.loop ? open.source->frame_count().value_or(0) : 0);
   return open;
 }
 
@@ -66,7 +65,7 @@ std::filesystem::path session_folder(const std::filesystem::path& session) {
 std::filesystem::path notes_folder(const LiveRunRequest& request) {
   if (!request.notes.empty()) return request.notes;
   if (!request.out.empty()) return request.out;
-  if (request.live.replay && is_session(request.input)) return session_folder(request.input);
+  if (request.replay && is_session(request.input)) return session_folder(request.input);
   if (request.recordings.empty()) return {};
   if (!is_recording(request.input)) {
     std::string name = request.input.substr(0, request.input.find('?'));
@@ -82,21 +81,6 @@ std::filesystem::path notes_folder(const LiveRunRequest& request) {
   return request.recordings / ((folder.empty() ? "" : folder + "-") + path.filename().string());
 }
 
-/// As the session was recorded, where nothing else is asked for.
-PipelineOptions pipeline_of(const LiveRunRequest& request, const MeasuredInput& input, const Source& source) {
-  PipelineOptions options{.outputs = input.outputs,
-                          .solver = request.solver.value_or(SurfaceSolver::Live),
-                          .skip_untouched = request.skip_untouched,
-                          .fixed_light = request.fixed_light,
-                          .separate = separate_presses(source, request.one_sequence, request.live.rate_Hz)};
-  if (const auto& session = input.session) {
-    if (!request.solver) options.solver = session->solver;
-    options.skip_untouched = options.skip_untouched || session->skip_untouched;
-    options.fixed_light = options.fixed_light || session->fixed_light;
-  }
-  return options;
-}
-
 /// Time of a recording's first frame, s: a session may have begun in the middle of a stream.
 double start_of(const MeasuredInput& input) {
   if (!is_session(input.input)) return 0;
@@ -109,12 +93,17 @@ double start_of(const MeasuredInput& input) {
 LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened) {
   const MeasuredInput& input = opened.measured;
   std::unique_ptr<Source> first = std::move(opened.source);
-  const PipelineOptions pipeline = pipeline_of(request, input, *first);
+  if (input.session) as_recorded(request, *input.session);
+  const PipelineOptions pipeline = pipeline_options(request, input.outputs, *first);
   LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
-  LiveOptions& live = request.live;
+  LiveOptions live;
+  static_cast<LoopSettings&>(live) = request;
+  live.input = input.input;
+  live.interrupted = interrupted;
+  live.replay = request.replay;
   live.presses = opened.presses.get();
   // What is slow to measure takes longer: only a camera's frames cannot wait.
-  live.measure_all = live.measure_all || is_recording(input.input);
+  live.measure_all = is_recording(input.input);
   std::optional<Measurements> measurements;
   std::optional<ContactRows> contacts;
   std::optional<Recording> recording;
@@ -136,7 +125,8 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   request.shown.notes = notes_folder(request);
   if (!folder.empty() && !live.replay) {
     recording.emplace([folder] { return new_session_folder(folder); },
-                      session_info(input, *first, opened.background, pipeline, context), request.session);
+                      session_info(input, *first, opened.background, pipeline, context),
+                      SessionOptions{.no_drop = request.no_drop});
     recording->watch(interrupted);
     live.recording = &*recording;
     if (request.record) recording->start();
@@ -155,7 +145,6 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   };
   // The source that is open already is the first round's: a camera cannot be opened twice.
   const OpenSource open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
-  live.input = input.input;
   report.live =
       viz::run_live(context, open, {input.sensor, opened.background, pipeline}, live, request.shown);
   if (measurements) measurements->close();

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "capture/live/recorder.h"
-#include "capture/run/input.h"
+#include "capture/run/run_settings.h"
 #include "capture/session/session.h"
 #include "capture/source.h"
 #include "viz/commands/command.h"
@@ -38,15 +38,8 @@ class Remembered {
   std::filesystem::path file_;
 };
 
-/// Input and settings of a live run.
-struct LiveRunRequest {
-  std::string input;                    ///< as open_source takes it
-  std::filesystem::path sensor;         ///< empty: the input's own
-  std::filesystem::path background;     ///< empty: the sensor file's, or the first frames
-  std::optional<SurfaceSolver> solver;  ///< none: as a session was recorded, live for all else
-  bool skip_untouched = false;          ///< also where a session was recorded so
-  bool fixed_light = false;
-  bool one_sequence = false;  ///< images without a rate follow each other
+/// A live run: its settings, and where what it makes goes.
+struct LiveRunRequest : RunSettings {
   std::filesystem::path out;  ///< for measurements.csv and all else; empty: none of it
   /// For sessions, snapshots and events where `out` is empty; may be empty. Snapshots and events have a
   /// folder there for each input, and those of a session lie in it.
@@ -55,9 +48,10 @@ struct LiveRunRequest {
   std::function<void(const std::string& json)>
       on_row;           ///< receives each measured frame as json_line writes it
   bool record = false;  ///< from the start; needs `out`
-  SessionOptions session;
+  /// A recording is shown with the keys of a player, its events are read, and what is marked is added to
+  /// them.
+  bool replay = false;
   BlockChoice block;  ///< that is pressed
-  LiveOptions live;
   viz::WindowRun shown;
 };
 
@@ -70,8 +64,7 @@ struct OpenInput {
 };
 
 /// May take seconds with a camera; any thread. `cancelled` ends the waiting for frames. Throws Error.
-OpenInput open_input(const Common& common, const LiveRunRequest& request,
-                     const std::function<bool()>& cancelled);
+OpenInput open_input(const LiveRunRequest& request, const std::function<bool()>& cancelled);
 
 struct LiveRunReport {
   MeasuredInput measured;
@@ -80,8 +73,7 @@ struct LiveRunReport {
   std::vector<Recording::Written> sessions;
 };
 
-/// Main thread. request.live.replay: a recording is shown with the keys of a player, its events are read, and
-/// what is marked is added to them. Throws Error.
+/// Main thread. Throws Error.
 LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened);
 
 /// Where sessions, snapshots and events go that no --out has a place for; made when the first is written.

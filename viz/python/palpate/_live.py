@@ -49,13 +49,16 @@ def request_of(
     background: Path | None = None,
     outputs: Iterable[str] | str | None = None,
     seed: int = 1,
-) -> _palpate.InputRequest:
-    """A source with its sensor."""
+    **settings: object,
+) -> _palpate.RunSettings:
+    """A source with its sensor, and settings by their names; what is wrong with one raises here."""
     if sensor is not None and not isinstance(sensor, Sensor):
         sensor = Sensor(path_text(sensor, "sensor"))
     if not hasattr(seed, "__index__") or seed < 0:
         raise ArgumentError("a seed of at least 0, a whole number", repr(seed), "seed=1")
-    return _palpate.InputRequest(path_text(source, "source"), sensor, path_text(background or "", "background"), names_of(outputs), seed)
+    settings["background"] = path_text(background or "", "background")
+    settings["outputs"] = names_of(outputs)
+    return _palpate.RunSettings(path_text(source, "source"), sensor, seed, settings)
 
 
 def count_of(frames: int | None) -> int:
@@ -118,20 +121,19 @@ def open(
         device: index or part of the name of a Vulkan device; by default the best one.
         seed: of simulated scenes that name none.
     """
-    if isinstance(patience_s, str) or not patience_s >= 0:
-        raise ArgumentError("patience_s of at least 0", repr(patience_s), "patience_s=10, or float('inf')")
-    return _palpate.open_stream(
-        request_of(source, sensor, background, outputs, seed),
-        solver,
-        drop,
-        fixed_light,
-        sequence,
-        rate_of(rate_Hz) or None,
-        patience_s,
-        path_text(record or "", "record"),
-        device,
-        *kept_maps(keep),
+    settings = request_of(
+        source,
+        sensor,
+        background,
+        outputs,
+        seed,
+        solver=solver,
+        fixed_light=fixed_light,
+        sequence=sequence,
+        rate_Hz=rate_Hz,
+        patience_s=patience_s,
     )
+    return _palpate.open_stream(settings, drop, path_text(record or "", "record"), device, *kept_maps(keep))
 
 
 def _keep(self: Touch, *names: str) -> Touch:

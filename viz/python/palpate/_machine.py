@@ -86,10 +86,18 @@ def record(
         frames: stop after that many; of a camera it is needed, unless Ctrl-C ends the recording.
         source, sensor, background, outputs, solver, fixed_light, sequence, device, seed: as of :func:`palpate.open`.
     """
-    request = request_of(source, sensor, background, outputs, seed)
-    answer = _palpate.record(
-        request, path_text(folder, "folder"), count_of(frames), solver, fixed_light, sequence, device
+    settings = request_of(
+        source,
+        sensor,
+        background,
+        outputs,
+        seed,
+        solver=solver,
+        fixed_light=fixed_light,
+        sequence=sequence,
+        frames=frames,
     )
+    answer = _palpate.record(settings, path_text(folder, "folder"), device)
     return Recorded(**answer)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ._core import _palpate, path_text
 from ._errors import ArgumentError
-from ._live import count_of, kept_maps, Path, rate_of, request_of, Sensor
+from ._live import kept_maps, Path, request_of, Sensor
 
 
 def column_of(cells: Sequence[Any]) -> NDArray[Any]:
@@ -147,12 +147,18 @@ def measure(
     """
     return Recording(
         _palpate.measure(
-            request_of(source, sensor, background, outputs, seed),
-            solver,
-            rate_of(rate_Hz),
-            count_of(frames),
-            fixed_light,
-            sequence,
+            request_of(
+                source,
+                sensor,
+                background,
+                outputs,
+                seed,
+                solver=solver,
+                fixed_light=fixed_light,
+                sequence=sequence,
+                rate_Hz=rate_Hz,
+                frames=frames,
+            ),
             path_text(out or "", "out"),
             device,
             *kept_maps(keep),

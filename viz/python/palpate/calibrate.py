@@ -132,7 +132,7 @@ def force(
     inputs, gauges = _pairs(recordings, gauge)
     checks, check_gauges = _pairs(check, check_gauge)
 
-    def requests(all_inputs: list[Path]) -> list[_palpate.InputRequest]:
+    def requests(all_inputs: list[Path]) -> list[_palpate.RunSettings]:
         return [request_of(one, sensor, background, None, seed) for one in all_inputs]
 
     return _made(
