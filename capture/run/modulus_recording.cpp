@@ -134,7 +134,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   return presses;
 }
 
-PadBody pad_of(const Material& given, double thickness_mm, const Sensor* sensor) {
+Pad pad_of(const Material& given, double thickness_mm, const Sensor* sensor) {
   const bool known = sensor && sensor->reconstruction == Reconstruction::Elastic;
   Material pad = given;
   if (known && !(pad.young_MPa > 0)) pad = {sensor->elastic.young_MPa, sensor->elastic.poisson};

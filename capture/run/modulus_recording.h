@@ -34,7 +34,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
 
 /// The pad bonded to its base: of this material and thickness (0: not given), else as a sensor says that
 /// reads pressure (may be null). Throws Error(Failure::Usage) where neither does.
-PadBody pad_of(const Material& given, double thickness_mm, const Sensor* sensor);
+Pad pad_of(const Material& given, double thickness_mm, const Sensor* sensor);
 /// Relative standard error of the sensor's scale; 0: not stated.
 double scale_sd(const Sensor& sensor);
 

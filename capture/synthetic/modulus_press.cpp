@@ -62,7 +62,7 @@ SimulatedPresses simulate_presses(const ModulusScene& scene, const PressTruth* t
     throw Error(Failure::Input, "a simulated sensor that shows pressure", "another mode", "mode=waveguide");
   SimulatedPresses out;
   out.sensor = synthetic_sensor(scene.sensor);
-  const PadBody pad{{scene.sensor.pad_young_MPa, 0.5}, scene.sensor.pad_thickness_mm, Base::Bonded};
+  const Pad pad{{scene.sensor.pad_young_MPa, 0.5}, scene.sensor.pad_thickness_mm, Base::Bonded};
   std::optional<PressTruth> made;
   if (!truth) {
     Sample sample = scene.sample;

@@ -10,7 +10,6 @@
 #include "capture/synthetic/skin.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/text.h"
-#include "engine/pad/elastic_kernel.h"
 #include "palpate/error.h"
 
 namespace palpate {

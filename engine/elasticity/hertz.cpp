@@ -27,17 +27,6 @@ uint32_t strain_warnings(double indentation_mm, double radius_mm, double thickne
 
 }  // namespace
 
-double effective_modulus_MPa(const Material& pad, const Material& indenter) {
-  double compliance = 0;
-  for (const Material& m : {pad, indenter}) {
-    require(m.young_MPa > 0, "a Young's modulus > 0 MPa", m.young_MPa);
-    require(m.poisson >= 0 && m.poisson <= 0.5, "a Poisson ratio from 0 to 0.5", m.poisson);
-    compliance += (1 - m.poisson * m.poisson) / m.young_MPa;
-  }
-  require(compliance > 0, "a body that is not rigid", compliance);
-  return 1 / compliance;
-}
-
 double effective_radius_mm(double radius1_mm, double radius2_mm) {
   require(radius1_mm > 0, "a radius > 0 mm", radius1_mm);
   require(radius2_mm > 0, "a radius > 0 mm", radius2_mm);

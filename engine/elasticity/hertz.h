@@ -9,16 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/pad/pad.h"
+
 namespace palpate {
 
-struct Material {
-  double young_MPa = std::numeric_limits<double>::infinity();  ///< > 0; infinity is a rigid body
-  double poisson = 0;                                          ///< 0 to 0.5
-};
-
-/// E*, 1/E* = (1 - v1^2)/E1 + (1 - v2^2)/E2 (Eq. 45). Throws Error(Failure::Input) outside the ranges of
-/// Material.
-double effective_modulus_MPa(const Material& pad, const Material& indenter = {});
 /// 1/R = 1/R1 + 1/R2 (Eq. 46); infinity is a plane.
 double effective_radius_mm(double radius1_mm, double radius2_mm);
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "engine/elasticity/hertz.h"
-#include "engine/elasticity/layer_response.h"
+#include "engine/pad/layer_response.h"
 
 namespace palpate {
 

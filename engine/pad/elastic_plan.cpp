@@ -30,19 +30,19 @@ int level_of(double variance) {
 }
 
 /// The Gaussians that make up the kernel together with what is compact, per px of 1/r.
-std::vector<Gaussian> gaussians(const ElasticKernel& kernel) {
+std::vector<Gaussian> gaussians(const LayerKernel& kernel) {
   constexpr int kHalfOctaves = 48;  // up to 2^25 px; what is wider still is flat over the largest frame
   const double step = std::numbers::ln2 / 2, unit = std::sqrt(2 / kPi) * step;
-  const double thickness = kernel.thickness_px(), widest = 6 * thickness;
+  const double thickness = kernel.thickness_cells(), widest = 6 * thickness;
   std::vector<Gaussian> near, far;
   for (int j = 0; j < kHalfOctaves; ++j) {
     const double variance = 4 * kNarrow * std::ldexp(1.0, j), sd = std::sqrt(variance);
     const double wider =
         j + 1 < kHalfOctaves ? 1 : 1 / (1 - 1 / std::numbers::sqrt2);  // with all that follow
     const Gaussian g{variance, unit / sd * wider, level_of(variance)};
-    (thickness > 0 && sd > widest ? far : near).push_back(g);
+    (sd > widest ? far : near).push_back(g);
   }
-  if (thickness <= 0) return near;
+  if (std::isinf(thickness)) return near;
 
   // The loss less the half space's wide Gaussians vanishes some thicknesses away; fitted per area, hence the
   // weight.
@@ -57,7 +57,7 @@ std::vector<Gaussian> gaussians(const ElasticKernel& kernel) {
   for (int i = 0; i < kPoints; ++i) {
     const double fraction = (i + 0.5) / kPoints, r = kFarthest * thickness * fraction * fraction;
     const double weight = fraction * std::sqrt(fraction);  // r dr, as a square root
-    double value = kernel.loss(r);
+    double value = kernel.depth_loss(r);
     for (const Gaussian& g : far) value -= g.weight * std::exp(-r * r / (2 * g.variance));
     target[i] = weight * value;
     for (size_t j = 0; j < layer.size(); ++j)
@@ -132,19 +132,19 @@ std::array<float, shared::kElasticOrbits> stencil_of(Eigen::MatrixXd wide, doubl
 
 }  // namespace
 
-ElasticPlan::ElasticPlan(const ElasticKernel& kernel, uint32_t width, uint32_t height) {
+ElasticPlan::ElasticPlan(const LayerKernel& kernel, uint32_t width, uint32_t height) {
   levels.push_back({width, height, {}});
   while (uint64_t{levels.back().width} * levels.back().height > kMaxCoarsestCells || levels.size() == 1) {
     const ElasticLevel& fine = levels.back();
     levels.push_back({(fine.width - 1) / 2 + 1, (fine.height - 1) / 2 + 1, {}});
   }
   const int last = static_cast<int>(levels.size()) - 1;
-  const double scale = kernel.scale_mm_per_MPa();
+  const double scale = kernel.depth_scale_mm_per_MPa();
   const std::vector<Gaussian> all = gaussians(kernel);
 
   Eigen::MatrixXd pixel(kTailRadius + 1, kTailRadius + 1);
   for (int y = 0; y <= kTailRadius; ++y)
-    for (int x = 0; x <= kTailRadius; ++x) pixel(y, x) = kernel.at(x, y) / scale;
+    for (int x = 0; x <= kTailRadius; ++x) pixel(y, x) = kernel.depth(x, y) / scale;
   for (const Gaussian& g : all) add_response(g, 0, -1, pixel);
   levels[0].stencil = stencil_of(pixel, scale);
   for (int l = 1; l < last; ++l) {

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/pad/elastic_kernel.h"
+#include "engine/pad/layer_kernel.h"
 #include "shaders/shared/elastic.h"
 
 namespace palpate {
@@ -30,7 +30,7 @@ struct ElasticLevel {
 };
 
 struct ElasticPlan {
-  ElasticPlan(const ElasticKernel& kernel, uint32_t width, uint32_t height);
+  ElasticPlan(const LayerKernel& kernel, uint32_t width, uint32_t height);
 
   std::vector<ElasticLevel> levels;
   /// Answer of the coarsest level at (dx, dy) cells: row |dy|, column |dx|, table_width to a row.

@@ -19,11 +19,9 @@ LayerContinuation::LayerContinuation(const LayerKernel& kernel, uint32_t width, 
   answer_.resize(nearest_.size());
 }
 
-uint32_t LayerContinuation::margin_cells(double thickness_mm, double cell_mm, uint32_t width,
-                                         uint32_t height) {
+uint32_t LayerContinuation::margin_cells(const LayerKernel& kernel, uint32_t width, uint32_t height) {
   const double most = std::min(width, height) / 2;
-  const double cells = thickness_mm > 0 ? std::ceil(thickness_mm / cell_mm) : most;
-  return static_cast<uint32_t>(std::clamp(cells, 1.0, std::max(1.0, most)));
+  return static_cast<uint32_t>(std::clamp(std::ceil(kernel.thickness_cells()), 1.0, std::max(1.0, most)));
 }
 
 void LayerContinuation::crop(const std::vector<double>& from, std::vector<double>& to) const {

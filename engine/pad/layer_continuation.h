@@ -17,8 +17,8 @@ class LayerContinuation {
   LayerContinuation(const LayerKernel& kernel, uint32_t width, uint32_t height, uint32_t margin, bool shear);
 
   /// How far a contact is taken to go on: a thickness; no farther than half of the grid, where the layer is
-  /// thick. Thickness 0: a half space.
-  static uint32_t margin_cells(double thickness_mm, double cell_mm, uint32_t width, uint32_t height);
+  /// thick.
+  static uint32_t margin_cells(const LayerKernel& kernel, uint32_t width, uint32_t height);
 
   bool has_shear() const { return layer_.has_shear(); }
 

@@ -1,5 +1,6 @@
-// Displacements of a bonded layer's surface by traction on a grid of cells: zero-padded convolution with
-// LayerKernel in double precision. Outside the grid nothing presses.
+// Displacements of a pad's surface by traction on a grid of cells: zero-padded convolution with LayerKernel
+// in double precision. Outside the grid nothing presses. The reference of the reading `elastic`, and a
+// choice.
 #pragma once
 
 #include <array>
@@ -23,6 +24,8 @@ class LayerConvolution {
 
   /// Depth, mm, by pressure, MPa: height x width each.
   void depth_by_pressure(const std::vector<double>& pressure, std::vector<double>& depth);
+  /// The same of maps whose rows are `pitch` and `depth_pitch` elements apart.
+  void depth_by_pressure(const float* pressure, uint32_t pitch, float* depth, uint32_t depth_pitch);
   /// Depth by shear traction along x and y, MPa; the transpose of what pressure shifts.
   void depth_by_shear(const std::vector<double>& x, const std::vector<double>& y, std::vector<double>& depth);
   /// Shift along x and y, mm, by pressure.

@@ -29,14 +29,14 @@ constexpr double kBeyond = 1;             // of the pressure beyond the border: 
 }  // namespace
 
 struct TractionSolver::Impl {
-  Impl(const Material& layer, double thickness_mm, const TractionGrid& on, const TractionOptions& with)
+  Impl(const Pad& pad, const TractionGrid& on, const TractionOptions& with)
       : grid(on),
         options(with),
-        margin(LayerContinuation::margin_cells(thickness_mm, on.cell_mm, on.width, on.height)),
-        kernel(layer, thickness_mm, on.cell_mm),
-        weights(traction_weights(layer, with)) {
+        kernel(pad, on.cell_mm),
+        margin(LayerContinuation::margin_cells(kernel, on.width, on.height)),
+        weights(traction_weights(pad.material, with)) {
     check_traction(grid, options);
-    const double shear_MPa = layer.young_MPa / (2 * (1 + layer.poisson));
+    const double shear_MPa = pad.material.young_MPa / (2 * (1 + pad.material.poisson));
     shear_prior = std::pow(options.shift_sd_mm / shear_MPa, 2);
     const size_t n = size();
     for (Field* field : {&pressure, &depth, &scratch, &scratch2, &right, &gradient, &along, &image, &answer,
@@ -460,8 +460,8 @@ struct TractionSolver::Impl {
 
   TractionGrid grid;
   TractionOptions options;
-  uint32_t margin;  ///< cells that a contact goes on for
   LayerKernel kernel;
+  uint32_t margin;  ///< cells that a contact goes on for
   TractionWeights weights;
   double shear_prior = 0;  ///< square of what a MPa of shear is worth beside the shift's error
   std::unique_ptr<LayerConvolution> convolution;
@@ -478,9 +478,8 @@ struct TractionSolver::Impl {
   std::vector<uint8_t> allowed, active, known, shift_known, shear_free;
 };
 
-TractionSolver::TractionSolver(const Material& layer, double thickness_mm, const TractionGrid& grid,
-                               const TractionOptions& options)
-    : impl_(std::make_unique<Impl>(layer, thickness_mm, grid, options)) {}
+TractionSolver::TractionSolver(const Pad& pad, const TractionGrid& grid, const TractionOptions& options)
+    : impl_(std::make_unique<Impl>(pad, grid, options)) {}
 TractionSolver::~TractionSolver() = default;
 TractionSolver::TractionSolver(TractionSolver&&) noexcept = default;
 

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/elasticity/hertz.h"
+#include "engine/pad/pad.h"
 
 namespace palpate {
 
@@ -90,14 +90,13 @@ struct TractionWeights {
   double prior = 0;       ///< of |p|^2 beside the squared slopes, 1 / MPa^2
   double first_step = 0;  ///< MPa^2: of cells that enter where there is no curvature to go by
 };
-TractionWeights traction_weights(const Material& layer, const TractionOptions& options);
+TractionWeights traction_weights(const Material& material, const TractionOptions& options);
 
 /// Memory is made once. Frames that follow each other begin where the last one ended. Not thread safe.
 class TractionSolver {
  public:
   /// Throws Error(Failure::Input) as LayerKernel, and on an empty grid or options out of range.
-  TractionSolver(const Material& layer, double thickness_mm, const TractionGrid& grid,
-                 const TractionOptions& options);
+  TractionSolver(const Pad& pad, const TractionGrid& grid, const TractionOptions& options);
   ~TractionSolver();
   TractionSolver(TractionSolver&&) noexcept;
 

@@ -25,8 +25,8 @@ void check_traction(const TractionGrid& grid, const TractionOptions& options) {
     refuse("standard errors, tolerance and iterations > 0", "others", "the defaults of TractionOptions");
 }
 
-TractionWeights traction_weights(const Material& layer, const TractionOptions& options) {
-  const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
+TractionWeights traction_weights(const Material& material, const TractionOptions& options) {
+  const double slope_per_MPa = 2 / effective_modulus_MPa(material);
   const double most = std::pow(slope_per_MPa, 2), prior = most * std::pow(options.slope_sd, 2);
   return {prior, 1 / (most + prior)};
 }

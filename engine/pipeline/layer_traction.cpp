@@ -43,10 +43,6 @@ double shift_sd_mm(const Sensor& sensor) {
   return sd_px * sensor.pitch_mm_per_px;
 }
 
-Material material_of(const LayerCalibration& layer) {
-  return {layer.young_MPa, layer.poisson};
-}
-
 TractionOptions options_of(const Sensor& sensor, const LayerCalibration& layer, const TractionGrid& grid) {
   TractionOptions options;
   options.slope_sd = slope_sd(sensor, grid.cell_mm);
@@ -91,14 +87,13 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
       cells_(context, surface.grid()),
       fine_(cell_side(format.width) / shared::kCellSide),
       grid_(grid_of(sensor, format)),
-      solver_(material_of(layer_), layer_.thickness_mm, grid_, options_of(sensor, layer_, grid_)) {
+      solver_(pad_of(layer_), grid_, options_of(sensor, layer_, grid_)) {
   const size_t cells = size_t{grid_.width} * grid_.height;
   for (std::vector<float>* map : {&depth_, &pressure_, &shift_x_, &shift_y_, &weight_}) map->resize(cells);
   for (std::vector<uint8_t>* map : {&contact_, &known_, &shift_known_}) map->assign(cells, 1);
   const bool device = by == TractionBy::Device || (by == TractionBy::Auto && !context.is_software());
   if (device && !surface.pressure())
-    stage_.emplace(context, material_of(layer_), layer_.thickness_mm, grid_,
-                   options_of(sensor, layer_, grid_));
+    stage_.emplace(context, pad_of(layer_), grid_, options_of(sensor, layer_, grid_));
 }
 
 void LayerTraction::make(FrameSlot& slot) const {

@@ -46,18 +46,17 @@ TractionStage::Blocks TractionStage::blocks_for(const gpu::Context& context) {
   return context.is_software() ? kOnCpu : kOnGpu;
 }
 
-TractionStage::TractionStage(gpu::Context& context, const Material& layer, double thickness_mm,
-                             const TractionGrid& grid, const TractionOptions& options, uint32_t iterations)
-    : TractionStage(context, layer, thickness_mm, grid, options, iterations, blocks_for(context)) {}
+TractionStage::TractionStage(gpu::Context& context, const Pad& pad, const TractionGrid& grid,
+                             const TractionOptions& options, uint32_t iterations)
+    : TractionStage(context, pad, grid, options, iterations, blocks_for(context)) {}
 
-TractionStage::TractionStage(gpu::Context& context, const Material& layer, double thickness_mm,
-                             const TractionGrid& grid, const TractionOptions& options, uint32_t iterations,
-                             const Blocks& blocks)
+TractionStage::TractionStage(gpu::Context& context, const Pad& pad, const TractionGrid& grid,
+                             const TractionOptions& options, uint32_t iterations, const Blocks& blocks)
     : grid_(grid), iterations_(iterations), blocks_(blocks) {
   check_traction(grid, options);
   if (iterations == 0) refuse("iterations of the traction stage", "none", "TractionStage::kIterations");
-  const LayerKernel kernel(layer, thickness_mm, grid.cell_mm);
-  const TractionWeights weights = traction_weights(layer, options);
+  const LayerKernel kernel(pad, grid.cell_mm);
+  const TractionWeights weights = traction_weights(pad.material, options);
   push_.width = grid.width;
   push_.height = grid.height;
   push_.pitch = padded(grid.width) / 4;
@@ -126,7 +125,7 @@ void TractionStage::make_tables(gpu::Context& context, const LayerKernel& kernel
   std::vector<float> answers(size_t{2 * rows - 1} * cells);
   std::vector<double> row(width);
   for (uint32_t dy = 0; dy < height; ++dy) {
-    for (uint32_t dx = 0; dx < width; ++dx) row[dx] = kernel.at(dx, dy).depth;
+    for (uint32_t dx = 0; dx < width; ++dx) row[dx] = kernel.depth(dx, dy);
     for (uint32_t k = 0; k < width; ++k) {
       double sum = row[0] + (k % 2 == 0 ? 1 : -1) * row[width - 1];
       for (size_t dx = 1; dx + 1 < width; ++dx)

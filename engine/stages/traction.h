@@ -52,9 +52,9 @@ class TractionStage {
 
   /// Of the options slope_sd and tolerance count. Throws Error(Failure::Input) as TractionSolver, and where
   /// no iterations are wanted.
-  TractionStage(gpu::Context& context, const Material& layer, double thickness_mm, const TractionGrid& grid,
+  TractionStage(gpu::Context& context, const Pad& pad, const TractionGrid& grid,
                 const TractionOptions& options, uint32_t iterations = kIterations);
-  TractionStage(gpu::Context& context, const Material& layer, double thickness_mm, const TractionGrid& grid,
+  TractionStage(gpu::Context& context, const Pad& pad, const TractionGrid& grid,
                 const TractionOptions& options, uint32_t iterations, const Blocks& blocks);
 
   const TractionGrid& grid() const { return grid_; }

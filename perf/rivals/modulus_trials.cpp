@@ -17,7 +17,7 @@ namespace {
 constexpr double kPadSd = 0.01, kForceSd = 0.01, kSizeSd = 0.005, kZero_mm = 0.1, kStage_mm = 0.005;
 constexpr double kMostStrain = 0.08, kWidest = 0.33, kMostForce_N = 2;
 
-PadBody trial_pad(const ModulusBench& bench) {
+Pad trial_pad(const ModulusBench& bench) {
   return {{SyntheticOptions{}.pad_young_MPa, 0.5}, bench.pad_thickness_mm, Base::Bonded};
 }
 
@@ -85,7 +85,7 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
 
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
                                         uint64_t seed, int presses, int nodes, const ModulusBench& bench) {
-  const PadBody pad = trial_pad(bench);
+  const Pad pad = trial_pad(bench);
   const PressModel model(pad, trial_sample(shape));
   const double most = trial_force_N(model, young_MPa, pad.material.young_MPa);
   std::vector<double> forces;

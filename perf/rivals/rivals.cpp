@@ -181,7 +181,7 @@ struct FftwElastic::Impl {
   std::vector<float> answer;  // of the pad: real, since the answer is even, with the transforms' factor
 };
 
-FftwElastic::FftwElastic(const ElasticKernel& kernel, uint32_t width, uint32_t height)
+FftwElastic::FftwElastic(const LayerKernel& kernel, uint32_t width, uint32_t height)
     : impl_(new Impl{width,
                      height,
                      next_good_size(2 * width - 1),
@@ -206,7 +206,7 @@ FftwElastic::FftwElastic(const ElasticKernel& kernel, uint32_t width, uint32_t h
     for (uint32_t x = 0; x < m.padded_width; ++x) {
       const uint32_t dx = std::min(x, m.padded_width - x), dy = std::min(y, m.padded_height - y);
       m.work[size_t{y} * m.padded_width + x] =
-          static_cast<float>(kernel.at(dx, dy) / static_cast<double>(pixels));
+          static_cast<float>(kernel.depth(dx, dy) / static_cast<double>(pixels));
     }
   }
   fftwf_execute(m.forward);

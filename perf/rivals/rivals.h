@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "engine/pad/elastic_kernel.h"
+#include "engine/pad/layer_kernel.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 
@@ -60,7 +60,7 @@ class FftwPoisson {
 /// measurement, two threads.
 class FftwElastic {
  public:
-  FftwElastic(const ElasticKernel& kernel, uint32_t width, uint32_t height);
+  FftwElastic(const LayerKernel& kernel, uint32_t width, uint32_t height);
   ~FftwElastic();
   FftwElastic(const FftwElastic&) = delete;
   FftwElastic& operator=(const FftwElastic&) = delete;

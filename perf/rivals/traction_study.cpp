@@ -95,7 +95,7 @@ TractionCost cost(const Sphere& sphere, double tolerance, const char* precision,
 using Solved = std::tuple<double, std::span<const float>, uint32_t>;
 
 TractionCost processor_cost(const Sphere& sphere, double tolerance, int repetitions) {
-  TractionSolver solver(kPad, kThickness_mm, sphere.grid, options_of(tolerance));
+  TractionSolver solver({kPad, kThickness_mm}, sphere.grid, options_of(tolerance));
   return cost(sphere, tolerance, "double", repetitions, [&] {
     solver.forget();
     const Traction& found = solver.solve({.depth_mm = sphere.depth, .contact = sphere.contact});
@@ -104,7 +104,7 @@ TractionCost processor_cost(const Sphere& sphere, double tolerance, int repetiti
 }
 
 TractionCost device_cost(gpu::Context& device, const Sphere& sphere, double tolerance, int repetitions) {
-  const TractionStage stage(device, kPad, kThickness_mm, sphere.grid, options_of(tolerance),
+  const TractionStage stage(device, {kPad, kThickness_mm}, sphere.grid, options_of(tolerance),
                             kDeviceIterations);
   const TractionStage::Slot slot = stage.slot(device);
   const gpu::DeviceBuffer upload(device, "depths", slot.depth.bytes(), gpu::Memory::Upload);
@@ -182,7 +182,7 @@ std::vector<TractionStability> traction_stability() {
       const Sphere sphere({kYoung_MPa, poisson}, thickness_mm, grid, 2.5, 8);
       TractionOptions options;
       options.slope_sd = kSlopeSd;
-      TractionSolver solver({kYoung_MPa, poisson}, thickness_mm, grid, options);
+      TractionSolver solver({{kYoung_MPa, poisson}, thickness_mm}, grid, options);
       for (const double noise : {0.0, 0.3, 1.0, 3.0}) {
         TractionStability row{.poisson = poisson, .thickness_cells = thickness_cells, .noise = noise};
         row.trials = noise == 0 ? 1 : 6;

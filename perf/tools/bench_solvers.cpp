@@ -10,7 +10,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/numeric/weighted_poisson.h"
-#include "engine/pad/elastic_convolution.h"
+#include "engine/pad/layer_convolution.h"
 #include "engine/stages/surface/elastic.h"
 #include "engine/stages/surface/surface.h"
 #include "engine/stages/surface/weighted_surface.h"
@@ -107,7 +107,7 @@ void Bench::elastic(const Size& size) {
   options.width = size.width;
   options.height = size.height;
   const Sensor sensor = synthetic_sensor(options);
-  const ElasticKernel kernel(sensor.elastic, sensor.pitch_mm_per_px);
+  const LayerKernel kernel(pad_of(sensor.elastic), sensor.pitch_mm_per_px);
   const Elastic stage(context_, kernel, size.width, size.height, load_tuning(context_).tuning);
   const FloatMap depth(context_, "depth", stage.grid());
   std::vector<float> pressure(size_t{size.width} * size.height), deflection(pressure.size());
@@ -139,9 +139,10 @@ void Bench::elastic(const Size& size) {
                  commands.wait();
                }},
               rival, repetitions_, inner(size, 8)));
-  ElasticConvolution exact(kernel, size.width, size.height);
+  LayerConvolution exact(kernel, size.width, size.height, false);
   add(compare("elastic (exact)", size.text(),
-              {"palpate", [&] { exact.solve(pressure.data(), size.width, deflection.data(), size.width); }},
+              {"palpate",
+               [&] { exact.depth_by_pressure(pressure.data(), size.width, deflection.data(), size.width); }},
               rival, repetitions_, inner(size, 8)));
 }
 

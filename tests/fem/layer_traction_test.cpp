@@ -165,7 +165,7 @@ TEST(LayerTraction, ObliqueAndTwistedOnFiniteElements) {
   for (const double poisson : {0.3, 0.485}) {
     const double pressure = 0.05, drag = 0.02, twist = 0.015;
     const Seen seen(poisson, pressure, drag, twist);
-    TractionSolver solver({kYoung_MPa, poisson}, kThickness_mm, {kCells, kCells, kCell_mm}, exact());
+    TractionSolver solver({{kYoung_MPa, poisson}, kThickness_mm}, {kCells, kCells, kCell_mm}, exact());
     const Traction& found = solver.solve(seen.input());
     const Wrench& wrench = found.wrench;
     const double unit = 2.0 / 3 * kPi * kDisc_mm * kDisc_mm, turn = 4.0 / 15 * kPi * std::pow(kDisc_mm, 3);
@@ -221,7 +221,7 @@ SphereError sphere_on_bricks(uint32_t down) {
   }
   TractionOptions options = exact();
   options.errors = false;
-  TractionSolver solver({kYoung_MPa, scene.poisson}, 4, {depth.width, depth.height, pitch}, options);
+  TractionSolver solver({{kYoung_MPa, scene.poisson}, 4}, {depth.width, depth.height, pitch}, options);
   const Traction& found = solver.solve({.depth_mm = depth.values, .contact = contact});
   const double peak = *std::max_element(found.pressure_MPa.begin(), found.pressure_MPa.end());
   return {found.wrench.force_N[2] / block.force_N - 1, peak / (1e-6 * block.center_stress_Pa) - 1};
@@ -254,7 +254,7 @@ TEST(LayerTraction, SphereOnAxisymmetricElements) {
     const fem::SeenPress seen = fem::seen_by_camera(pressed[0], kAlong, kSide_mm);
     TractionOptions options = exact();
     options.errors = false;
-    TractionSolver solver({kYoung_MPa, poisson}, kThickness_mm, {kAlong, kAlong, kSide_mm}, options);
+    TractionSolver solver({{kYoung_MPa, poisson}, kThickness_mm}, {kAlong, kAlong, kSide_mm}, options);
     const Traction& found = solver.solve({.depth_mm = seen.depth_mm, .contact = seen.contact});
     const double peak = *std::max_element(found.pressure_MPa.begin(), found.pressure_MPa.end());
     EXPECT_NEAR(found.wrench.force_N[2], pressed[0].force_N, 0.01 * pressed[0].force_N);

@@ -29,7 +29,7 @@ double integral_of(const PadIndenter& indenter, const Indentation& c, int steps)
 
 TEST(Indentation, ClosedFormsOnTheHalfSpace) {
   const double modulus = effective_modulus_MPa(kPad);
-  const PadBody deep{kPad};
+  const Pad deep{kPad};
   const Indentation hertz = PadIndenter(deep, {IndenterShape::Paraboloid, 8}).at_force(0.7);
   const IndenterContact closed = hertz_contact(0.7, modulus, 8);
   EXPECT_NEAR(hertz.radius_mm, closed.radius_mm, 1e-12);
@@ -61,7 +61,7 @@ TEST(Indentation, ForceAndDepthAreInverse) {
   std::mt19937_64 random(6);
   std::uniform_real_distribution<double> u(0, 1);
   for (int i = 0; i < 200; ++i) {
-    PadBody pad{{0.01 + u(random), 0.5 * u(random)}};
+    Pad pad{{0.01 + u(random), 0.5 * u(random)}};
     if (i % 3) pad.thickness_mm = 1 + 9 * u(random);
     pad.base = i % 2 ? Base::Bonded : Base::Frictionless;
     Indenter indenter{kShapes[i % 4], 1 + 5 * u(random), 0.3 + 1.1 * u(random)};
@@ -144,7 +144,7 @@ TEST(Indentation, AnElasticBallYieldsToo) {
 }
 
 TEST(Indentation, ErrorsOfHertzAreWhatTheySay) {
-  const PadBody pad{kPad, 4};
+  const Pad pad{kPad, 4};
   const Indenter ball{IndenterShape::Sphere, 5};
   const Indentation found = PadIndenter(pad, ball).at_force(1);
   const HertzErrors e = hertz_errors(pad, ball, found);
@@ -158,7 +158,7 @@ TEST(Indentation, ErrorsOfHertzAreWhatTheySay) {
 }
 
 TEST(Indentation, BadInputIsRefused) {
-  const auto refuse = [](PadBody pad, Indenter indenter) { EXPECT_THROW(PadIndenter(pad, indenter), Error); };
+  const auto refuse = [](Pad pad, Indenter indenter) { EXPECT_THROW(PadIndenter(pad, indenter), Error); };
   refuse({{0, 0.5}}, {});
   refuse({{0.2, 0.51}}, {});
   refuse({{NAN, 0.5}}, {});

@@ -1,6 +1,6 @@
 // Transfer functions of the bonded layer beside finite elements through its thickness, which know nothing of
 // their closed forms: the energy of a wave along the surface, minimised.
-#include "engine/elasticity/layer_response.h"
+#include "engine/pad/layer_response.h"
 
 #include <gtest/gtest.h>
 

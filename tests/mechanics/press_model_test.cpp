@@ -15,7 +15,7 @@ namespace palpate {
 namespace {
 
 constexpr double kPad_MPa = 0.2;
-const PadBody kPad{{kPad_MPa, 0.5}, 6, Base::Bonded};
+const Pad kPad{{kPad_MPa, 0.5}, 6, Base::Bonded};
 
 Sample cylinder() {
   return {SampleShape::Cylinder, 10, 10, 0.5, 0, Support::Sliding};
@@ -203,7 +203,7 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
         area += fraction;
       }
     mean /= area;
-    PadBody pad;
+    Pad pad;
     pad.material = {kPad_MPa, kPoisson};
     pad.thickness_mm = 6;
     Sample cube;

@@ -37,7 +37,7 @@ struct CutSphere {
   Traction solve(double thickness_mm, bool goes_on) const {
     TractionOptions options;
     options.slope_sd = 0.02;
-    TractionSolver solver(kGel, thickness_mm, surface.grid, options);
+    TractionSolver solver({kGel, thickness_mm}, surface.grid, options);
     TractionInput input = surface.input();
     input.goes_on = goes_on;
     return solver.solve(input);
@@ -105,7 +105,7 @@ TEST(TractionAtTheBorder, ContactInsideIsTheSame) {
 TEST(LayerContinuation, TransposesItself) {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
-  LayerContinuation layer(LayerKernel(kGel, 2, 0.3), 13, 9, 5, false);
+  LayerContinuation layer(LayerKernel({kGel, 2}, 0.3), 13, 9, 5, false);
   std::vector<double> p(13 * 9), d(p), depth(p), back(p), beyond(p), inside;
   for (double& value : p) value = normal(random);
   for (double& value : d) value = normal(random);
@@ -118,7 +118,7 @@ TEST(LayerContinuation, TransposesItself) {
   }
   EXPECT_NEAR(one, other, 1e-9 * std::abs(one));
   // The part in the grid and the part beyond add up to the whole.
-  LayerConvolution(LayerKernel(kGel, 2, 0.3), 13, 9, false).depth_by_pressure(p, inside);
+  LayerConvolution(LayerKernel({kGel, 2}, 0.3), 13, 9, false).depth_by_pressure(p, inside);
   layer.depth_by_beyond(p, beyond);
   for (size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(depth[i], inside[i] + beyond[i], 1e-9);
 }
@@ -128,7 +128,7 @@ TEST(TractionAtTheBorder, PlateOverAllOfTheGrid) {
   const TractionGrid grid{40, 30, 0.5};
   const std::vector<float> depth(40 * 30, 0.4f);
   const std::vector<uint8_t> contact(depth.size(), 1);
-  TractionSolver solver(kGel, 5.5, grid, {});
+  TractionSolver solver({kGel, 5.5}, grid, {});
   EXPECT_TRUE(solver.solve({.depth_mm = depth, .contact = contact}).at_border);
   const Traction& found = solver.solve({.depth_mm = depth, .contact = contact, .goes_on = true});
   EXPECT_TRUE(found.at_border);
@@ -148,7 +148,7 @@ TEST(TractionExtremes, NoiseAloneIsWithinItsInterval) {
     const TractionGrid grid{48, 36, 0.5};
     TractionOptions options;
     options.slope_sd = 0.02;
-    TractionSolver solver(kGel, thickness, grid, options);
+    TractionSolver solver({kGel, thickness}, grid, options);
     std::vector<float> depth(size_t{grid.width} * grid.height);
     for (int trial = 0; trial < 3; ++trial) {
       std::ranges::fill(depth, 0.0f);

@@ -11,9 +11,8 @@
 #include <random>
 
 #include "engine/elasticity/layer.h"
-#include "engine/elasticity/layer_response.h"
-#include "engine/pad/elastic_kernel.h"
 #include "engine/pad/layer_convolution.h"
+#include "engine/pad/layer_response.h"
 #include "palpate/error.h"
 #include "perf/rivals/traction_study.h"
 #include "tests/support/pressed_surface.h"
@@ -23,17 +22,25 @@ namespace {
 
 constexpr Material kGel{0.15, 0.485};
 
-TEST(LayerKernel, DepthIsTheElasticKernels) {
+// The point load's loss of the exact contact, by other quadratures.
+TEST(LayerKernel, DepthIsThePointLoads) {
   for (const double poisson : {0.0, 0.3, 0.485, 0.5}) {
-    ElasticCalibration pad;
-    pad.young_MPa = 0.2;
-    pad.poisson = poisson;
-    pad.thickness_mm = 3;
-    const ElasticKernel elastic(pad, 0.1);
-    const LayerKernel layer({0.2, poisson}, 3, 0.1);
+    const LayerKernel layer({{0.2, poisson}, 3}, 0.1);
+    const PointLoadLoss loss(poisson);
+    const double scale = 0.1 / (std::numbers::pi * effective_modulus_MPa({0.2, poisson}));
+    EXPECT_NEAR(layer.depth_scale_mm_per_MPa(), scale, 1e-12 * scale);
     for (const double x : {0.0, 1.0, 7.0, 60.0, 400.0})
-      for (const double y : {0.0, 2.0, 30.0})
-        EXPECT_NEAR(layer.at(x, y).depth, elastic.at(x, y), 1e-6 * elastic.at(0, 0)) << x << " " << y;
+      for (const double y : {0.0, 2.0, 30.0}) {
+        EXPECT_NEAR(layer.depth_loss(std::hypot(x, y)), loss(std::hypot(x, y) / 30) / 30, 1e-8);
+        double taken = 0;
+        constexpr int kParts = 10;
+        for (int i = 0; i < kParts; ++i)
+          for (int j = 0; j < kParts; ++j)
+            taken += loss(std::hypot(x + (i + 0.5) / kParts - 0.5, y + (j + 0.5) / kParts - 0.5) / 30) / 30;
+        const double depth = scale * (love_cell(x, y) - taken / (kParts * kParts));
+        EXPECT_NEAR(layer.depth(x, y), depth, 1e-6 * layer.depth(0, 0)) << x << " " << y;
+        EXPECT_EQ(layer.at(x, y).depth, layer.depth(x, y));
+      }
   }
 }
 
@@ -44,7 +51,7 @@ TEST(LayerKernel, TransferFunctionsComeBack) {
     for (const double thickness_cells : {0.5, 3.0, 20.0}) {
       const double cell = 0.1, thickness = cell * thickness_cells;
       const double shear_MPa = pad.young_MPa / (2 * (1 + poisson));
-      const LayerKernel kernel(pad, thickness, cell);
+      const LayerKernel kernel({pad, thickness}, cell);
       const int reach = static_cast<int>(16 * thickness_cells) + 2;
       for (const double s : {0.3, 1.0, 2.5}) {
         const double k = std::min(s / thickness, 1.5 / cell);
@@ -88,11 +95,13 @@ TEST(LayerKernel, TransferFunctionsComeBack) {
 }
 
 TEST(LayerKernel, RefusesWhatIsNoLayer) {
-  EXPECT_THROW(LayerKernel({0, 0.4}, 1, 0.1), Error);
-  EXPECT_THROW(LayerKernel({std::numeric_limits<double>::infinity(), 0.4}, 1, 0.1), Error);
-  EXPECT_THROW(LayerKernel({0.1, 0.51}, 1, 0.1), Error);
-  EXPECT_THROW(LayerKernel({0.1, 0.4}, -1, 0.1), Error);
-  EXPECT_THROW(LayerKernel({0.1, 0.4}, 1, 0), Error);
+  EXPECT_THROW(LayerKernel({{0, 0.4}, 1}, 0.1), Error);
+  EXPECT_THROW(LayerKernel({{std::numeric_limits<double>::infinity(), 0.4}, 1}, 0.1), Error);
+  EXPECT_THROW(LayerKernel({{0.1, 0.51}, 1}, 0.1), Error);
+  EXPECT_THROW(LayerKernel({{0.1, 0.4}, -1}, 0.1), Error);
+  EXPECT_THROW(LayerKernel({{0.1, 0.4}, 0}, 0.1), Error);
+  EXPECT_THROW(LayerKernel({{0.1, 0.4}, 1, Base::Frictionless}, 0.1), Error);
+  EXPECT_THROW(LayerKernel({{0.1, 0.4}, 1}, 0), Error);
 }
 
 // Pressure's work on what shear moves is shear's work on what pressure moves.
@@ -100,7 +109,7 @@ TEST(LayerConvolution, IsReciprocal) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   const uint32_t width = 23, height = 17;
-  LayerConvolution layer(LayerKernel({0.2, 0.4}, 0.7, 0.2), width, height, true);
+  LayerConvolution layer(LayerKernel({{0.2, 0.4}, 0.7}, 0.2), width, height, true);
   std::vector<double> p(width * height), tx(p), ty(p), sx(p), sy(p);
   for (std::vector<double>* field : {&p, &tx, &ty, &sx, &sy})
     for (double& value : *field) value = normal(random);
@@ -144,7 +153,7 @@ TEST(TractionSolver, SphereAndFlatPunch) {
         Surface surface({120, 100, flat ? 0.1 : 0.2});
         surface.add(press, 1.3, -0.7);
         for (float& depth : surface.depth) depth += 0.37f;
-        TractionSolver solver({0.15, poisson}, thickness, surface.grid, exact());
+        TractionSolver solver({{0.15, poisson}, thickness}, surface.grid, exact());
         const Traction& found = solver.solve(surface.input());
         const Wrench& wrench = found.wrench;
         std::printf("%.4f %6.1f  %-6s %9.4f %9.2f (%.2f) %11u\n", poisson, thickness,
@@ -168,7 +177,7 @@ TEST(TractionSolver, TwoSpheres) {
   Surface surface({120, 100, 0.2});
   surface.add(large, -5, 2);
   surface.add(small, 6, -3);
-  TractionSolver solver(kGel, 5.5, surface.grid, exact());
+  TractionSolver solver({kGel, 5.5}, surface.grid, exact());
   const Wrench& wrench = solver.solve(surface.input()).wrench;
   EXPECT_NEAR(wrench.force_N[2], 1.9, 0.019);
   EXPECT_NEAR(wrench.moment_Nmm[0], 1.5 * 2 - 0.4 * 3, 0.05);
@@ -191,7 +200,7 @@ struct Drag {
       force = {force[0] + area * tx[i], force[1] + area * ty[i], force[2] + area * p[i]};
       turn += area * (surface.x_of(i) * ty[i] - surface.y_of(i) * tx[i]);
     }
-    LayerConvolution layer(LayerKernel(kGel, thickness_mm, on.cell_mm), on.width, on.height, true);
+    LayerConvolution layer(LayerKernel({kGel, thickness_mm}, on.cell_mm), on.width, on.height, true);
     surface.load(layer, p, tx, ty);
   }
   Surface surface;
@@ -204,7 +213,7 @@ TEST(TractionSolver, SixComponents) {
     const Drag drag({64, 56, 0.25}, thickness);
     TractionOptions options = exact();
     options.shift_sd_mm = 1e-5;
-    TractionSolver solver(kGel, thickness, drag.surface.grid, options);
+    TractionSolver solver({kGel, thickness}, drag.surface.grid, options);
     const Traction& found = solver.solve(drag.surface.input());
     EXPECT_TRUE(found.converged);
     for (size_t axis = 0; axis < 3; ++axis)
@@ -227,7 +236,7 @@ TEST(TractionSolver, IntervalsHoldUnderNoise) {
     TractionOptions options;
     options.slope_sd = 0.02;
     perf::add_slope_noise(surface.depth, surface.grid, options.slope_sd, random);
-    TractionSolver solver(kGel, 5.5, surface.grid, options);
+    TractionSolver solver({kGel, 5.5}, surface.grid, options);
     const Traction& found = solver.solve(surface.input());
     const double force = press.summary().force_N;
     held += std::abs(found.wrench.force_N[2] - force) <= 1.96 * found.wrench.force_sd_N[2] ? 1 : 0;
@@ -244,7 +253,7 @@ TEST(TractionSolver, IntervalsHoldUnderNoise) {
 
 TEST(TractionSolver, NothingFromNothing) {
   const TractionGrid grid{40, 30, 0.5};
-  TractionSolver solver(kGel, 5.5, grid, {});
+  TractionSolver solver({kGel, 5.5}, grid, {});
   std::vector<float> depth(40 * 30, 2.5f);
   const Traction& flat = solver.solve({.depth_mm = depth});
   EXPECT_TRUE(flat.converged);
@@ -259,13 +268,13 @@ TEST(TractionSolver, NothingFromNothing) {
 // A frame that follows begins where the last one ended, and comes to the same.
 TEST(TractionSolver, FollowsFrames) {
   const Layer layer(kGel, 5.5);
-  TractionSolver follows(kGel, 5.5, {60, 50, 0.4}, {});
+  TractionSolver follows({kGel, 5.5}, {60, 50, 0.4}, {});
   uint32_t first = 0, later = 0;
   for (int frame = 0; frame < 6; ++frame) {
     Surface surface({60, 50, 0.4});
     surface.add(layer.press_sphere(1 + 0.1 * frame, 8), 0.05 * frame, 0);
     const Traction& found = follows.solve(surface.input());
-    TractionSolver anew(kGel, 5.5, surface.grid, {});
+    TractionSolver anew({kGel, 5.5}, surface.grid, {});
     EXPECT_NEAR(found.wrench.force_N[2], anew.solve(surface.input()).wrench.force_N[2], 3e-3);
     (frame == 0 ? first : later) += found.iterations;
   }
@@ -276,7 +285,7 @@ TEST(TractionSolver, ContactAtTheBorderIsSaid) {
   const Layer layer(kGel, 5.5);
   Surface surface({60, 50, 0.4});
   surface.add(layer.press_sphere(2, 8), 11.5, 0);
-  TractionSolver solver(kGel, 5.5, surface.grid, exact());
+  TractionSolver solver({kGel, 5.5}, surface.grid, exact());
   const Traction& found = solver.solve(surface.input());
   EXPECT_TRUE(found.at_border);
   EXPECT_LT(found.wrench.force_N[2], 2);
@@ -288,7 +297,7 @@ TEST(TractionSolver, UnknownCellsWidenTheInterval) {
   const Layer layer(kGel, 5.5);
   Surface surface({60, 50, 0.4});
   surface.add(layer.press_sphere(2, 8), 0, 0);
-  TractionSolver solver(kGel, 5.5, surface.grid, {});
+  TractionSolver solver({kGel, 5.5}, surface.grid, {});
   const double sd = solver.solve(surface.input()).wrench.force_sd_N[2];
   std::vector<uint8_t> known(surface.depth.size(), 1);
   for (size_t i = 0; i < known.size(); ++i)
@@ -297,7 +306,7 @@ TEST(TractionSolver, UnknownCellsWidenTheInterval) {
     if (known[i] == 0) surface.depth[i] = std::numeric_limits<float>::quiet_NaN();
   TractionInput input = surface.input();
   input.known = known;
-  TractionSolver partly(kGel, 5.5, surface.grid, {});
+  TractionSolver partly({kGel, 5.5}, surface.grid, {});
   const Traction& found = partly.solve(input);
   std::printf("%.3f +- %.3f N with a hole, +- %.3f N without\n", found.wrench.force_N[2],
               found.wrench.force_sd_N[2], sd);

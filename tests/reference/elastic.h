@@ -101,11 +101,11 @@ inline std::vector<double> elastic(const ElasticPlan& plan, const std::vector<do
 }
 
 /// The same as it is defined: every pixel's answer to every loaded pixel.
-inline std::vector<double> elastic_sum(const ElasticKernel& kernel, const std::vector<double>& pressure,
+inline std::vector<double> elastic_sum(const LayerKernel& kernel, const std::vector<double>& pressure,
                                        int width, int height) {
   std::vector<double> table;
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) table.push_back(kernel.at(x, y));
+    for (int x = 0; x < width; ++x) table.push_back(kernel.depth(x, y));
   std::vector<double> out(pressure.size(), 0.0);
   for (int j = 0; j < height; ++j) {
     for (int i = 0; i < width; ++i) {

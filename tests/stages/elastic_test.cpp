@@ -11,7 +11,7 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
-#include "engine/pad/elastic_convolution.h"
+#include "engine/pad/layer_convolution.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/reference/elastic.h"
@@ -23,13 +23,13 @@ namespace {
 constexpr double kPitch_mm = 0.0435;
 constexpr double kYoung_MPa = 0.2;
 
-ElasticCalibration pad(double thickness_mm, double poisson = 0.5) {
-  ElasticCalibration pad;
-  pad.gray_per_MPa = 2500;
-  pad.young_MPa = kYoung_MPa;
-  pad.poisson = poisson;
-  pad.thickness_mm = thickness_mm;
-  return pad;
+/// Thickness 0: a half space, as in a sensor file.
+Pad pad(double thickness_mm, double poisson = 0.5) {
+  ElasticCalibration elastic;
+  elastic.young_MPa = kYoung_MPa;
+  elastic.poisson = poisson;
+  elastic.thickness_mm = thickness_mm;
+  return pad_of(elastic);
 }
 
 struct Difference {
@@ -78,7 +78,7 @@ std::vector<double> samples(int width, int height, double cx, double cy, const F
 
 class ElasticTest : public GpuTest {
  protected:
-  static std::vector<double> deflection(const ElasticKernel& kernel, int width, int height,
+  static std::vector<double> deflection(const LayerKernel& kernel, int width, int height,
                                         const std::vector<double>& pressure) {
     const Elastic elastic(context(), kernel, static_cast<uint32_t>(width), static_cast<uint32_t>(height),
                           default_tuning(context()));
@@ -130,7 +130,7 @@ TEST_F(ElasticTest, GpuEqualsReference) {
     for (const double thickness_mm : {0.0, 1.0}) {
       SCOPED_TRACE(testing::Message()
                    << width << " x " << height << ", thickness " << thickness_mm << " mm, seed " << seed);
-      const ElasticKernel kernel(pad(thickness_mm), kPitch_mm);
+      const LayerKernel kernel(pad(thickness_mm), kPitch_mm);
       auto pressure = random_pressure(width, height, seed++);
       pressure[0] = 0.1;
       const ElasticPlan plan(kernel, static_cast<uint32_t>(width), static_cast<uint32_t>(height));
@@ -141,38 +141,38 @@ TEST_F(ElasticTest, GpuEqualsReference) {
   }
 }
 
-TEST(ElasticKernel, IsLovesIntegral) {
-  EXPECT_NEAR(love_pixel(0, 0), 4 * std::log(1 + std::numbers::sqrt2), 1e-14);
+TEST(LayerKernel, IsLovesIntegral) {
+  EXPECT_NEAR(love_cell(0, 0), 4 * std::log(1 + std::numbers::sqrt2), 1e-14);
   // Where the two formulas meet, and by plain quadrature.
-  EXPECT_NEAR(love_pixel(39.999999, 0), love_pixel(40.000001, 0), 1e-8);
+  EXPECT_NEAR(love_cell(39.999999, 0), love_cell(40.000001, 0), 1e-8);
   for (const auto& [x, y] : {std::pair{1.0, 0.0}, {2.0, 3.0}, {0.0, 7.0}, {30.0, 40.0}}) {
     double sum = 0;
     constexpr int kSplit = 400;
     for (int j = 0; j < kSplit; ++j)
       for (int i = 0; i < kSplit; ++i)
         sum += 1 / std::hypot(x + (i + 0.5) / kSplit - 0.5, y + (j + 0.5) / kSplit - 0.5);
-    EXPECT_NEAR(sum / (kSplit * kSplit) / love_pixel(x, y), 1, 1e-6) << x << ", " << y;
+    EXPECT_NEAR(sum / (kSplit * kSplit) / love_cell(x, y), 1, 1e-6) << x << ", " << y;
   }
   // E = 0.2 MPa, nu = 0.5: u = (1 - nu^2) / (pi E) p A / r far away.
-  EXPECT_NEAR(ElasticKernel(pad(0), 0.05).at(1000, 0), 0.75 / (std::numbers::pi * 0.2) * 0.05 * 0.05 / 50,
+  EXPECT_NEAR(LayerKernel(pad(0), 0.05).depth(1000, 0), 0.75 / (std::numbers::pi * 0.2) * 0.05 * 0.05 / 50,
               1e-11);
 }
 
-TEST(ElasticConvolution, EqualsTheSum) {
+TEST(LayerConvolution, EqualsTheSum) {
   for (const double thickness_mm : {0.0, 0.6}) {
-    const ElasticKernel kernel(pad(thickness_mm), kPitch_mm);
+    const LayerKernel kernel(pad(thickness_mm), kPitch_mm);
     for (const auto& [width, height] : {std::pair{1, 1}, {37, 22}, {8, 31}}) {
       const auto pressure = random_pressure(width, height, 5);
       std::vector<double> found(pressure.size());
-      ElasticConvolution(kernel, static_cast<uint32_t>(width), static_cast<uint32_t>(height))
-          .solve(pressure.data(), static_cast<uint32_t>(width), found.data(), static_cast<uint32_t>(width));
+      LayerConvolution layer(kernel, static_cast<uint32_t>(width), static_cast<uint32_t>(height), false);
+      layer.depth_by_pressure(pressure, found);
       EXPECT_LT(compare(found, reference::elastic_sum(kernel, pressure, width, height)).peak, 1e-12);
     }
   }
 }
 
 TEST_F(ElasticTest, OnePixelIsLovesAnswer) {
-  const ElasticKernel kernel(pad(0), kPitch_mm);
+  const LayerKernel kernel(pad(0), kPitch_mm);
   for (const auto& [x, y] : {std::pair{60, 50}, {61, 50}, {61, 51}, {63, 57}, {0, 0}, {120, 95}}) {
     std::vector<double> pressure(121 * 96, 0.0);
     pressure[static_cast<size_t>(y) * 121 + x] = 1;
@@ -193,7 +193,7 @@ double hertz_deflection(double r, double a, double pressure_MPa, double modulus_
 
 TEST_F(ElasticTest, HertzOnTheHalfSpace) {
   const double modulus_MPa = kYoung_MPa / 0.75;
-  const ElasticKernel kernel(pad(0), kPitch_mm);
+  const LayerKernel kernel(pad(0), kPitch_mm);
   struct Frame {
     int width, height;
     std::vector<double> radii_px;
@@ -219,9 +219,8 @@ TEST_F(ElasticTest, HertzOnTheHalfSpace) {
       EXPECT_NEAR(found[middle] / truth[middle], 1, 0.35 / (a * a));
       // The remaining error is the pyramid's own.
       std::vector<double> exact(pressure.size());
-      ElasticConvolution(kernel, static_cast<uint32_t>(f.width), static_cast<uint32_t>(f.height))
-          .solve(pressure.data(), static_cast<uint32_t>(f.width), exact.data(),
-                 static_cast<uint32_t>(f.width));
+      LayerConvolution layer(kernel, static_cast<uint32_t>(f.width), static_cast<uint32_t>(f.height), false);
+      layer.depth_by_pressure(pressure, exact);
       const Difference own = compare(found, exact);
       EXPECT_LT(own.peak, a < 10 ? 1.2e-3 : 8e-4);
       EXPECT_LT(own.rms, a < 10 ? 1e-3 : 5e-4);
@@ -243,7 +242,7 @@ TEST_F(ElasticTest, SphereOnTheBondedLayer) {
       const auto truth =
           samples(kWidth, kHeight, kX, kY, [&](double r) { return contact.deflection_mm(r * kPitch_mm); });
       const Difference d = compare(
-          deflection(ElasticKernel(pad(thickness_mm, poisson), kPitch_mm), kWidth, kHeight, pressure), truth);
+          deflection(LayerKernel(pad(thickness_mm, poisson), kPitch_mm), kWidth, kHeight, pressure), truth);
       SCOPED_TRACE(testing::Message()
                    << "nu " << poisson << ", H = " << thickness_px << " px, a = " << radius_px << " px");
       // An incompressible layer moves only where the pressure changes, so errors weigh more the thinner it
@@ -255,7 +254,7 @@ TEST_F(ElasticTest, SphereOnTheBondedLayer) {
 }
 
 TEST_F(ElasticTest, IsLinear) {
-  const ElasticKernel kernel(pad(6), kPitch_mm);
+  const LayerKernel kernel(pad(6), kPitch_mm);
   const auto one = random_pressure(90, 70, 3), other = random_pressure(90, 70, 4);
   std::vector<double> twice, sum;
   for (size_t i = 0; i < one.size(); ++i) {
@@ -273,7 +272,7 @@ TEST_F(ElasticTest, IsLinear) {
 }
 
 TEST_F(ElasticTest, FullAndBorderLoadsSeeFreeSpace) {
-  const ElasticKernel kernel(pad(0), kPitch_mm);
+  const LayerKernel kernel(pad(0), kPitch_mm);
   std::vector<double> full(150 * 97, 0.01), edge(150 * 97, 0.0);
   for (size_t y = 30; y < 60; ++y)
     for (size_t x = 0; x < 12; ++x) edge[y * 150 + x] = 0.02;

@@ -26,7 +26,7 @@ constexpr Material kGel{0.15, 0.485};
 /// A surface that is pressed at places, with what is known of it.
 struct Scene : PressedSurface {
   explicit Scene(const TractionGrid& on, const Material& of = kGel, double thick_mm = 5.5, double sd = 0.03)
-      : PressedSurface(on), layer(of), thickness_mm(thick_mm), slope_sd(sd), known(depth.size(), 1) {}
+      : PressedSurface(on), pad{of, thick_mm}, slope_sd(sd), known(depth.size(), 1) {}
   TractionInput input() const { return {.depth_mm = depth, .contact = contact, .known = known}; }
 
   TractionOptions options(double tolerance = 1e-3) const {
@@ -36,12 +36,10 @@ struct Scene : PressedSurface {
     options.errors = false;
     return options;
   }
-  TractionSolver solver(double tolerance = 1e-3) const {
-    return {layer, thickness_mm, grid, options(tolerance)};
-  }
+  TractionSolver solver(double tolerance = 1e-3) const { return {pad, grid, options(tolerance)}; }
 
-  Material layer;
-  double thickness_mm, slope_sd;
+  Pad pad;
+  double slope_sd;
   std::vector<uint8_t> known;
 };
 
@@ -49,7 +47,7 @@ struct Scene : PressedSurface {
 double residual_of(const Scene& scene, std::span<const float> pressure) {
   const uint32_t w = scene.grid.width, h = scene.grid.height;
   const size_t n = scene.depth.size();
-  const LayerKernel kernel(scene.layer, scene.thickness_mm, scene.grid.cell_mm);
+  const LayerKernel kernel(scene.pad, scene.grid.cell_mm);
   LayerConvolution layer(kernel, w, h, false);
   const auto normal = [&](const std::vector<double>& map) {
     std::vector<double> out(n), answer;
@@ -65,7 +63,7 @@ double residual_of(const Scene& scene, std::span<const float> pressure) {
   std::vector<double> depth(n), p(pressure.begin(), pressure.end()), by_pressure;
   for (size_t i = 0; i < n; ++i) depth[i] = scene.known[i] != 0 ? double{scene.depth[i]} : 0;
   layer.depth_by_pressure(p, by_pressure);
-  const double prior = std::pow(scene.slope_sd * 2 / effective_modulus_MPa(scene.layer), 2);
+  const double prior = std::pow(scene.slope_sd * 2 / effective_modulus_MPa(scene.pad.material), 2);
   const std::vector<double> right = normal(depth), image = normal(by_pressure);
   double left = 0, goal = 0;
   for (size_t i = 0; i < n; ++i) {
@@ -83,7 +81,7 @@ class TractionStageTest : public GpuTest {
   struct Run {
     Run(gpu::Context& in, const Scene& like, uint32_t iterations, double tolerance = 1e-3,
         const TractionStage::Blocks* blocks = nullptr)
-        : stage(in, like.layer, like.thickness_mm, like.grid, like.options(tolerance), iterations,
+        : stage(in, like.pad, like.grid, like.options(tolerance), iterations,
                 blocks ? *blocks : TractionStage::blocks_for(in)),
           slot(stage.slot(in)),
           upload(in, "depths", slot.depth.bytes(), gpu::Memory::Upload),
@@ -337,11 +335,11 @@ TEST_F(TractionStageTest, LayersAndErrors) {
 
 TEST_F(TractionStageTest, RefusesWhatIsNoProblem) {
   const TractionGrid grid{20, 10, 0.5};
-  EXPECT_THROW(TractionStage(context(), kGel, 5.5, {1, 10, 0.5}, {}), Error);
-  EXPECT_THROW(TractionStage(context(), kGel, -1, grid, {}), Error);
-  EXPECT_THROW(TractionStage(context(), kGel, 5.5, grid, {}, 0), Error);
-  EXPECT_THROW(TractionStage(context(), kGel, 5.5, grid, {.slope_sd = 0}), Error);
-  const TractionStage stage(context(), kGel, 5.5, grid, {});
+  EXPECT_THROW(TractionStage(context(), {kGel, 5.5}, {1, 10, 0.5}, {}), Error);
+  EXPECT_THROW(TractionStage(context(), {kGel, -1}, grid, {}), Error);
+  EXPECT_THROW(TractionStage(context(), {kGel, 5.5}, grid, {}, 0), Error);
+  EXPECT_THROW(TractionStage(context(), {kGel, 5.5}, grid, {.slope_sd = 0}), Error);
+  const TractionStage stage(context(), {kGel, 5.5}, grid, {});
   const TractionStage::Slot slot = stage.slot(context());
   const std::vector<uint8_t> wrong(199);
   EXPECT_THROW(stage.write_masks(slot, wrong, {}), Error);

@@ -124,7 +124,7 @@ std::string write_profile(const Common& common, const ContactProblem& p, const O
                           const Indentation& reference) {
   make_output_folder(common.out);
   const PadIndenter exact(p.pad, p.indenter);
-  PadBody deep = p.pad;
+  Pad deep = p.pad;
   deep.thickness_mm = kInfinite;
   Indenter plain = p.indenter;
   if (plain.shape == IndenterShape::Sphere) plain.shape = IndenterShape::Paraboloid;

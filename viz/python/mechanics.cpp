@@ -22,8 +22,8 @@ const std::map<std::string, IndenterShape> kIndenters = {{"sphere", IndenterShap
                                                          {"cone", IndenterShape::Cone},
                                                          {"flat", IndenterShape::FlatPunch}};
 
-PadBody pad_of(std::vector<double> young_MPa, double poisson, const std::vector<double>& thickness_mm,
-               const std::string& series, bool sliding) {
+Pad pad_of(std::vector<double> young_MPa, double poisson, const std::vector<double>& thickness_mm,
+           const std::string& series, bool sliding) {
   if (young_MPa.empty()) throw bad_argument("young_kPa of the pad", "none", "young_kPa=60");
   if (!thickness_mm.empty() && thickness_mm.size() != young_MPa.size())
     throw bad_argument("one thickness_mm for each of young_kPa",
@@ -46,7 +46,7 @@ py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm,
                  std::optional<double> indenter_young_MPa, double indenter_poisson, bool sliding) {
   if (force_N.has_value() == depth_mm.has_value())
     throw bad_argument("force_N or depth_mm", force_N ? "both" : "neither", "force_N=0.5");
-  const PadBody pad = pad_of(young_kPa, poisson, thickness_mm, series, sliding);
+  const Pad pad = pad_of(young_kPa, poisson, thickness_mm, series, sliding);
   Indenter indenter;
   indenter.shape = by_name(kIndenters, shape, "a shape");
   indenter.radius_mm = radius2_mm ? effective_radius_mm(radius_mm, *radius2_mm) : radius_mm;

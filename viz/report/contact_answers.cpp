@@ -47,7 +47,7 @@ std::vector<ContactAnswer> answers_of(const ContactProblem& p, std::optional<Ind
   } catch (const Error& error) {
     why_none = error.what();
   }
-  PadBody deep = p.pad;
+  Pad deep = p.pad;
   deep.thickness_mm = kInfinite;
   Indenter parabola = p.indenter;
   if (sphere) parabola.shape = IndenterShape::Paraboloid;

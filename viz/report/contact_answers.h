@@ -21,7 +21,7 @@ struct ContactAnswer {
 };
 
 struct ContactProblem {
-  PadBody pad;
+  Pad pad;
   Indenter indenter;
   bool by_force = true;
   double wanted = 0;

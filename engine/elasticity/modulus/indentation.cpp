@@ -6,9 +6,9 @@
 #include <numeric>
 #include <string>
 
-#include "engine/elasticity/layer_response.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/quadrature.h"
+#include "engine/pad/layer_response.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -35,9 +35,9 @@ const Quadrature& waves() {
 
 }  // namespace
 
-PadBody layered_pad(std::span<const double> young_MPa, double poisson, std::span<const double> thickness_mm,
-                    bool paper, Base base) {
-  PadBody pad{.material = {young_MPa.front(), poisson}, .base = base};
+Pad layered_pad(std::span<const double> young_MPa, double poisson, std::span<const double> thickness_mm,
+                bool paper, Base base) {
+  Pad pad{.material = {young_MPa.front(), poisson}, .base = base};
   if (young_MPa.size() > 1)
     pad.material.young_MPa =
         paper ? paper_series_modulus_MPa(young_MPa) : series_modulus_MPa(young_MPa, thickness_mm);
@@ -54,7 +54,7 @@ struct PadIndenter::Solution {
   Eigen::Matrix<double, kWaves, 2> spectrum;  // missing times Phi, weights included; zero on a half space
 };
 
-PadIndenter::PadIndenter(const PadBody& pad, const Indenter& indenter) : pad_(pad), indenter_(indenter) {
+PadIndenter::PadIndenter(const Pad& pad, const Indenter& indenter) : pad_(pad), indenter_(indenter) {
   modulus_MPa_ = palpate::effective_modulus_MPa(pad.material, indenter.material);
   require(std::isfinite(pad.material.young_MPa), "a pad's Young's modulus > 0 MPa, finite",
           pad.material.young_MPa);
@@ -270,10 +270,10 @@ double PadIndenter::pressure_MPa(const Indentation& contact, double r_mm) const 
   return modulus_MPa_ / 2 * half;
 }
 
-HertzErrors hertz_errors(const PadBody& pad, const Indenter& indenter, const Indentation& found) {
+HertzErrors hertz_errors(const Pad& pad, const Indenter& indenter, const Indentation& found) {
   HertzErrors e;
   if (!(found.depth_mm > 0)) return e;
-  PadBody deep = pad;
+  Pad deep = pad;
   deep.thickness_mm = std::numeric_limits<double>::infinity();
   Indenter parabola = indenter;
   if (indenter.shape == IndenterShape::Sphere) parabola.shape = IndenterShape::Paraboloid;

@@ -26,17 +26,11 @@ struct Indenter {
   Material material = {};     ///< rigid unless given; an elastic one yields as a half space does
 };
 
-struct PadBody {
-  Material material;
-  double thickness_mm = std::numeric_limits<double>::infinity();  ///< on a rigid base
-  Base base = Base::Bonded;
-};
-
 /// Layers (one or more) of one Poisson ratio on one base, taken as one pad of their modulus in series: sum(t)
 /// / sum(t/E), or with `paper` 1 / sum(1/E). Thicknesses, mm, one a layer; none of them: a half space. Throws
 /// Error(Failure::Input) as series_modulus_MPa does.
-PadBody layered_pad(std::span<const double> young_MPa, double poisson, std::span<const double> thickness_mm,
-                    bool paper, Base base);
+Pad layered_pad(std::span<const double> young_MPa, double poisson, std::span<const double> thickness_mm,
+                bool paper, Base base);
 
 struct Indentation {
   double force_N = 0;
@@ -48,7 +42,7 @@ struct Indentation {
 class PadIndenter {
  public:
   /// Throws Error(Failure::Input) on moduli, Poisson ratios, radii, angles or thicknesses out of range.
-  PadIndenter(const PadBody& pad, const Indenter& indenter);
+  PadIndenter(const Pad& pad, const Indenter& indenter);
 
   double effective_modulus_MPa() const { return modulus_MPa_; }
 
@@ -69,7 +63,7 @@ class PadIndenter {
   double shape_integral(double a_mm) const;
   double widest_mm() const;
 
-  PadBody pad_;
+  Pad pad_;
   Indenter indenter_;
   double modulus_MPa_ = 1;  // E*, pad and indenter
   double pad_share_ = 1;    // of the compliance: what the thickness can take away
@@ -83,7 +77,7 @@ struct HertzErrors {
   double strain = 0;     ///< 0.2 a/R, Tabor's measure for spheres; 0.2 cot(theta) of a cone; 0 of a punch
 };
 /// At the contact `found` by PadIndenter(pad, indenter).
-HertzErrors hertz_errors(const PadBody& pad, const Indenter& indenter, const Indentation& found);
+HertzErrors hertz_errors(const Pad& pad, const Indenter& indenter, const Indentation& found);
 
 /// Sneddon's cone on a half space: F = (2/pi) E* d^2 tan(theta), contact radius (2/pi) d tan(theta).
 double cone_force_N(double depth_mm, double effective_modulus_MPa, double half_angle_rad);

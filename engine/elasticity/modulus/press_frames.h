@@ -33,7 +33,7 @@ enum class MaterialLaw : uint8_t {
 };
 
 struct ModulusSetup {
-  PadBody pad;
+  Pad pad;
   Sample sample;
   double pad_relative_sd = 0;     ///< standard errors as shares: of the pad's modulus,
   double force_relative_sd = 0;   ///< of the force's scale, common to all frames,

@@ -57,7 +57,7 @@ double disc_loss(const PointLoadLoss& loss, double thickness, double r, double c
 }
 
 /// Answer of the pad of E = 1 at the nodes to 1 N on the ring that each node stands for.
-Eigen::MatrixXd pad_compliance(const PadBody& pad, const FaceCompliance& face) {
+Eigen::MatrixXd pad_compliance(const Pad& pad, const FaceCompliance& face) {
   const std::vector<double>& r = face.r_mm;
   const auto n = static_cast<Eigen::Index>(r.size());
   const double modulus = effective_modulus_MPa({1, pad.material.poisson});
@@ -126,7 +126,7 @@ double Sample::face_mm2() const {
   return kPi * radius_mm() * radius_mm();
 }
 
-void check(const Sample& s, const PadBody& pad) {
+void check(const Sample& s, const Pad& pad) {
   const auto require = [](bool good, const char* wanted, double found) {
     if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
   };
@@ -149,7 +149,7 @@ void check(const Sample& s, const PadBody& pad) {
             s.radius_mm());
 }
 
-PressModel::PressModel(const PadBody& pad, const Sample& sample) : pad_(pad), sample_(sample) {
+PressModel::PressModel(const Pad& pad, const Sample& sample) : pad_(pad), sample_(sample) {
   check(sample, pad);
   if (sample.flat())
     tabulate_flat();

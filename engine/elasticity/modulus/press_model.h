@@ -44,7 +44,7 @@ struct Sample {
 /// diameter). Throws Error(Failure::Usage).
 Sample parse_sample(const std::string& text);
 /// Throws Error(Failure::Input) on sizes or ratios out of range.
-void check(const Sample& sample, const PadBody& pad);
+void check(const Sample& sample, const Pad& pad);
 
 /// What is seen of one press. NaN: not determined.
 struct PressSight {
@@ -58,10 +58,10 @@ struct PressSight {
 class PressModel {
  public:
   /// The pad's modulus is only the unit of what follows. Takes some 0.1 s. Throws as check does.
-  PressModel(const PadBody& pad, const Sample& sample);
+  PressModel(const Pad& pad, const Sample& sample);
 
   const Sample& sample() const { return sample_; }
-  const PadBody& pad() const { return pad_; }
+  const Pad& pad() const { return pad_; }
 
   /// Range of sample over pad modulus that is tabulated.
   static constexpr double kLeastRatio = 1e-5, kMostRatio = 1e6;
@@ -94,7 +94,7 @@ class PressModel {
   std::array<double, kRadii> ball(Column what, double log_ratio) const;
   double at(const std::array<double, kRadii>& column, double log_radius) const;
 
-  PadBody pad_;
+  Pad pad_;
   Sample sample_;
   std::array<std::vector<double>, 6> table_;
   double log_radius_from_ = 0, log_radius_step_ = 1;

@@ -29,8 +29,8 @@ double growth_to(double length, int count, double last) {
   return growth;
 }
 
-FaceCompliance pad_elements(const PadBody& body, const std::vector<double>& face, int nodes) {
-  const PadBody pad{{1, body.material.poisson}, body.thickness_mm, body.base};
+FaceCompliance pad_elements(const Pad& body, const std::vector<double>& face, int nodes) {
+  const Pad pad{{1, body.material.poisson}, body.thickness_mm, body.base};
   std::vector<double> radii = face;
   double step = std::max(radii.back() - radii[radii.size() - 2], 0.01 * radii.back());
   const double width = kPadWidth * pad.thickness_mm + face.back();
@@ -57,7 +57,7 @@ double TruePress::pressure_at_MPa(double r) const {
   return pressure_MPa[i - 1] + t * (pressure_MPa[i] - pressure_MPa[i - 1]);
 }
 
-PressTruth::PressTruth(const PadBody& pad, const Sample& sample, int nodes)
+PressTruth::PressTruth(const Pad& pad, const Sample& sample, int nodes)
     : body_(pad), sample_(sample), nodes_(nodes) {
   check(sample, pad);
   if (sample.shape == SampleShape::Dome)

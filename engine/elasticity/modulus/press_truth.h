@@ -29,12 +29,12 @@ class PressTruth {
  public:
   /// `nodes`: on the face, 20 to 300; the answer changes with it by less than 0.2 % from 60 on. A cube is the
   /// cylinder of the same face. The elements take a Poisson's ratio of 0.4999 for 0.5. Throws as check().
-  PressTruth(const PadBody& pad, const Sample& sample, int nodes = 80);
+  PressTruth(const Pad& pad, const Sample& sample, int nodes = 80);
 
   TruePress press(double force_N, double young_MPa, double pad_MPa) const;
 
  private:
-  PadBody body_;
+  Pad body_;
   Sample sample_;
   int nodes_;
   FaceCompliance own_, pad_;

@@ -9,7 +9,8 @@ ElasticSurface::ElasticSurface(gpu::Context& context, const Sensor& sensor, cons
     : SurfaceMethod(context, sensor, format, contact, tuning),
       elastic_(context, sensor, format, contact, tuning) {
   if (plan.solver == SurfaceSolver::Exact)
-    convolution_.emplace(ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width, format.height);
+    convolution_.emplace(LayerKernel(pad_of(sensor.elastic), sensor.pitch_mm_per_px), format.width,
+                         format.height, false);
 }
 
 void ElasticSurface::make(FrameSlot& slot) const {
@@ -29,8 +30,9 @@ void ElasticSurface::record(gpu::Commands& commands, FrameSlot& slot) {
 void ElasticSurface::solve(FrameSlot& slot) {
   if (!convolution_) return;
   slot.surface.right_side.invalidate();
-  convolution_->solve(slot.surface.right_side.as<float>().data() + elastic_.pressure_start(),
-                      elastic_.pressure_pitch(), slot.surface.solved.as<float>().data(), grid_.pitch * 4);
+  convolution_->depth_by_pressure(slot.surface.right_side.as<float>().data() + elastic_.pressure_start(),
+                                  elastic_.pressure_pitch(), slot.surface.solved.as<float>().data(),
+                                  grid_.pitch * 4);
   finish_host_solve(slot);
 }
 

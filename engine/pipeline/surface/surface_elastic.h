@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "engine/pad/elastic_convolution.h"
+#include "engine/pad/layer_convolution.h"
 #include "engine/pipeline/surface/surface_method.h"
 #include "engine/stages/surface/elastic.h"
 
@@ -26,7 +26,7 @@ class ElasticSurface : public SurfaceMethod {
 
  private:
   Elastic elastic_;
-  std::optional<ElasticConvolution> convolution_;  ///< SurfaceSolver::Exact
+  std::optional<LayerConvolution> convolution_;  ///< SurfaceSolver::Exact
 };
 
 }  // namespace palpate

@@ -78,14 +78,14 @@ Elastic::Elastic(gpu::Context& context, const ElasticPlan& plan, const Tuning& t
     level_kernel_ = make({"elastic_level", k_elastic_level}, {Texels, Texels, Storage}, kPush);
 }
 
-Elastic::Elastic(gpu::Context& context, const ElasticKernel& kernel, uint32_t width, uint32_t height,
+Elastic::Elastic(gpu::Context& context, const LayerKernel& kernel, uint32_t width, uint32_t height,
                  const Tuning& tuning)
     : Elastic(context, ElasticPlan(kernel, width, height), tuning) {}
 
 Elastic::Elastic(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                  const Contact& contact, const Tuning& tuning)
-    : Elastic(context, ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width, format.height,
-              tuning) {
+    : Elastic(context, LayerKernel(pad_of(sensor.elastic), sensor.pitch_mm_per_px), format.width,
+              format.height, tuning) {
   using enum gpu::Binding;
   const ElasticCalibration& pad = sensor.elastic;
   const double units = contact.filtered_units_per_gray();

@@ -22,12 +22,11 @@ class Commands;
 
 class Elastic {
  public:
-  /// `contact` must keep its filtered image. Throws Error(Failure::Sensor) on a pad thinner than
-  /// ElasticKernel takes.
+  /// `contact` must keep its filtered image.
   Elastic(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
           const Tuning& tuning);
   /// Pressure given by the caller in pressure().
-  Elastic(gpu::Context& context, const ElasticKernel& kernel, uint32_t width, uint32_t height,
+  Elastic(gpu::Context& context, const LayerKernel& kernel, uint32_t width, uint32_t height,
           const Tuning& tuning);
 
   const Grid& grid() const { return grid_; }  ///< of the depth map

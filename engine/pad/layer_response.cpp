@@ -1,4 +1,4 @@
-#include "engine/elasticity/layer_response.h"
+#include "engine/pad/layer_response.h"
 
 #include <cmath>
 

@@ -1,13 +1,10 @@
 // How an elastic layer on a rigid base answers a wave of traction on its surface: its transfer functions in
-// wave numbers (see layer.h for K).
+// wave numbers (see engine/elasticity/layer.h for K).
 #pragma once
 
-namespace palpate {
+#include "engine/pad/pad.h"
 
-enum class Base {
-  Bonded,        ///< the pad is glued to its rigid base
-  Frictionless,  ///< the pad slides on it
-};
+namespace palpate {
 
 /// 1 - K(s) at the wave number s / H, s >= 0: 0 for short waves, which feel a half space, 1 (bonded,
 /// incompressible) for long ones. Poisson's ratio in [0, 0.5].
