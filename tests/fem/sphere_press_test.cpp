@@ -68,7 +68,7 @@ double found_ratio(double poisson, const fem::PressedLayer& pressed) {
   TractionOptions options;
   options.slope_sd = 1e-3;
   options.errors = false;
-  TractionSolver solver({1, poisson}, 1, {along, along, kCell}, options);
+  TractionSolver solver({{1, poisson}, 1}, {along, along, kCell}, options);
   const Traction& found = solver.solve({.depth_mm = seen.depth_mm, .contact = seen.contact});
   return found.wrench.force_N[2] / pressed.force_N;
 }
