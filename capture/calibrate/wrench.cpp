@@ -1,11 +1,9 @@
 #include "capture/calibrate/wrench.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <utility>
 
 #include "capture/files/measurements.h"
 #include "capture/open_source.h"
@@ -18,16 +16,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeastReading = 0.04;  // of the gauge's largest, from which on force is compared
-
-using Components = std::array<std::pair<const char*, const Estimate*>, 6>;
-Components components(const TractionSummary& t) {
-  return {{{"fx_N", &t.force_x_N},
-           {"fy_N", &t.force_y_N},
-           {"fz_N", &t.force_z_N},
-           {"mx_Nmm", &t.moment_x_Nmm},
-           {"my_Nmm", &t.moment_y_Nmm},
-           {"mz_Nmm", &t.moment_z_Nmm}}};
-}
 
 TractionPicture picture_of(const TractionMaps& maps, double pitch_mm) {
   const auto copy = [](std::span<const float> map) { return std::vector<float>(map.begin(), map.end()); };
@@ -118,21 +106,29 @@ std::optional<WrenchCheck> check_wrench(const WrenchSeries& series) {
   return check;
 }
 
+std::vector<WrenchComponent> components(const TractionSummary& wrench) {
+  Touch touch;
+  touch.traction = wrench;
+  std::vector<WrenchComponent> all;
+  for (const MeasuredQuantity<Touch>& q : wrench_quantities())
+    all.push_back(
+        {std::string_view(q.name).substr(kWrenchPrefix.size()), q.unit, std::get<Estimate>(q.value(touch))});
+  return all;
+}
+
 std::string wrench_csv(const WrenchSeries& series) {
   std::string text = "frame,time_s,contact";
-  for (const auto& [name, estimate] : components({})) {
-    const std::string unit = std::string(name).substr(2);
-    const std::string stem = std::string(name).substr(0, 2);
-    text += "," + stem + unit + "," + stem + "_sd" + unit + "," + stem + "_state";
-  }
+  for (const WrenchComponent& c : components({}))
+    text += "," + std::string(c.name) + "," + error_name(c.name, c.unit) + "," +
+            std::string(c.name.substr(0, c.name.find('_'))) + "_state";
   text += ",pressure_max_kPa,shear_max_kPa,gauge_N\n";
   const auto cell = [](double value) { return std::isfinite(value) ? shortest(value) : std::string(); };
   for (const WrenchFrame& frame : series.frames) {
     text += std::to_string(frame.frame) + "," + cell(frame.time_s) + "," + (frame.contact ? "1" : "0");
-    for (const auto& [name, estimate] : components(frame.wrench))
-      text += has_value(*estimate) ? "," + cell(estimate->value) + "," + cell(estimate->standard_error) +
-                                         "," + to_string(estimate->validity)
-                                   : std::string(",,,") + to_string(estimate->validity);
+    for (const auto& [name, unit, estimate] : components(frame.wrench))
+      text += (has_value(estimate) ? "," + cell(estimate.value) + "," + cell(estimate.standard_error) + ","
+                                   : ",,,") +
+              to_string(estimate.validity);
     const bool shear = has_value(frame.wrench.force_x_N);
     text += "," + (frame.contact ? cell(frame.wrench.pressure_max_kPa) : "") + "," +
             (shear ? cell(frame.wrench.shear_max_kPa) : "") + "," + cell(frame.gauge_N) + "\n";

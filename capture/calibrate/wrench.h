@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "capture/calibrate/gauged_recording.h"
@@ -55,6 +56,15 @@ struct WrenchCheck {
 };
 /// None: without a gauge, or without a reading to compare.
 std::optional<WrenchCheck> check_wrench(const WrenchSeries& series);
+
+/// A component by its name within a wrench: "fx_N".
+struct WrenchComponent {
+  std::string_view name;
+  std::string_view unit;
+  Estimate estimate;
+};
+/// Forces along x, y and z, then moments about them.
+std::vector<WrenchComponent> components(const TractionSummary& wrench);
 
 /// One line a frame: frame, time_s, contact, six components with their standard errors and states,
 /// pressure_max_kPa, shear_max_kPa, gauge_N.

@@ -1,14 +1,43 @@
 #include "capture/run/comparison.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
+#include <string_view>
 
-#include "capture/files/measurements.h"
+#include "capture/files/true_quantities.h"
 #include "engine/base/json.h"
 
 namespace palpate {
+namespace {
+
+struct Pair {
+  const MeasuredQuantity<Touch>* measured;
+  const MeasuredQuantity<TrueFrame>* truth;
+};
+
+/// The estimates whose truth is known.
+const std::vector<Pair>& pairs() {
+  static const std::vector<Pair> all = [] {
+    constexpr std::string_view kPrefix = "true_";
+    std::vector<Pair> found;
+    for (const MeasuredQuantity<TrueFrame>& truth : true_quantities())
+      for (const MeasuredQuantity<Touch>& measured : touch_quantities())
+        if (measured.kind == QuantityKind::Estimated && truth.name == std::string(kPrefix) + measured.name)
+          found.push_back({&measured, &truth});
+    return found;
+  }();
+  return all;
+}
+
+/// Whether an error in that state counts; in others the number is doubtful or a bound, and says so.
+bool is_judged(const MeasuredQuantity<Touch>& quantity, Validity state) {
+  if (quantity.group == MeasuredColumns::Force) return state == Validity::Valid;
+  if (quantity.group == MeasuredColumns::Depth)
+    return state != Validity::Saturated && state != Validity::AtBorder && state != Validity::Clipped;
+  return state != Validity::BelowRange;
+}
+
+}  // namespace
 
 void ErrorStatistics::add(double error, double truth) {
   ++count_;
@@ -22,6 +51,13 @@ double ErrorStatistics::rms() const {
   return count_ ? std::sqrt(sum_of_squares_ / static_cast<double>(count_)) : 0;
 }
 
+Comparison::Comparison() {
+  for (const auto& [measured, truth] : pairs())
+    compared_.push_back({measured->name, words_of(measured->name, measured->unit), {}});
+  compared_.push_back({"center_px", "centre, px", {}});
+  compared_.push_back({"depth_map_rms_mm", "depth map RMS, mm", {}});
+}
+
 void Comparison::add(const Touch& touch, const Truth& truth, std::optional<double> depth_rms_error_mm) {
   ++counts_.frames;
   if (touch.contact == truth.contact) {
@@ -32,37 +68,34 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
   } else {
     ++counts_.contact_invented;
   }
-  if (touch.contact && truth.contact) {
-    if (touch.force_N.validity == Validity::Valid) {
-      force_N_.add(touch.force_N.value - truth.force_N, truth.force_N);
-    } else if (has_value(touch.force_N)) {
-      ++counts_.flagged;
+  if (!truth.contact) return;
+  const TrueFrame frame{&truth, depth_rms_error_mm};
+  const auto all = pairs();
+  bool depth_judged = false;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const auto& [measured, known] = all[i];
+    const bool depth = measured->group == MeasuredColumns::Depth;  // known without contact too
+    const QuantityValue value = measured->value(touch);
+    const Estimate* estimate = shown_estimate(*measured, value);
+    if (!estimate || (!touch.contact && !depth)) continue;
+    if (!is_judged(*measured, estimate->validity)) {
+      counts_.flagged += measured->group == MeasuredColumns::Force;
+      counts_.depth_flagged += depth;
+      continue;
     }
-    if (has_value(touch.shear_x_N)) {
-      shear_x_N_.add(touch.shear_x_N.value - truth.shear_x_N, truth.shear_x_N);
-      shear_y_N_.add(touch.shear_y_N.value - truth.shear_y_N, truth.shear_y_N);
-    }
-    if (touch.skin && has_value(touch.skin->torsion_rad))
-      torsion_rad_.add(touch.skin->torsion_rad.value - truth.torsion_rad, truth.torsion_rad);
-    if (touch.skin && has_value(touch.skin->stick_fraction) &&
-        touch.skin->stick_fraction.validity != Validity::BelowRange)
-      stick_share_.add(touch.skin->stick_fraction.value - truth.stick_fraction, truth.stick_fraction);
-    if (touch.slip == Slip::Stick || touch.slip == Slip::Incipient || touch.slip == Slip::Slip) {
-      ++counts_.slip_judged;
-      if ((touch.slip == Slip::Slip) == truth.slipping) ++counts_.slip_agrees;
-    }
-    center_px_.add(
-        std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
+    const double true_value = std::get<double>(known->value(frame));
+    compared_[i].errors.add(estimate->value - true_value, true_value);
+    depth_judged |= depth;
   }
-  const Validity depth = touch.surface ? touch.surface->validity : Validity::NotCalibrated;
-  const bool bounded =
-      depth == Validity::Saturated || depth == Validity::AtBorder || depth == Validity::Clipped;
-  if (truth.contact && bounded) {
-    ++counts_.depth_flagged;
-  } else if (touch.surface && truth.contact) {
-    depth_mm_.add(touch.surface->depth_max_mm - truth.indentation_mm, truth.indentation_mm);
-    if (depth_rms_error_mm) depth_map_mm_.add(*depth_rms_error_mm, truth.indentation_mm);
+  if (depth_judged && depth_rms_error_mm)
+    compared_.back().errors.add(*depth_rms_error_mm, truth.indentation_mm);
+  if (!touch.contact) return;
+  if (touch.slip == Slip::Stick || touch.slip == Slip::Incipient || touch.slip == Slip::Slip) {
+    ++counts_.slip_judged;
+    if ((touch.slip == Slip::Slip) == truth.slipping) ++counts_.slip_agrees;
   }
+  compared_[all.size()].errors.add(
+      std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
 }
 
 std::string Comparison::json() const {
@@ -75,22 +108,13 @@ std::string Comparison::json() const {
                        {"depth_flagged", counts_.depth_flagged},
                        {"slip_judged", counts_.slip_judged},
                        {"slip_agrees", counts_.slip_agrees}};
-  const std::array<std::pair<const char*, const ErrorStatistics*>, 8> parts = {
-      {{"force_N", &force_N_},
-       {"shear_x_N", &shear_x_N_},
-       {"shear_y_N", &shear_y_N_},
-       {"torsion_rad", &torsion_rad_},
-       {"stick_share", &stick_share_},
-       {"center_px", &center_px_},
-       {"depth_max_mm", &depth_mm_},
-       {"depth_map_rms_mm", &depth_map_mm_}}};
-  for (const auto& [name, errors] : parts) {
-    if (errors->count() == 0) continue;
-    value[name] = {{"frames", errors->count()},
-                   {"mean_error", errors->mean()},
-                   {"rms_error", errors->rms()},
-                   {"largest_error", errors->largest()},
-                   {"full_scale", errors->full_scale()}};
+  for (const auto& [name, words, errors] : compared_) {
+    if (errors.count() == 0) continue;
+    value[name] = {{"frames", errors.count()},
+                   {"mean_error", errors.mean()},
+                   {"rms_error", errors.rms()},
+                   {"largest_error", errors.largest()},
+                   {"full_scale", errors.full_scale()}};
   }
   return value.dump();
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "capture/truth.h"
 #include "palpate/touch.h"
@@ -33,6 +34,7 @@ class ErrorStatistics {
 /// border) are counted, not averaged in.
 class Comparison {
  public:
+  Comparison();
   void add(const Touch& touch, const Truth& truth, std::optional<double> depth_rms_error_mm);
 
   /// As a JSON object (text).
@@ -51,19 +53,18 @@ class Comparison {
   };
   const Counts& counts() const { return counts_; }
 
-  const ErrorStatistics& force_N() const { return force_N_; }
-  const ErrorStatistics& shear_x_N() const { return shear_x_N_; }
-  const ErrorStatistics& shear_y_N() const { return shear_y_N_; }
-  const ErrorStatistics& torsion_rad() const { return torsion_rad_; }
-  const ErrorStatistics& stick_fraction() const { return stick_share_; }
-  const ErrorStatistics& center_px() const { return center_px_; }
-  const ErrorStatistics& depth_mm() const { return depth_mm_; }
-  const ErrorStatistics& depth_map_mm() const { return depth_map_mm_; }
+  /// Errors of one quantity.
+  struct Compared {
+    std::string name;   ///< "force_N"
+    std::string words;  ///< "force, N"
+    ErrorStatistics errors;
+  };
+  /// Each estimate whose truth is known, then the distance of the centres and the RMS of the depth maps.
+  const std::vector<Compared>& compared() const { return compared_; }
 
  private:
   Counts counts_;
-  ErrorStatistics force_N_, shear_x_N_, shear_y_N_, torsion_rad_, stick_share_, center_px_, depth_mm_,
-      depth_map_mm_;
+  std::vector<Compared> compared_;
 };
 
 /// RMS difference of two maps of one size; 0 where they are empty.

@@ -10,8 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr int kForcePlaces = 4, kLengthPlaces = 4, kTimePlaces = 6;
-
 std::string value_text(double value, double error, int places) {
   return with_places(value, error > 0 ? deserved_places(error) : places);
 }

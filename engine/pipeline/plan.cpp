@@ -19,12 +19,6 @@ uint32_t side_for(uint32_t least, uint32_t frame) {
   return std::min(side, frame);
 }
 
-// Where confidence is asked for, and where a surface may have to do without some pixels.
-bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
-  return wants(outputs, Output::Confidence) ||
-         (wants(outputs, Output::Surface) && (sensor.pad || sensor.shadow_gray));
-}
-
 // Where the sum of the change's gradients is asked for, and where the force is read from it.
 bool needs_gradient(const Sensor& sensor, uint32_t outputs) {
   return sensor.bit_depth == 8 &&

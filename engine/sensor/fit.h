@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "palpate/options.h"
 #include "palpate/sensor.h"
 
 namespace palpate {
@@ -16,6 +17,13 @@ inline bool reads_pressure(const Sensor& sensor) {
 inline bool follows_skin(const Sensor& sensor, bool wants_skin, bool wants_force) {
   return wants_skin ||
          (wants_force && sensor.skin && sensor.shear && sensor.shear->signal == ShearSignal::Skin);
+}
+
+/// Whether each pixel's confidence is measured: where it is asked for, and where a surface may have to do
+/// without some pixels. `outputs` is a sum of Output values.
+inline bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
+  return wants(outputs, Output::Confidence) ||
+         (wants(outputs, Output::Surface) && (sensor.pad || sensor.shadow_gray));
 }
 
 /// Whether changes of a gel's light are followed and taken out. Among printed markers, which move, they are

@@ -1,6 +1,7 @@
 """The module's numbers are the program's, to the last digit."""
 
 import csv
+import importlib
 import json
 import subprocess
 
@@ -14,6 +15,7 @@ SCENES = {
     "skin": "synthetic:drag?skin=texture&size=320x240&rate=2",
     "two contacts": "synthetic:fingers?size=160x120&rate=5",
 }
+LAYERED = "synthetic:twist?mode=gel&skin=markers&size=320x240&rate=1"
 
 
 def columns_of(file):
@@ -73,18 +75,49 @@ def test_summary_and_depth(both):
         assert np.array_equal(run["depth_mm"][frame], np.load(files[frame]))
 
 
-def test_a_stream_gives_the_same_numbers():
-    scene = SCENES["waveguide"]
-    run = pp.measure(scene)
-    with pp.open(scene, drop=False, solver="auto") as stream:
+def attribute_of(touch, name):
+    for part in name.split("."):
+        touch = getattr(touch, part)
+    return touch
+
+
+def is_empty(cell):
+    return cell == "" or (isinstance(cell, float) and np.isnan(cell))
+
+
+@pytest.mark.parametrize(
+    "scene, outputs",
+    [(SCENES["waveguide"], None), (SCENES["skin"], None), (LAYERED, ["force", "surface", "contacts", "skin", "traction", "confidence", "gradient"])],
+)
+def test_a_stream_gives_the_same_numbers(scene, outputs):
+    """Each quantity of the list: Python's attribute, the row of JSON, and the column have one value."""
+    _palpate = importlib.import_module("palpate._palpate")
+    run = pp.measure(scene, outputs=outputs)
+    compared = set()
+    with pp.open(scene, outputs=outputs, drop=False, solver="auto") as stream:
         for i, t in enumerate(stream):
-            assert t.gray_sum == run["gray_sum"][i]
-            assert t.force_N.state == run["force_state"][i]
-            assert t.force_N.value == run["force_N"][i] or np.isnan(run["force_N"][i])
-            assert t.depth_max_mm.state == run["depth_state"][i]
-            assert t.volume_mm3 == run["volume_mm3"][i]
-            assert t.slip == run["slip"][i]
-            assert t.time_s == run["time_s"][i]
+            for column, error, state, attribute, older in _palpate.quantities():
+                if not attribute:
+                    continue
+                value = attribute_of(t, attribute)
+                if older:
+                    assert repr(attribute_of(t, older)) == repr(value)
+                cells = {column: value}
+                if isinstance(value, pp.Estimate):
+                    cells = {column: value.value, error: value.sd, state: value.state}
+                for name, number in cells.items():
+                    if name in run and not is_empty(run[name][i]):
+                        assert number == run[name][i], name
+                        compared.add(name)
+    assert len(compared) > 20
+    assert {"gray_sum", "depth_max_mm", "depth_state", "slip"} <= compared
+
+
+def test_columns_answer_to_the_names_of_attributes():
+    run = pp.measure(SCENES["skin"], frames=3)
+    assert run["stick_fraction"] is run["stick_share"] and "stick_fraction" in run
+    assert run["sequence"] is run["frame"]
+    assert "wrench.fx_N" not in run
 
 
 def test_files_are_written_where_asked(tmp_path):

@@ -37,6 +37,7 @@ def test_a_scene_with_its_truth():
     assert scene.background.shape == (120, 160)
     assert scene.depth_mm.shape == (30, 120, 160) and scene.depth_mm.dtype == np.float32
     assert scene.truth["force_N"].shape == (30,)
+    assert np.array_equal(scene.truth["stick_share"], scene.truth["stick_fraction"])
     assert np.allclose(scene.depth_mm.max(axis=(1, 2)), scene.truth["depth_max_mm"], atol=0.02)
     with pp.open(SLIDE, drop=False) as stream:
         for i, t in zip(range(30), stream):
@@ -104,11 +105,11 @@ def test_a_touch_has_its_wrench(layered):
             if t.force_N > 1:
                 break
         wrench, pressure = t.wrench, t.pressure_kPa
-    assert wrench.force_z_N.unit == "N" and wrench.force_z_N.value > 0.3
-    assert wrench.moment_x_Nmm.unit == "N mm"
+    assert wrench.fz_N.unit == "N" and wrench.fz_N.value > 0.3
+    assert wrench.mx_Nmm.unit == "N mm"
     assert np.isclose(pressure.max(), wrench.pressure_max_kPa, rtol=1e-4)
-    assert t.shear_kPa is None and wrench.force_x_N.state == "not calibrated"
-    assert "force_z" in repr(wrench)
+    assert t.shear_kPa is None and wrench.fx_N.state == "not calibrated"
+    assert "fz" in repr(wrench)
     run = pp.measure("synthetic:press?size=160x120&rate=10", sensor=layered, keep="pressure_kPa")
     assert len(run["pressure_kPa"]) == run.frames
     assert np.isclose(np.nanmax(run["pressure_max_kPa"]), run["pressure_kPa"].max(), rtol=1e-4)

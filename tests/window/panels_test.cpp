@@ -12,6 +12,7 @@
 #include <string>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/measure/quantities.h"
 #include "tests/support/gpu_fixture.h"
 #include "viz/panels/chart.h"
 #include "viz/panels/charts.h"
@@ -242,6 +243,40 @@ TEST_F(PanelTest, APadAtRestSaysSoOnce) {
   const HudContent other{unfit, image, touch, true, nullptr, "device", {96, 72}};
   const std::string warned = words_of([&] { measurement_panel(*frame_, layout, other, touch, ViewState{}); });
   EXPECT_NE(warned.find("NOT FIT FOR USE"), std::string::npos) << warned;
+}
+
+TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
+  const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
+  Frame image;
+  image.reshape({320, 240, 1, 8});
+  constexpr Estimate kKnown{0.5, 0.1, Validity::TooDeep};
+  Touch touch;
+  touch.contact = true;
+  touch.slip = Slip::Stick;
+  touch.shear_x_N = touch.shear_y_N = kKnown;
+  SurfaceSummary& surface = touch.surface.emplace();
+  surface.volume_mm3 = 1;
+  surface.dented_mm2 = 2;
+  surface.clipped_px = 3;
+  surface.weighted = {0.1, 0.1, 2, 1};
+  touch.confidence.emplace();
+  touch.regions = {0, true};
+  touch.contacts.resize(1);
+  touch.skin = {10, 2, 5, kKnown, kKnown, kKnown, kKnown};
+  touch.light = {LightState::Changed, 1.5};
+  TractionSummary& traction = touch.traction.emplace();
+  traction.force_x_N = traction.force_y_N = traction.force_z_N = kKnown;
+  traction.moment_x_Nmm = traction.moment_y_Nmm = traction.moment_z_Nmm = kKnown;
+  traction.slipping_fraction = 0.25;
+  const Layout layout = make_layout({1280, 1440}, 1, image.format, true);
+  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
+  const std::string words =
+      words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
+  for (const MeasuredQuantity<Touch>& q : touch_quantities())
+    EXPECT_NE(words.find(q.row.label), std::string::npos) << q.name << ": " << words;
+  for (const char* row : {"0.50, 0.50, 0.50 N", "+28.65 \xc2\xb1 5.73 deg", "25 % of the area"})
+    EXPECT_NE(words.find(row), std::string::npos) << row << ": " << words;
+  EXPECT_EQ(count(words, "stick or slip"), 1u) << words;
 }
 
 TEST_F(PanelTest, RatesAndLatencyAreBehindAKey) {

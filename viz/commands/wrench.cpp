@@ -127,16 +127,12 @@ Json json_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check
   for (const size_t i : peaks_of(series)) {
     const WrenchFrame& frame = series.frames[i];
     const TractionSummary& t = frame.wrench;
-    touches.push_back({{"frame", frame.frame},
-                       {"time_s", std::isfinite(frame.time_s) ? Json(frame.time_s) : Json(nullptr)},
-                       {"fx_N", estimate(t.force_x_N)},
-                       {"fy_N", estimate(t.force_y_N)},
-                       {"fz_N", estimate(t.force_z_N)},
-                       {"mx_Nmm", estimate(t.moment_x_Nmm)},
-                       {"my_Nmm", estimate(t.moment_y_Nmm)},
-                       {"mz_Nmm", estimate(t.moment_z_Nmm)},
-                       {"pressure_max_kPa", t.pressure_max_kPa},
-                       {"pressed_area_mm2", t.area_mm2}});
+    Json touch = {{"frame", frame.frame},
+                  {"time_s", std::isfinite(frame.time_s) ? Json(frame.time_s) : Json(nullptr)}};
+    for (const WrenchComponent& c : components(t)) touch[std::string(c.name)] = estimate(c.estimate);
+    touch["pressure_max_kPa"] = t.pressure_max_kPa;
+    touch["pressed_area_mm2"] = t.area_mm2;
+    touches.push_back(touch);
   }
   Json value = {{"frames", series.frames.size()}, {"touches", touches}};
   if (check)

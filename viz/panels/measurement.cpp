@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "capture/files/measurements.h"
@@ -117,27 +120,6 @@ const char* slip_word(Slip slip) {
   }
 }
 
-/// Where a single contact is, and its shape; of several each has its own.
-void shape_rows(const Touch& t, bool scaled, const HudContent& content, bool pixels) {
-  const Ellipse& e = t.ellipse;
-  row("ellipse", !t.contact ? "-"
-                 : scaled   ? text("%.2f x %.2f mm", e.major_mm, e.minor_mm)
-                            : text("%.1f x %.1f px", e.major_px, e.minor_px));
-  // One system of coordinates: from the middle, x to the right, y downwards, as the axes of the surface have
-  // it.
-  const FrameFormat& f = content.frame.format;
-  const double pitch = content.sensor.pitch_mm_per_px;
-  row("centroid", !t.contact ? "-"
-                  : scaled && !pixels
-                      ? text("%+.2f, %+.2f mm", (t.centroid_x_px - 0.5 * (f.width - 1)) * pitch,
-                             (t.centroid_y_px - 0.5 * (f.height - 1)) * pitch)
-                      : text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px));
-  if (content.separate) return;
-  row("moved", !t.contact ? "-"
-               : scaled   ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm)
-                          : text("%+.1f, %+.1f px", t.shift_x_px, t.shift_y_px));
-}
-
 void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
   constexpr size_t kMost = 3;
   // The largest, in the order of their numbers.
@@ -190,45 +172,54 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
     ImGui::TextDisabled("and %llu more, smaller", whole(touch.contacts.size() - kMost));
 }
 
-void skin_rows(const SkinMotion& skin) {
-  row("skin points", text("%u followed, %u lost", skin.points, skin.lost));
-  if (has_value(skin.shift_x_mm))
-    row("skin moved", text("%+.3f, %+.3f mm", skin.shift_x_mm.value, skin.shift_y_mm.value));
-  if (has_value(skin.torsion_rad))
-    row("twist", text("%+.2f \xc2\xb1 %.2f deg", 57.29578 * skin.torsion_rad.value,
-                      57.29578 * skin.torsion_rad.standard_error));
-  if (has_value(skin.stick_fraction))
-    row("still sticks", text("%.0f \xc2\xb1 %.0f %% of radius", 100 * skin.stick_fraction.value,
-                             100 * skin.stick_fraction.standard_error));
+using Groups = MeasuredColumns;
+// From what was asked for beyond touching to what is always there.
+constexpr uint32_t kShearing = Groups::Shear | Groups::Slipping;
+constexpr uint32_t kSections[] = {Groups::Traction,
+                                  kShearing,
+                                  Groups::Skin,
+                                  Groups::Depth,
+                                  Groups::Light,
+                                  Groups::Dented | Groups::Contacts,
+                                  Groups::kOfTouch & ~kShearing,
+                                  Groups::Confidence | Groups::Weighted};
+
+std::string unit_text(const MeasuredQuantity<Touch>& q) {
+  const std::string unit = *q.row.unit ? q.row.unit : q.unit;
+  if (unit.empty()) return "";
+  if (unit == "mm2") return " mm\xc2\xb2";
+  if (unit == "mm3") return " mm\xc2\xb3";
+  return " " + unit;
 }
 
-void traction_rows(const TractionSummary& t) {
-  if (!has_value(t.force_z_N)) return;
-  const auto three = [](const Estimate& x, const Estimate& y, const Estimate& z, const char* unit) {
-    const auto one = [](const Estimate& e) {
-      return has_value(e) ? text("%.2f", e.value) : std::string("-");
-    };
-    return one(x) + ", " + one(y) + ", " + one(z) + " " + unit;
-  };
-  row("force x, y, z", three(t.force_x_N, t.force_y_N, t.force_z_N, "N"));
-  row("moment x, y, z", three(t.moment_x_Nmm, t.moment_y_Nmm, t.moment_z_Nmm, "N mm"));
-  row("pressure", text("up to %.1f kPa on %.1f mm\xc2\xb2", t.pressure_max_kPa, t.area_mm2));
-  if (has_value(t.force_x_N)) row("shear", text("up to %.1f kPa", t.shear_max_kPa));
-  if (t.slipping_fraction) row("at friction limit", text("%.0f %% of the area", 100 * *t.slipping_fraction));
-  if (t.force_z_N.validity == Validity::Valid) return;
-  const ImVec4 tint = colour(force_verdict(t.force_z_N.validity));
-  row("wrench", to_string(t.force_z_N.validity), &tint);
+/// Without its unit; "-" where there is none.
+std::string number_text(const MeasuredQuantity<Touch>& q, const QuantityValue& value, bool with_error) {
+  if (const auto* word = std::get_if<std::string_view>(&value)) return std::string(*word);
+  if (const auto* count = std::get_if<uint64_t>(&value)) return text("%llu", whole(*count));
+  if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "yes" : "no";
+  const Estimate* estimate = shown_estimate(q, value);
+  const double* plain = std::get_if<double>(&value);
+  if (!estimate && !(plain && std::isfinite(*plain))) return "-";
+  const double number = q.row.per_unit * (estimate ? estimate->value : *plain);
+  std::string shown = text(q.row.sign ? "%+.*f" : "%.*f", q.row.places, number);
+  if (estimate && with_error)
+    shown += text(" \xc2\xb1 %.*f", q.row.places, q.row.per_unit * estimate->standard_error);
+  return shown;
 }
 
-void light_row(const LightSummary& light) {
-  const ImVec4 tint = colour(force_verdict(Validity::Clipped));
-  if (light.state == LightState::Unknown) row("light", "unknown", &tint);
-  if (light.state == LightState::Changed) row("light changed", text("by %.1f gray", light.change_gray));
+bool says_nothing(const QuantityValue& value) {
+  const auto* word = std::get_if<std::string_view>(&value);
+  const bool* flag = std::get_if<bool>(&value);
+  const auto* count = std::get_if<uint64_t>(&value);
+  const auto* number = std::get_if<double>(&value);
+  return (word && (*word == "valid" || *word == "steady")) || (flag && !*flag) || (count && *count == 0) ||
+         (number && *number == 0);
 }
 
-void surface_rows(const Touch& t) {
-  if (!t.surface || t.picture != PictureFault::None) return row("deepest", "-");
+/// The deepest point, or, where nothing touches, how uneven the surface is.
+void depth_rows(const Touch& t) {
   const SurfaceSummary& s = *t.surface;
+  if (t.picture != PictureFault::None) return row("deepest", "-");
   if (!t.contact && s.validity != Validity::LightUnknown) {
     row("deepest", "-");
     // Whatever the sensor: a gel that creeps back, or a pad's noise.
@@ -236,13 +227,96 @@ void surface_rows(const Touch& t) {
   }
   const bool doubtful = s.validity != Validity::Valid && s.validity != Validity::NoContact &&
                         s.validity != Validity::NotCalibrated;
-  const ImVec4 depth_tint = colour(force_verdict(s.validity));
-  row("deepest", depth_text(s), doubtful ? &depth_tint : nullptr);
-  if (t.contact && s.volume_mm3 > 0) row("volume", text("%.2f mm\xc2\xb3", s.volume_mm3));
-  if (s.clipped_px > 0) {
-    const ImVec4 tint = colour(force_verdict(Validity::Clipped));
-    row("clipped slopes", text("%llu px", whole(s.clipped_px)),
-        s.validity == Validity::Clipped ? &tint : nullptr);
+  const ImVec4 tint = colour(force_verdict(s.validity));
+  row("deepest", depth_text(s), doubtful ? &tint : nullptr);
+}
+
+/// One system of coordinates: from the middle, x to the right, y downwards, as the axes of the surface have
+/// it.
+std::string centre_text(const Touch& t, const HudContent& content) {
+  const FrameFormat& f = content.frame.format;
+  const double pitch = content.sensor.pitch_mm_per_px;
+  return text("%+.2f, %+.2f mm", (t.centroid_x_px - 0.5 * (f.width - 1)) * pitch,
+              (t.centroid_y_px - 0.5 * (f.height - 1)) * pitch);
+}
+
+/// Where a row shows other words than its number, or in a colour.
+void mark(std::string_view name, const Touch& t, const HudContent& content, const ViewState& state,
+          std::string& words, std::optional<ImVec4>& tint) {
+  if (name == "slip") {
+    words = t.slip == Slip::NoContact ? "-" : slip_verdict(t.slip).words;
+    tint = colour(slip_verdict(t.slip));
+  } else if (name == "saturated_px" && saturation_matters(t)) {
+    tint = colour(force_verdict(Validity::Saturated));
+  } else if (name == "wrench_state") {
+    tint = colour(force_verdict(t.traction->force_z_N.validity));
+  } else if (name == "light_state" && t.light->state == LightState::Unknown) {
+    tint = colour(force_verdict(Validity::LightUnknown));
+  } else if (name == "centroid_x_px" && has_scale(content.sensor) && !state.pixels && words != "-") {
+    words = centre_text(t, content);
+  }
+}
+
+/// The quantities of one label, as one row.
+void quantity_row(std::vector<const MeasuredQuantity<Touch>*> parts, const Touch& t,
+                  const HudContent& content, const ViewState& state) {
+  // Millimetres rather than pixels, where there are both.
+  std::erase_if(parts,
+                [last = std::string_view(parts.back()->unit)](const auto* q) { return q->unit != last; });
+  const MeasuredQuantity<Touch>& first = *parts.front();
+  std::string words;
+  bool some = false;
+  for (const MeasuredQuantity<Touch>* q : parts) {
+    const bool there = !q->in_table || q->in_table(t);
+    if (!there && (t.contacts.size() > 1 || first.row.only_if_some)) return;  // each contact has its own
+    const QuantityValue value = there ? q->value(t) : QuantityValue{};
+    if (first.row.only_if_some && says_nothing(value)) return;
+    const std::string part = number_text(*q, value, parts.size() == 1);
+    some |= part != "-";
+    words += (words.empty() ? "" : ", ") + part;
+  }
+  words = some ? words + unit_text(first) : "-";
+  std::optional<ImVec4> tint;
+  mark(first.name, t, content, state, words, tint);
+  row(first.row.label, words, tint ? &*tint : nullptr);
+}
+
+/// Rows of what this sensor and its outputs measure.
+void quantity_rows(const Touch& t, const HudContent& content, const ViewState& state) {
+  MeasuredColumns columns =
+      MeasuredColumns::of(content.sensor, static_cast<uint32_t>(Output::Force), content.separate);
+  columns.groups &= Groups::kOfTouch;
+  if (t.skin && !content.separate) columns.groups |= Groups::Slipping;
+  // Other quantities are there where the touch has them; of a layer where something presses it.
+  const auto is_there = [&](const MeasuredQuantity<Touch>& q, uint32_t group) {
+    if (group & Groups::kOfTouch) return (group & columns.groups) != 0;
+    if (group == Groups::Traction && !(t.traction && has_value(t.traction->force_z_N))) return false;
+    if (group == Groups::Depth && !content.has_surface) return false;
+    if (group == Groups::Contacts) return t.regions.has_value();
+    return !std::holds_alternative<std::monostate>(q.value(t));
+  };
+  for (const uint32_t section : kSections) {
+    std::vector<std::vector<const MeasuredQuantity<Touch>*>> rows;
+    uint32_t group = 0;  // one without a column goes with the one before
+    for (const MeasuredQuantity<Touch>& q : touch_quantities()) {
+      if (q.group) group = q.group;
+      if (!(group & section) || !*q.row.label || !is_there(q, group)) continue;
+      const auto same = std::ranges::find_if(
+          rows, [&](const auto& row) { return std::string_view(row.front()->row.label) == q.row.label; });
+      std::vector<const MeasuredQuantity<Touch>*> parts;
+      if (same != rows.end()) {  // a row stands where its last part does
+        parts = std::move(*same);
+        rows.erase(same);
+      }
+      parts.push_back(&q);
+      rows.push_back(std::move(parts));
+    }
+    for (const auto& parts : rows) {
+      if (parts.front()->name == std::string_view("depth_max_mm"))
+        depth_rows(t);
+      else
+        quantity_row(parts, t, content, state);
+    }
   }
 }
 
@@ -286,36 +360,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
-    if (t.traction) traction_rows(*t.traction);
-    if (content.sensor.shear && !content.separate) {
-      row("shear x", newtons_text(t.shear_x_N));
-      row("shear y", newtons_text(t.shear_y_N));
-    }
-    if ((content.sensor.shear || t.skin) && !content.separate) {
-      const ImVec4 slip_tint = colour(slip_verdict(t.slip));
-      row("stick or slip", t.slip == Slip::NoContact ? "-" : slip_verdict(t.slip).words, &slip_tint);
-    }
-    if (t.skin) skin_rows(*t.skin);
-    if (content.has_surface) surface_rows(t);
-    if (t.light) light_row(*t.light);
-    const std::string area =
-        scaled ? text("%.2f mm\xc2\xb2", t.area_mm2) : text("%llu px (no scale)", whole(t.area_px));
-    row("area in contact", t.contact ? area : "-");
-    if (t.contact && t.surface && t.surface->dented_mm2)
-      row("area dented", text("%.2f mm\xc2\xb2", *t.surface->dented_mm2));
-    if (t.regions)
-      row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions->overflow ? ", and more" : ""));
-    if (t.contacts.size() < 2) shape_rows(t, scaled, content, state.pixels);
-    row("sum, peak", text("%.0f, %.1f gray levels", t.gray_sum, t.peak_gray));
-    const ImVec4 red = colour(force_verdict(Validity::Saturated));
-    row("saturated", text("%llu px", whole(t.saturated_px)), saturation_matters(t) ? &red : nullptr);
-    if (t.confidence) {
-      const ImVec4 tint_apart = colour(force_verdict(Validity::Apart));
-      std::string unknown = text("%llu px", whole(t.confidence->unknown_px));
-      const uint32_t islands = t.surface && t.surface->weighted ? t.surface->weighted->islands : 0;
-      if (islands > 1) unknown += text(", %u islands", islands);
-      row("unknown", unknown, islands > 1 ? &tint_apart : nullptr);
-    }
+    quantity_rows(t, content, state);
     if (state.rates && content.live && content.live->to_measured.count > 0) {
       row("latency", "50 / 95 / 99 %");
       row("to measured", percentiles_text(content.live->to_measured));

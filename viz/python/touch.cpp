@@ -6,10 +6,10 @@
 #include <cstring>
 #include <limits>
 
-#include "capture/files/measurements.h"
 #include "engine/base/text.h"
 #include "viz/python/arrays.h"
 #include "viz/python/estimate.h"
+#include "viz/python/quantities.h"
 
 namespace palpate::python {
 namespace {
@@ -48,8 +48,38 @@ struct PyTruth {
 };
 
 struct PyWrench {
-  TractionSummary summary;
+  std::shared_ptr<HeldFrame> held;
 };
+
+/// Of a quantity that is not there NaN, where it is a number, or None.
+template <typename Of>
+py::object as_python(const MeasuredQuantity<Of>& q, const Of& of) {
+  const QuantityValue value = q.value(of);
+  if (q.kind == QuantityKind::Estimated) {
+    const Estimate* known = std::get_if<Estimate>(&value);
+    const Estimate* shown = shown_estimate(q, value);
+    return py::cast(Measured{shown ? shown->value : kNone, shown ? shown->standard_error : kNone,
+                             to_string(known ? known->validity : Estimate{}.validity), q.unit});
+  }
+  if (const bool* flag = std::get_if<bool>(&value)) return py::cast(*flag);
+  if (const uint64_t* count = std::get_if<uint64_t>(&value)) return py::cast(*count);
+  if (const double* number = std::get_if<double>(&value)) return py::cast(*number);
+  if (const auto* word = std::get_if<std::string_view>(&value)) return py::cast(std::string(*word));
+  return q.kind == QuantityKind::Number && !q.none ? py::object(py::cast(kNone)) : py::none();
+}
+
+/// Each quantity as an attribute; `of` gives what has them.
+template <typename Class, typename Of, typename Get>
+void bind_quantities(Class& bound, std::span<const MeasuredQuantity<Of>> quantities, Get of,
+                     std::string_view prefix = "") {
+  each_attribute(quantities, prefix, [&bound, of](const Attribute<Of>& a) {
+    const std::string doc = documentation(a);
+    bound.def_property_readonly(
+        a.name.c_str(),
+        [&q = a.quantity, of](const typename Class::type& self) { return as_python<Of>(q, of(self)); },
+        doc.c_str());
+  });
+}
 
 Estimate depth_of(const Touch& touch) {
   if (!touch.surface) return {};
@@ -94,55 +124,11 @@ std::string as_html(const PyTouch& t) {
   return "<table>" + rows + "</table>";
 }
 
-template <typename Class>
-void bind_ellipse(Class& bound, const Ellipse& (*of)(const typename Class::type&)) {
-  using T = typename Class::type;
-  const auto add = [&bound, of](const char* name, double Ellipse::*field) {
-    bound.def_property_readonly(name, [of, field](const T& t) { return of(t).*field; });
-  };
-  add("ellipse_major_mm", &Ellipse::major_mm);
-  add("ellipse_minor_mm", &Ellipse::minor_mm);
-  add("ellipse_major_px", &Ellipse::major_px);
-  add("ellipse_minor_px", &Ellipse::minor_px);
-  add("ellipse_angle_rad", &Ellipse::angle_rad);
-}
-
-/// What a frame's whole touch and one contact have in common; `of` gives its numbers.
-template <typename Class, typename Shape>
-void bind_shape(Class& bound, const Shape& (*of)(const typename Class::type&)) {
-  using T = typename Class::type;
-  const auto field = [&bound, of](const char* name, auto member) {
-    bound.def_property_readonly(name, [of, member](const T& t) { return of(t).*member; });
-  };
-  const auto estimate = [&bound, of](const char* name, Estimate Shape::*member) {
-    bound.def_property_readonly(name, [of, member](const T& t) { return measured(of(t).*member, "N"); });
-  };
-  field("gray_sum", &Shape::gray_sum);
-  field("centroid_x_px", &Shape::centroid_x_px);
-  field("centroid_y_px", &Shape::centroid_y_px);
-  field("area_px", &Shape::area_px);
-  field("area_mm2", &Shape::area_mm2);
-  field("peak_gray", &Shape::peak_gray);
-  field("saturated_px", &Shape::saturated_px);
-  field("at_border", &Shape::at_border);
-  field("shift_x_mm", &Shape::shift_x_mm);
-  field("shift_y_mm", &Shape::shift_y_mm);
-  field("shift_x_px", &Shape::shift_x_px);
-  field("shift_y_px", &Shape::shift_y_px);
-  estimate("force_N", &Shape::force_N);
-  estimate("shear_x_N", &Shape::shear_x_N);
-  estimate("shear_y_N", &Shape::shear_y_N);
-  bound.def_property_readonly("slip", [of](const T& t) { return slip_text(of(t).slip); });
-}
-
 void bind_contact(py::module_& module) {
   py::class_<ContactTouch> bound(module, "Contact");
-  bind_shape<py::class_<ContactTouch>, ContactTouch>(
-      bound, [](const ContactTouch& c) -> const ContactTouch& { return c; });
-  bind_ellipse(
-      bound, +[](const ContactTouch& c) -> const Ellipse& { return c.ellipse; });
-  bound.def_readonly("id", &ContactTouch::id)
-      .def_readonly("frames", &ContactTouch::frames)
+  bind_quantities(bound, contact_quantities(),
+                  [](const ContactTouch& c) -> const ContactTouch& { return c; });
+  bound
       .def_property_readonly(
           "box_px",
           [](const ContactTouch& c) { return py::make_tuple(c.box.x, c.box.y, c.box.width, c.box.height); })
@@ -154,52 +140,34 @@ void bind_contact(py::module_& module) {
 
 void bind_truth(py::module_& module) {
   py::class_<PyTruth> bound(module, "Truth");
-  const auto field = [&bound](const char* name, auto member) {
-    bound.def_property_readonly(name, [member](const PyTruth& t) { return t.truth.*member; });
-  };
-  field("sequence", &Truth::sequence);
-  field("time_s", &Truth::time_s);
-  field("contact", &Truth::contact);
-  field("force_N", &Truth::force_N);
-  field("shear_x_N", &Truth::shear_x_N);
-  field("shear_y_N", &Truth::shear_y_N);
-  field("slipping", &Truth::slipping);
-  field("center_x_px", &Truth::center_x_px);
-  field("center_y_px", &Truth::center_y_px);
-  field("radius_px", &Truth::radius_px);
-  field("depth_max_mm", &Truth::indentation_mm);
-  field("stick_fraction", &Truth::stick_fraction);
-  field("torsion_rad", &Truth::torsion_rad);
-  field("volume_mm3", &Truth::volume_mm3);
+  bind_quantities(bound, true_quantities(), [](const PyTruth& t) { return TrueFrame{&t.truth}; });
+  bound.def_property_readonly("sequence", [](const PyTruth& t) { return t.truth.sequence; })
+      .def_property_readonly("time_s", [](const PyTruth& t) { return t.truth.time_s; });
 }
 
 void bind_wrench(py::module_& module) {
   py::class_<PyWrench> bound(module, "Wrench");
-  const auto estimate = [&bound](const char* name, Estimate TractionSummary::*member, const char* unit) {
-    bound.def_property_readonly(
-        name, [member, unit](const PyWrench& w) { return measured(w.summary.*member, unit); });
+  bind_quantities(
+      bound, touch_quantities(), [](const PyWrench& w) -> const Touch& { return w.held->touch(); }, kWrench);
+  bound.def("__repr__", [](const PyWrench& w) {
+    const auto& traction = w.held->touch().traction;
+    return "<palpate.Wrench fz " + measured(traction ? traction->force_z_N : Estimate{}, "N").text() + ">";
+  });
+}
+
+/// Of each quantity of a touch its column, those of its error and state, its attribute and the attribute's
+/// older name; "" where there is none.
+py::list quantities() {
+  py::list all;
+  const auto add = [&all](const auto& list) {
+    for (const auto& q : list)
+      all.append(py::make_tuple(q.group ? q.name : "",
+                                q.kind == QuantityKind::Estimated ? error_name(q) : std::string(),
+                                q.state ? q.state : "", python_name(q), q.python_also ? q.python_also : ""));
   };
-  estimate("force_x_N", &TractionSummary::force_x_N, "N");
-  estimate("force_y_N", &TractionSummary::force_y_N, "N");
-  estimate("force_z_N", &TractionSummary::force_z_N, "N");
-  estimate("moment_x_Nmm", &TractionSummary::moment_x_Nmm, "N mm");
-  estimate("moment_y_Nmm", &TractionSummary::moment_y_Nmm, "N mm");
-  estimate("moment_z_Nmm", &TractionSummary::moment_z_Nmm, "N mm");
-  const auto number = [&bound](const char* name, double TractionSummary::*member) {
-    bound.def_property_readonly(name, [member](const PyWrench& w) {
-      return has_value(w.summary.force_z_N) ? w.summary.*member : kNone;
-    });
-  };
-  number("pressure_max_kPa", &TractionSummary::pressure_max_kPa);
-  number("shear_max_kPa", &TractionSummary::shear_max_kPa);
-  number("area_mm2", &TractionSummary::area_mm2);
-  number("unexplained_slope", &TractionSummary::unexplained_slope);
-  bound
-      .def_property_readonly("slipping_fraction",
-                             [](const PyWrench& w) { return w.summary.slipping_fraction; })
-      .def("__repr__", [](const PyWrench& w) {
-        return "<palpate.Wrench force_z " + measured(w.summary.force_z_N, "N").text() + ">";
-      });
+  add(frame_quantities());
+  add(touch_quantities());
+  return all;
 }
 
 }  // namespace
@@ -307,37 +275,17 @@ void bind_touch(py::module_& module) {
   bind_truth(module);
   bind_wrench(module);
   py::class_<PyTouch> bound(module, "Touch");
-  bind_shape<py::class_<PyTouch>, Touch>(bound, [](const PyTouch& t) -> const Touch& { return t.touch(); });
-  bind_ellipse(
-      bound, +[](const PyTouch& t) -> const Ellipse& { return t.touch().ellipse; });
-  bound.def_property_readonly("sequence", [](const PyTouch& t) { return t.touch().sequence; })
-      .def_property_readonly("time_s",
-                             [](const PyTouch& t) { return static_cast<double>(t.touch().time_ns) / 1e9; })
-      .def_property_readonly("time_ns", [](const PyTouch& t) { return t.touch().time_ns; })
+  bind_quantities(bound, frame_quantities(), [](const PyTouch& t) {
+    return FrameKey{t.touch().sequence, t.touch().time_ns, t.held().file()};
+  });
+  bind_quantities(bound, touch_quantities(), [](const PyTouch& t) -> const Touch& { return t.touch(); });
+  bound.def_property_readonly("time_ns", [](const PyTouch& t) { return t.touch().time_ns; })
       .def_property_readonly("monotonic_s",
                              [](const PyTouch& t) {
                                const int64_t ns = t.held().exposed_ns();
                                return ns ? static_cast<double>(ns) / 1e9 : kNone;
                              })
-      .def_property_readonly("source",
-                             [](const PyTouch& t) {
-                               const std::string& file = t.held().file();
-                               return file.empty() ? std::optional<std::string>() : file;
-                             })
-      .def_property_readonly("contact", [](const PyTouch& t) { return t.touch().contact; })
       .def_property_readonly("contacts", [](const PyTouch& t) { return t.touch().contacts; })
-      .def_property_readonly(
-          "contacts_overflow",
-          [](const PyTouch& t) { return t.touch().regions && t.touch().regions->overflow; })
-      .def_property_readonly("gradient_sum", [](const PyTouch& t) { return t.touch().gradient_sum; })
-      .def_property_readonly("picture", [](const PyTouch& t) { return to_string(t.touch().picture); })
-      .def_property_readonly("repeated", [](const PyTouch& t) { return t.touch().repeated; })
-      .def_property_readonly("light_state",
-                             [](const PyTouch& t) {
-                               const auto& light = t.touch().light;
-                               return light ? std::optional<std::string>(to_string(light->state))
-                                            : std::nullopt;
-                             })
       .def_property_readonly("truth",
                              [](const PyTouch& t) {
                                std::optional<Truth> truth = t.held().truth();
@@ -352,39 +300,12 @@ void bind_touch(py::module_& module) {
            })
       .def("__repr__", &described)
       .def("_repr_html_", &as_html);
-  // The surface.
   bound.def_property_readonly("depth_mm", &PyTouch::depth_mm)
-      .def_property_readonly("depth_max_mm",
-                             [](const PyTouch& t) {
-                               const auto& s = t.touch().surface;
-                               return s ? measured(s->depth_max_mm,
-                                                   s->depth_sd_mm > 0 ? s->depth_sd_mm : kNone, s->validity,
-                                                   "mm")
-                                        : measured(Estimate{}, "mm");
-                             })
-      .def_property_readonly(
-          "volume_mm3",
-          [](const PyTouch& t) { return t.touch().surface ? t.touch().surface->volume_mm3 : kNone; })
-      .def_property_readonly("dented_mm2", [](const PyTouch& t) {
-        return t.touch().surface ? t.touch().surface->dented_mm2.value_or(kNone) : kNone;
-      });
-  // The skin.
-  const auto skin = [&bound](const char* name, Estimate SkinMotion::*member, const char* unit) {
-    bound.def_property_readonly(name, [member, unit](const PyTouch& t) {
-      return measured(t.touch().skin ? (*t.touch().skin).*member : Estimate{}, unit);
-    });
-  };
-  skin("skin_shift_x_mm", &SkinMotion::shift_x_mm, "mm");
-  skin("skin_shift_y_mm", &SkinMotion::shift_y_mm, "mm");
-  skin("torsion_rad", &SkinMotion::torsion_rad, "rad");
-  skin("stick_fraction", &SkinMotion::stick_fraction, "");
-  bound.def_property_readonly("skin_points", [](const PyTouch& t) { return skin_points_of(t.touch()); });
-  // Traction.
-  bound.def_property_readonly("pressure_kPa", &PyTouch::pressure_kPa)
+      .def_property_readonly("skin_points", [](const PyTouch& t) { return skin_points_of(t.touch()); })
+      .def_property_readonly("pressure_kPa", &PyTouch::pressure_kPa)
       .def_property_readonly("shear_kPa", &PyTouch::shear_kPa)
-      .def_property_readonly("wrench", [](const PyTouch& t) {
-        return PyWrench{t.touch().traction.value_or(TractionSummary{})};
-      });
+      .def_property_readonly("wrench", [](const PyTouch& t) { return PyWrench{t.shared()}; });
+  module.def("quantities", &quantities);
 }
 
 }  // namespace palpate::python

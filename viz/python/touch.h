@@ -23,6 +23,7 @@ class PyTouch {
 
   const Touch& touch() const { return held_->touch(); }
   const HeldFrame& held() const { return *held_; }
+  const std::shared_ptr<HeldFrame>& shared() const { return held_; }
   void keep(const Kept& kept);
 
   pybind11::object depth_mm();

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include "capture/calibrate/wrench.h"
+#include "capture/files/true_quantities.h"
 #include "capture/open_source.h"
 #include "capture/run/record_session.h"
 #include "capture/run/tactile_shapes.h"
@@ -172,6 +174,12 @@ py::object images_of(std::vector<uint8_t> bytes, const FrameFormat& f, py::ssize
                          : array.attr("transpose")(0, 2, 3, 1);
 }
 
+/// Flags are 0 or 1.
+double as_number(const QuantityValue& value) {
+  if (const bool* flag = std::get_if<bool>(&value)) return *flag;
+  return std::get<double>(value);
+}
+
 py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
   const auto all = run_apart([=](const std::atomic<bool>& stop) {
     auto made = std::make_shared<Simulated>();
@@ -198,24 +206,15 @@ py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
   });
   const auto count = static_cast<py::ssize_t>(all->truth.size());
   py::dict truth;
-  const auto column = [&](const char* name, auto member) {
+  const auto column = [&](const char* name, const std::function<double(const Truth&)>& value) {
     std::vector<double> values;
-    for (const Truth& t : all->truth) values.push_back(static_cast<double>(t.*member));
+    for (const Truth& t : all->truth) values.push_back(value(t));
     truth[name] = hand_out(std::move(values), {count});
   };
-  column("time_s", &Truth::time_s);
-  column("contact", &Truth::contact);
-  column("force_N", &Truth::force_N);
-  column("shear_x_N", &Truth::shear_x_N);
-  column("shear_y_N", &Truth::shear_y_N);
-  column("slipping", &Truth::slipping);
-  column("center_x_px", &Truth::center_x_px);
-  column("center_y_px", &Truth::center_y_px);
-  column("radius_px", &Truth::radius_px);
-  column("depth_max_mm", &Truth::indentation_mm);
-  column("stick_fraction", &Truth::stick_fraction);
-  column("torsion_rad", &Truth::torsion_rad);
-  column("volume_mm3", &Truth::volume_mm3);
+  column("time_s", [](const Truth& t) { return t.time_s; });
+  for (const MeasuredQuantity<TrueFrame>& q : true_quantities())
+    for (const char* name : {q.python, q.python_also})
+      if (name && *name) column(name, [&q](const Truth& t) { return as_number(q.value({&t})); });
   py::dict d;
   d["sensor"] = all->sensor;
   d["input"] = all->input;

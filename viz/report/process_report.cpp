@@ -1,9 +1,7 @@
 #include "viz/report/process_report.h"
 #include "engine/base/text.h"
 
-#include <array>
 #include <cstdio>
-#include <utility>
 
 namespace palpate {
 namespace {
@@ -15,29 +13,14 @@ std::string counted(uint64_t count, const char* what) {
 
 std::string table_of(const Comparison& c) {
   const Comparison::Counts& n = c.counts();
-  const std::array<std::pair<const char*, const ErrorStatistics*>, 8> lines = {
-      {{"force, N", &c.force_N()},
-       {"shear x, N", &c.shear_x_N()},
-       {"shear y, N", &c.shear_y_N()},
-       {"torsion, rad", &c.torsion_rad()},
-       {"stick share", &c.stick_fraction()},
-       {"centre, px", &c.center_px()},
-       {"depth, mm", &c.depth_mm()},
-       {"depth map RMS, mm", &c.depth_map_mm()}}};
   std::string text = "measured - true        frames   mean error    RMS error      largest   full scale\n";
   std::string line;
-  for (const auto& [name, errors] : lines) {
-    if (errors->count() == 0) continue;
-    line = palpate::text("%-20s %8llu %12.4f %12.4f %12.4f ", name,
-                         static_cast<unsigned long long>(errors->count()), errors->mean(), errors->rms(),
-                         errors->largest());
-    text += line;
-    if (errors->full_scale() > 0) {
-      line = palpate::text("%12.4f\n", errors->full_scale());
-      text += line;
-    } else {
-      text += "           -\n";
-    }
+  for (const auto& [name, words, errors] : c.compared()) {
+    if (errors.count() == 0) continue;
+    text += palpate::text("%-20s %8llu %12.4f %12.4f %12.4f ", words.c_str(),
+                          static_cast<unsigned long long>(errors.count()), errors.mean(), errors.rms(),
+                          errors.largest());
+    text += errors.full_scale() > 0 ? palpate::text("%12.4f\n", errors.full_scale()) : "           -\n";
   }
   line =
       palpate::text("contact right in %llu of %llu frames", static_cast<unsigned long long>(n.contact_agrees),

@@ -55,6 +55,7 @@ def contact(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
 def forward(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
 def profile_load(file: str | Path) -> tuple[str, str]: ...
 def profile_compare(texts: list[str]) -> tuple[str, str]: ...
+def quantities() -> list[tuple[str, str, str, str, str]]: ...
 def lump_estimate(*args: Any, **kwargs: Any) -> tuple[str, str]: ...
 
 class RunSettings:
@@ -135,68 +136,12 @@ class Sensor:
 class _Shape:
     """What a frame's whole touch and one contact have in common."""
 
-    @property
-    def gray_sum(self) -> float:
-        """Sum of the filtered change from the background over the contact, gray levels."""
-    @property
-    def force_N(self) -> Estimate:
-        """Normal force; with several contacts the sum of theirs."""
-    @property
-    def shear_x_N(self) -> Estimate:
-        """Tangential force to the right, at most friction times normal force."""
-    @property
-    def shear_y_N(self) -> Estimate:
-        """Tangential force downwards."""
-    @property
-    def slip(self) -> str:
-        """``stick``, ``incipient``, ``slip``, ``no contact`` or ``not calibrated``."""
-    @property
-    def centroid_x_px(self) -> float:
-        """Gray-weighted; (0, 0) is the centre of the top left pixel.  NaN without contact."""
-    @property
-    def centroid_y_px(self) -> float: ...
-    @property
-    def area_px(self) -> int: ...
-    @property
-    def area_mm2(self) -> float: ...
-    @property
-    def ellipse_major_mm(self) -> float:
-        """Full axis of the ellipse with the area's second moments."""
-    @property
-    def ellipse_minor_mm(self) -> float: ...
-    @property
-    def ellipse_major_px(self) -> float: ...
-    @property
-    def ellipse_minor_px(self) -> float: ...
-    @property
-    def ellipse_angle_rad(self) -> float:
-        """Of the major axis from +x towards +y, in (-pi/2, pi/2]."""
-    @property
-    def peak_gray(self) -> float: ...
-    @property
-    def saturated_px(self) -> int: ...
-    @property
-    def at_border(self) -> bool:
-        """Reaches the frame's border: what presses beyond it is missing."""
-    @property
-    def shift_x_mm(self) -> float:
-        """Of the centroid since the contact's onset; NaN of separate pictures and damaged ones."""
-    @property
-    def shift_y_mm(self) -> float: ...
-    @property
-    def shift_x_px(self) -> float: ...
-    @property
-    def shift_y_px(self) -> float: ...
+    # quantities: shape
 
 class Contact(_Shape):
     """One of several contacts, followed from frame to frame."""
 
-    @property
-    def id(self) -> int:
-        """From 1, in order of appearance; never used again."""
-    @property
-    def frames(self) -> int:
-        """Since its onset, this one included."""
+    # quantities: contact
     @property
     def box_px(self) -> tuple[int, int, int, int]:
         """x, y, width and height around its pixels."""
@@ -204,63 +149,16 @@ class Contact(_Shape):
 class Truth:
     """What was really there, of simulated scenes."""
 
+    # quantities: truth
     @property
     def sequence(self) -> int: ...
     @property
     def time_s(self) -> float: ...
-    @property
-    def contact(self) -> bool: ...
-    @property
-    def force_N(self) -> float: ...
-    @property
-    def shear_x_N(self) -> float: ...
-    @property
-    def shear_y_N(self) -> float: ...
-    @property
-    def slipping(self) -> bool: ...
-    @property
-    def center_x_px(self) -> float: ...
-    @property
-    def center_y_px(self) -> float: ...
-    @property
-    def radius_px(self) -> float: ...
-    @property
-    def depth_max_mm(self) -> float: ...
-    @property
-    def stick_fraction(self) -> float: ...
-    @property
-    def torsion_rad(self) -> float: ...
-    @property
-    def volume_mm3(self) -> float: ...
 
 class Wrench:
     """Force and moment on the pad by its elastic layer: x right, y down, z into the pad, about the frame's middle."""
 
-    @property
-    def force_x_N(self) -> Estimate: ...
-    @property
-    def force_y_N(self) -> Estimate: ...
-    @property
-    def force_z_N(self) -> Estimate: ...
-    @property
-    def moment_x_Nmm(self) -> Estimate: ...
-    @property
-    def moment_y_Nmm(self) -> Estimate: ...
-    @property
-    def moment_z_Nmm(self) -> Estimate: ...
-    @property
-    def pressure_max_kPa(self) -> float: ...
-    @property
-    def shear_max_kPa(self) -> float: ...
-    @property
-    def area_mm2(self) -> float:
-        """That carries pressure."""
-    @property
-    def unexplained_slope(self) -> float:
-        """RMS of the surface's slopes that no pressure explains."""
-    @property
-    def slipping_fraction(self) -> float | None:
-        """Of the cells with pressure, those at the friction limit; None: not known."""
+    # quantities: wrench
 
 class Touch(_Shape):
     """The measurements of one frame.
@@ -269,48 +167,19 @@ class Touch(_Shape):
     they stay too.
     """
 
-    @property
-    def sequence(self) -> int:
-        """Number of the frame from 0; a gap is a lost frame."""
-    @property
-    def time_s(self) -> float:
-        """Time of exposure since the source began, on its own clock."""
+    # quantities: frame
+    # quantities: touch
     @property
     def time_ns(self) -> int: ...
     @property
     def monotonic_s(self) -> float:
         """Time of exposure on the clock of ``time.monotonic()``; NaN: not known (recordings)."""
     @property
-    def source(self) -> str | None:
-        """Of a folder of images: the file of this frame, without the folder.  None: frames have no file of their own."""
-    @property
-    def contact(self) -> bool: ...
-    @property
     def contacts(self) -> list[Contact]:
         """Each by itself, the largest 64."""
     @property
-    def contacts_overflow(self) -> bool:
-        """More regions than there was room for: contacts are incomplete."""
-    @property
-    def gradient_sum(self) -> float | None: ...
-    @property
-    def picture(self) -> str:
-        """``whole``, or what is wrong with a picture that was spoilt on its way: nothing else is then known."""
-    @property
-    def repeated(self) -> bool:
-        """Equal to the frame before in every pixel."""
-    @property
-    def light_state(self) -> str | None:
-        """Of colour gels: ``steady``, ``changed`` or ``unknown``."""
-    @property
     def depth_mm(self) -> NDArray[np.float32]:
         """rows x columns, mm below the rest level, read-only."""
-    @property
-    def depth_max_mm(self) -> Estimate: ...
-    @property
-    def volume_mm3(self) -> float: ...
-    @property
-    def dented_mm2(self) -> float: ...
     @property
     def image(self) -> NDArray[Any]:
         """The rectified frame: rows x columns (x 3), uint8 or uint16, read-only."""
@@ -328,14 +197,6 @@ class Touch(_Shape):
     @property
     def skin_points(self) -> NDArray[np.float32]:
         """Followed places x 5: x and y at rest, shift in x and y (px), correlation (0: lost)."""
-    @property
-    def skin_shift_x_mm(self) -> Estimate: ...
-    @property
-    def skin_shift_y_mm(self) -> Estimate: ...
-    @property
-    def torsion_rad(self) -> Estimate: ...
-    @property
-    def stick_fraction(self) -> Estimate: ...
     @property
     def truth(self) -> Truth | None: ...
     def keep(self, *names: str) -> Touch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import html
 import json
 import math
@@ -25,6 +26,12 @@ def column_of(cells: Sequence[Any]) -> NDArray[Any]:
     if len(there) == len(cells) and all(isinstance(c, int) for c in there):
         return np.array(cells, dtype=np.int64)
     return np.array([math.nan if c is None else c for c in cells], dtype=np.float64)
+
+
+@functools.cache
+def _columns_of_attributes() -> dict[str, str]:
+    """The column of each attribute of a touch, by its name and by its older one."""
+    return {name: column for column, _, _, *names in _palpate.quantities() for name in names if name and column}
 
 
 def _frozen(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -84,7 +91,9 @@ class Recording(Mapping[str, NDArray[Any]]):
         return _frozen({name: column_of([row.get(name) for row in self._contacts]) for name in names})
 
     def _known(self, name: str) -> str:
-        """A column's own name: ``force_N_sd`` is ``force_sd_N`` too."""
+        """A column's own name: attributes of a touch name it too, and ``force_N_sd`` is ``force_sd_N``."""
+        if name not in self._columns:
+            name = _columns_of_attributes().get(name, name)
         if name not in self._columns and name.endswith("_sd") and "_" in name[:-3]:
             quantity, unit = name[:-3].rsplit("_", 1)
             return f"{quantity}_sd_{unit}"
