@@ -48,7 +48,7 @@ def test_photometric(gel, tmp_path, program):
     cal = pp.calibrate.photometric(gel / "frames", out=tmp_path / "gel.json", **options)
     command = [f"--sensor={gel / 'sensor.json'}", f"--background={gel / 'background.png'}", "--ball-mm=5"]
     assert same(cal.report, report_of(program, "photometric", gel / "frames", *command, "--out", tmp_path / "b.json"))
-    assert cal.sensor.surface == "photometric"
+    assert cal.sensor.reading == "photometric"
     assert cal.report["depth_rmse_held_out_mm"] < 0.2
     assert cal.verdict.startswith("depth to ")
     assert cal.fit_for_use
@@ -61,11 +61,11 @@ def test_photometric_without_a_file(gel, tmp_path):
     written = pp.calibrate.photometric(gel / "frames", out=tmp_path / "gel.json", ball_radius_mm=5, **options)
     cal = pp.calibrate.photometric(gel / "frames", ball_diameter_mm=10, **options)
     assert cal.report["depth_rmse_held_out_mm"] == written.report["depth_rmse_held_out_mm"]
-    assert cal.sensor.surface == "photometric"
+    assert cal.sensor.reading == "photometric"
     with pp.open(gel / "frames", sensor=cal.sensor, drop=False, rate_Hz=5) as stream:
         assert max(t.depth_mm.max() for t in stream) > 0.2
     cal.sensor.save(tmp_path / "kept.json")
-    assert pp.Sensor(tmp_path / "kept.json").surface == "photometric"
+    assert pp.Sensor(tmp_path / "kept.json").reading == "photometric"
     with pytest.raises(pp.ArgumentError, match="once"):
         pp.calibrate.photometric(gel / "frames", ball_radius_mm=5, ball_diameter_mm=10, **options)
 
@@ -93,7 +93,7 @@ def test_lookup(tmp_path, program):
     command = [f"--background={tmp_path / 'rest.pgm'}", "--ball-mm=4", "--pitch=0.05"]
     assert same(cal.report, report_of(program, "lookup", tmp_path / "press.pgm", *command, "--out", tmp_path / "b.json"))
     assert abs(cal.report["depth_max_mm"] - 0.5) < 0.05
-    assert cal.sensor.surface == "lookup"
+    assert cal.sensor.reading == "lookup"
 
 
 def test_scale(tmp_path, program):

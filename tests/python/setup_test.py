@@ -27,7 +27,7 @@ def test_it_is_what_the_program_makes(press, tmp_path, program):
     assert list(made.steps["step"]) == [step["step"] for step in expected]
     assert list(made.steps["known"]) == [step["known"] for step in expected]
     assert list(made.steps["what"]) == [step["what"] for step in expected]
-    assert made.sensor.surface == "photometric"
+    assert made.sensor.reading == "photometric"
     assert abs(made.sensor.pitch_mm_per_px - pitch) < 1e-9
     assert made.file == str(tmp_path / "gel.json")
     assert not made.complete  # no gauge: no force

@@ -217,7 +217,7 @@ def test_sensor_files_go_in_and_out(tmp_path, small):
     with pp.open(small, drop=False) as stream:
         sensor = stream.sensor
         expected = [float(t.force_N) for t in stream]
-    assert sensor.has_force and sensor.has_scale and sensor.surface
+    assert sensor.has_force and sensor.has_scale and sensor.reading
     sensor.save(tmp_path / "pad.json")
     for given in (tmp_path / "pad.json", str(tmp_path / "pad.json"), pp.Sensor(tmp_path / "pad.json"), sensor):
         with pp.open(small, drop=False, sensor=given) as stream:

@@ -16,10 +16,15 @@ std::string described(const Sensor& sensor) {
   std::string line = "<palpate.Sensor '" + sensor.name + "'";
   if (has_scale(sensor)) line += text(", %.5g mm per px", sensor.pitch_mm_per_px);
   if (sensor.reconstruction != Reconstruction::None)
-    line += std::string(", surface by ") + to_string(sensor.reconstruction);
+    line += std::string(", reading ") + to_string(sensor.reconstruction);
   if (sensor.force) line += ", force";
   if (sensor.shear) line += ", shear";
   return line + ">";
+}
+
+std::optional<std::string> reading(const Sensor& sensor) {
+  if (sensor.reconstruction == Reconstruction::None) return std::nullopt;
+  return to_string(sensor.reconstruction);
 }
 
 }  // namespace
@@ -47,12 +52,8 @@ void bind_sensor(py::module_& module) {
       .def_property_readonly("has_force", [](const Sensor& s) { return s.force.has_value(); })
       .def_property_readonly("has_shear", [](const Sensor& s) { return s.shear.has_value(); })
       .def_property_readonly("has_layer", [](const Sensor& s) { return layer_of(s).has_value(); })
-      .def_property_readonly("surface",
-                             [](const Sensor& s) {
-                               return s.reconstruction == Reconstruction::None
-                                          ? std::optional<std::string>()
-                                          : std::string(to_string(s.reconstruction));
-                             })
+      .def_property_readonly("reading", &reading)
+      .def_property_readonly("surface", &reading)
       .def("__repr__", &described)
       .def(py::pickle([](const Sensor& s) { return sensor_text(s); },
                       [](const std::string& text) { return sensor_from_text(text, "the text"); }));

@@ -128,8 +128,11 @@ class Sensor:
     @property
     def has_layer(self) -> bool: ...
     @property
-    def surface(self) -> str | None:
+    def reading(self) -> str | None:
         """How an image becomes a surface: ``shading``, ``photometric``, ``elastic``, ``lookup``; or None."""
+    @property
+    def surface(self) -> str | None:
+        """Older name of ``reading``."""
     def __getstate__(self) -> str: ...
     def __setstate__(self, arg0: str) -> None: ...
 
