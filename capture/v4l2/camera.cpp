@@ -219,14 +219,20 @@ struct Camera::Impl {
     ++counts.damaged;
   }
 
-  /// Pixels of the frame; what is wrong with them, or nothing.
-  std::string fill(const Stream::Filled& filled, Frame& frame) {
+  /// What is wrong with pixels; without words nothing is.
+  struct Fault {
+    std::string words;
+    bool of_format = false;  ///< values that the format does not have
+  };
+
+  /// Pixels of the frame.
+  Fault fill(const Stream::Filled& filled, Frame& frame) {
     const RawImage raw{filled.bytes, setup.image.width, setup.image.height, setup.image.stride_bytes};
     const bool spare = stream->with_driver() >= kStayWithDriver;
     if (leasable && spare) {
       if (const size_t needed = needed_bytes(*setup.format, raw); raw.bytes.size() < needed)
-        return std::to_string(raw.bytes.size()) + " bytes in place of " + std::to_string(needed);
-      if (std::string what = too_bright(raw); !what.empty()) return what;
+        return {std::to_string(raw.bytes.size()) + " bytes in place of " + std::to_string(needed)};
+      if (Fault fault = too_bright(raw); fault.of_format) return fault;
       frame.format = frame_format;
       frame.pages = stream->pages(filled.buffer);
       frame.leased = stream->lend(filled.buffer);
@@ -238,9 +244,9 @@ struct Camera::Impl {
     if (straight)
       image = cv::Mat(static_cast<int>(frame_format.height), static_cast<int>(frame_format.width),
                       frame_format.bit_depth > 8 ? CV_16UC1 : CV_8UC1, frame.row(0, 0));
-    std::string what = decode(*setup.format, raw, setup.channels, image);
-    if (what.empty() && setup.format->layout == PixelLayout::Gray16) what = too_bright(raw);
-    if (!what.empty()) return what;
+    Fault fault{decode(*setup.format, raw, setup.channels, image)};
+    if (fault.words.empty()) fault = too_bright(raw);
+    if (!fault.words.empty()) return fault;
     if (straight) {
       image.release();
     } else {
@@ -252,12 +258,12 @@ struct Camera::Impl {
   }
 
   /// Values that neither the format nor the sensor has.
-  std::string too_bright(const RawImage& raw) const {
+  Fault too_bright(const RawImage& raw) const {
     const uint32_t bits = std::min(setup.format->bit_depth, frame_format.bit_depth);
     if (setup.format->layout != PixelLayout::Gray16 || bits >= 16) return {};
     const uint32_t largest = largest_value(raw);
     if (largest >> bits == 0) return {};
-    return "a value of " + std::to_string(largest) + " in " + std::to_string(bits) + " bits";
+    return {"a value of " + std::to_string(largest) + " in " + std::to_string(bits) + " bits", true};
   }
 
   /// True where `frame` was filled.
@@ -268,21 +274,21 @@ struct Camera::Impl {
     if (event == Stream::Event::Gone) let_go("the camera was unplugged");
     if (event == Stream::Event::Broken) start_again("the camera's stream failed");
     if (event != Stream::Event::Ready) return false;
-    std::string what = filled.damaged ? "marked by the driver" : fill(filled, frame);
+    const Fault fault = filled.damaged ? Fault{"marked by the driver"} : fill(filled, frame);
     // A lent buffer goes back by itself.
     if (!frame.leased) stream->requeue(filled.buffer);
-    if (what.empty()) {
+    if (fault.words.empty()) {
       stamp(filled, delivered, frame);
       return true;
     }
-    if (frames == 0 && what.rfind("a value", 0) == 0)
+    if (frames == 0 && fault.of_format)
       throw Error(
           Failure::Input,
           "frames of " + std::to_string(frame_format.bit_depth) + " bits in format " + setup.format->name,
-          identity.path + " with " + what,
+          identity.path + " with " + fault.words,
           "format Y16 and \"bit_depth\": 16 in the sensor file (some cameras write their bits at the high "
           "end)");
-    note_damage(filled, what);
+    note_damage(filled, fault.words);
     return false;
   }
 };

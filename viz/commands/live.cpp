@@ -36,14 +36,14 @@ Report live(const Common& common, const Options& options) {
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
   // Asked before anything else is opened: without a display there is no live view.
   const std::vector<const char*> extensions = viz::window_extensions();
+  // What is written holds the frames in their order.
+  request.replay = common.out.empty() && is_recording(request.input);
   OpenInput opened = open_input(request, interrupted);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);
   request.shown.settings = &remembered.settings;
   request.recordings = recordings_folder(remembered.settings);
-  // What is written holds the frames in their order.
-  request.replay = common.out.empty() && is_recording(request.input);
   request.shown.title = "palpate: " + opened.measured.input;
   if (common.jsonl) request.on_row = print_line;
   const LiveRunReport run = run_live_input(*context, std::move(request), std::move(opened));

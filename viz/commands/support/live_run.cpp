@@ -37,12 +37,24 @@ void Remembered::save() const {
   }
 }
 
+namespace {
+
+/// Time of a recording's first frame, s: a session may have begun in the middle of a stream.
+double start_of(Source& session) {
+  Frame frame;
+  const bool any = session.next(frame) && session.seek(0);
+  return any ? 1e-9 * static_cast<double>(frame.time_ns) : 0;
+}
+
+}  // namespace
+
 OpenInput open_input(const LiveRunRequest& request, const std::function<bool()>& cancelled) {
   OpenInput open;
   open.measured = find_input(request);
   open.source = open_source(open.measured.input, open.measured.sensor);
   open.source->watch(cancelled);
   open.background = load_background(open.measured.input, open.measured.sensor, *open.source);
+  if (request.replay && is_session(request.input)) open.start_s = start_of(*open.source);
   open.presses = monitor_presses(request.block, open.measured, open.background,
                                  request.loop ? open.source->frame_count().value_or(0) : 0);
   return open;
@@ -79,13 +91,6 @@ std::filesystem::path notes_folder(const LiveRunRequest& request) {
   if (path.filename().empty()) path = path.parent_path();
   const std::string folder = path.parent_path().filename().string();
   return request.recordings / ((folder.empty() ? "" : folder + "-") + path.filename().string());
-}
-
-/// Time of a recording's first frame, s: a session may have begun in the middle of a stream.
-double start_of(const MeasuredInput& input) {
-  if (!is_session(input.input)) return 0;
-  Frame frame;
-  return open_source(input.input, input.sensor)->next(frame) ? 1e-9 * static_cast<double>(frame.time_ns) : 0;
 }
 
 }  // namespace
@@ -138,7 +143,7 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
     if (!is_session(request.input) || request.shown.notes != session_folder(request.input))
       for (viz::Event& event : viz::read_events(request.shown.notes))
         request.shown.known_events.push_back(std::move(event));
-    request.shown.replay_start_s = start_of(input);
+    request.shown.replay_start_s = opened.start_s;
   }
   live.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the run goes on", lost.what());

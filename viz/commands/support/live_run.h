@@ -60,6 +60,7 @@ struct OpenInput {
   MeasuredInput measured;
   std::unique_ptr<Source> source;
   Frame background;
+  double start_s = 0;                     ///< of a session that is replayed: time of its first frame
   std::unique_ptr<PressMonitor> presses;  ///< null: no block of tissue is known
 };
 
