@@ -1,11 +1,7 @@
 #include "capture/live/live_report.h"
 
-#include <cstdio>
-
-#include "capture/files/press_json.h"
-#include "engine/base/json.h"
+#include "capture/files/estimate_report.h"
 #include "engine/base/text.h"
-#include "engine/gpu/context.h"
 
 namespace palpate {
 namespace {
@@ -22,79 +18,79 @@ Json to_json(const Percentiles& p) {
 }
 
 std::string latency_line(const char* what, const Percentiles& p) {
-  std::string line =
-      palpate::text("  %-14s p50 %.1f ms, p95 %.1f ms, p99 %.1f ms\n", what, p.p50_ms, p.p95_ms, p.p99_ms);
-  return p.count > 0 ? line : "";
+  if (p.count == 0) return "";
+  return text("  %-14s p50 %.1f ms, p95 %.1f ms, p99 %.1f ms\n", what, p.p50_ms, p.p95_ms, p.p99_ms);
+}
+
+Json to_json(const Recording::Written& session) {
+  const SessionStatus& s = session.status;
+  return {{"folder", session.folder.string()},
+          {"recorded", s.recorded},
+          {"written", s.written},
+          {"dropped", s.dropped},
+          {"measured", s.measured},
+          {"written_bytes", s.written_bytes},
+          {"error", s.error}};
+}
+
+std::string headline(const LiveReport& r) {
+  const std::string line = text("%llu frames captured, %llu measured", whole(r.captured), whole(r.processed));
+  if (r.shown > 0)
+    return line + text(", %llu shown in %.1f s: %.1f pictures/s\n", whole(r.shown), r.seconds, r.shown_per_s);
+  const double rate = r.seconds > 0 ? static_cast<double>(r.captured) / r.seconds : 0;
+  return line + text(" in %.1f s: %.1f frames/s\n", r.seconds, rate);
+}
+
+void add_losses(const LiveReport& r, Facts& facts) {
+  const CaptureCounts& c = r.camera;
+  if (c.lost + c.damaged + c.gaps > 0)
+    facts.say(text("camera: %llu frames lost, %llu damaged, away %llu times\n", whole(c.lost),
+                   whole(c.damaged), whole(c.gaps)));
+  facts.add(
+      "device_losses", r.device_losses,
+      r.device_losses > 0 ? text("the device was lost and opened anew %u times\n", r.device_losses) : "");
+  facts.add("camera_lost", c.lost);
+  facts.add("camera_damaged", c.damaged);
+  facts.add("camera_gaps", c.gaps);
+}
+
+void add_latency(const LiveReport& r, Facts& facts) {
+  const char* from = r.latency_from_exposure ? "latency from exposure (the driver's time stamp)\n"
+                                             : "latency from delivery by the source\n";
+  const bool any = r.to_measured.count > 0;
+  facts.add("latency_from", r.latency_from_exposure ? "exposure" : "delivery", any ? from : "");
+  facts.add("latency_to_measured", to_json(r.to_measured), latency_line("to measurement", r.to_measured));
+  facts.add("latency_to_shown", to_json(r.to_shown), any ? latency_line("to display", r.to_shown) : "");
 }
 
 }  // namespace
 
-std::string describe(const LiveReport& report, const std::vector<Recording::Written>& sessions) {
-  std::string line =
-      palpate::text("%llu frames captured, %llu measured", whole(report.captured), whole(report.processed));
-  std::string text = line;
-  if (report.shown > 0) {
-    line = palpate::text(", %llu shown in %.1f s: %.1f pictures/s", whole(report.shown), report.seconds,
-                         report.shown_per_s);
-  } else {
-    line = palpate::text(" in %.1f s: %.1f frames/s", report.seconds,
-                         report.seconds > 0 ? static_cast<double>(report.captured) / report.seconds : 0);
+Facts facts_of(const LiveReport& report, const std::vector<Recording::Written>& sessions) {
+  Facts facts;
+  facts.say(headline(report));
+  facts.add("complete", !report.interrupted);
+  facts.add("seconds", report.seconds);
+  facts.add("captured", report.captured);
+  facts.add("processed", report.processed);
+  facts.add("shown", report.shown);
+  facts.add("shown_per_s", report.shown_per_s);
+  facts.add("dropped_before_engine", report.dropped_before_engine);
+  facts.add("dropped_before_display", report.dropped_before_display);
+  add_losses(report, facts);
+  facts.add("copies_per_frame", report.copies_per_frame);
+  add_latency(report, facts);
+  if (report.processed > 0)
+    facts.say(text("pixels copied %.2g times a frame on their way to the engine\n", report.copies_per_frame));
+  facts.add("draw_median_ms", report.draw_median_ms);
+  for (const PressAnswer& press : report.presses) facts.say(describe(press) + "\n");
+  Json written = Json::array();
+  for (const Recording::Written& session : sessions) {
+    written.push_back(to_json(session));
+    facts.say("session " + describe(session) + "\n");
   }
-  text += line;
-  text += "\n";
-  if (const CaptureCounts& c = report.camera; c.lost + c.damaged + c.gaps > 0) {
-    line = palpate::text("camera: %llu frames lost, %llu damaged, away %llu times\n", whole(c.lost),
-                         whole(c.damaged), whole(c.gaps));
-    text += line;
-  }
-  if (report.device_losses > 0)
-    text += palpate::text("the device was lost and opened anew %u times\n", report.device_losses);
-  if (report.to_measured.count > 0) {
-    text += report.latency_from_exposure ? "latency from exposure (the driver's time stamp)\n"
-                                         : "latency from delivery by the source\n";
-    text += latency_line("to measurement", report.to_measured);
-    text += latency_line("to display", report.to_shown);
-  }
-  if (report.processed > 0) {
-    line = palpate::text("pixels copied %.2g times a frame on their way to the engine\n",
-                         report.copies_per_frame);
-    text += line;
-  }
-  for (const PressAnswer& press : report.presses) text += describe(press) + "\n";
-  for (const Recording::Written& session : sessions) text += "session " + describe(session) + "\n";
-  return text;
-}
-
-Json to_json(const LiveReport& report, const std::vector<Recording::Written>& sessions) {
-  Json value = {{"complete", !report.interrupted},
-                {"seconds", report.seconds},
-                {"captured", report.captured},
-                {"processed", report.processed},
-                {"shown", report.shown},
-                {"shown_per_s", report.shown_per_s},
-                {"dropped_before_engine", report.dropped_before_engine},
-                {"dropped_before_display", report.dropped_before_display},
-                {"device_losses", report.device_losses},
-                {"camera_lost", report.camera.lost},
-                {"camera_damaged", report.camera.damaged},
-                {"camera_gaps", report.camera.gaps},
-                {"copies_per_frame", report.copies_per_frame},
-                {"latency_from", report.latency_from_exposure ? "exposure" : "delivery"},
-                {"latency_to_measured", to_json(report.to_measured)},
-                {"latency_to_shown", to_json(report.to_shown)},
-                {"draw_median_ms", report.draw_median_ms},
-                {"sessions", Json::array()}};
-  if (!report.presses.empty()) value["presses"] = json::parse(to_json(report.presses));
-  for (const Recording::Written& s : sessions) {
-    value["sessions"].push_back({{"folder", s.folder.string()},
-                                 {"recorded", s.status.recorded},
-                                 {"written", s.status.written},
-                                 {"dropped", s.status.dropped},
-                                 {"measured", s.status.measured},
-                                 {"written_bytes", s.status.written_bytes},
-                                 {"error", s.status.error}});
-  }
-  return value;
+  facts.add("sessions", written);
+  if (!report.presses.empty()) facts.add("presses", to_json(report.presses));
+  return facts;
 }
 
 std::string recording_error(const std::vector<Recording::Written>& sessions) {

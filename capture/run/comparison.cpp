@@ -98,7 +98,7 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
       std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
 }
 
-std::string Comparison::json() const {
+json::Value Comparison::json() const {
   json::Value value = {{"frames", counts_.frames},
                        {"contact_agrees", counts_.contact_agrees},
                        {"contact_missed", counts_.contact_missed},
@@ -116,7 +116,7 @@ std::string Comparison::json() const {
                    {"largest_error", errors.largest()},
                    {"full_scale", errors.full_scale()}};
   }
-  return value.dump();
+  return value;
 }
 
 double rms_difference(std::span<const float> a, std::span<const float> b) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/truth.h"
+#include "engine/base/json.h"
 #include "palpate/touch.h"
 
 namespace palpate {
@@ -38,7 +39,7 @@ class Comparison {
   void add(const Touch& touch, const Truth& truth, std::optional<double> depth_rms_error_mm);
 
   /// As a JSON object (text).
-  std::string json() const;
+  json::Value json() const;
 
   struct Counts {
     uint64_t frames = 0;

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "capture/clock.h"
+#include "capture/files/estimate_report.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
-#include "capture/files/press_json.h"
 #include "capture/run/input.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
@@ -305,7 +305,9 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
     if (rest_check) summary.untouched_warning = rest_check->warning();
     recorder.close();
     if (!out.empty())
-      write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
+      write_whole(
+          out / "summary.json",
+          std::string_view(to_json(summary, request, sensor, context).dump(2, json::Utf8::Replace) + "\n"));
   };
   try {
     const RunWatch::Progress progress = watch.begin("processing", total);
@@ -360,7 +362,7 @@ void add_largest(json::Value& value, const std::string& quantity, const std::str
 
 }  // namespace
 
-std::string to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
+json::Value to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
                     const gpu::Context& context) {
   json::Value value = {{"input", request.input},
                        {"sensor", sensor.name},
@@ -389,7 +391,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   }
   if (s.separate) value["separate_pictures"] = true;
   add_largest(value, "force", "N", s.force_N);
-  if (!s.presses.empty()) value["presses"] = json::parse(to_json(s.presses));
+  if (!s.presses.empty()) value["presses"] = to_json(s.presses);
   if (s.depth_mm.any()) {
     add_largest(value, "depth", "mm", s.depth_mm);
     value["clipped_frames"] = s.clipped_frames;
@@ -411,8 +413,8 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   if (!s.sources.empty()) value["sources"] = s.sources;
   value["untouched_image"] = to_string(s.untouched);
   if (!s.untouched_warning.empty()) value["untouched_warning"] = s.untouched_warning;
-  if (s.comparison) value["measured_minus_true"] = json::parse(s.comparison->json());
-  return value.dump(2, json::Utf8::Replace);
+  if (s.comparison) value["measured_minus_true"] = s.comparison->json();
+  return value;
 }
 
 }  // namespace palpate

@@ -22,6 +22,7 @@
 #include "capture/run/run_watch.h"
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
+#include "engine/base/json.h"
 #include "engine/palpation/press_monitor.h"
 #include "palpate/pipeline.h"
 
@@ -128,7 +129,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
                                  const std::filesystem::path& out, const RunWatch& watch);
 
 /// The summary as a JSON object.
-std::string to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
+json::Value to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
                     const gpu::Context& context);
 
 }  // namespace palpate

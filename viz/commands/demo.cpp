@@ -227,12 +227,12 @@ Report demo(const Common& common, const Options& options) {
   report.text =
       "calibration (other touches, other noise)\n" + calibration + "\nwaveguide pad: " + describe(felt);
   json::Value value = {{"complete", seen && seen->complete},
-                       {"waveguide", json::parse(to_json(felt, pressure, pad_sensor, *context))}};
+                       {"waveguide", to_json(felt, pressure, pad_sensor, *context)}};
   if (seen) {
     report.text += "\ngel skin: " + describe(*seen) + "\nwritten to " + common.out.string() +
                    ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +
                    (window ? "" : ", gel/pictures/, gel/recording.mp4");
-    value["gel"] = json::parse(to_json(*seen, surface, gel_sensor, *context));
+    value["gel"] = to_json(*seen, surface, gel_sensor, *context);
   }
   report.json = value.dump(2);
   report.exit_code = !seen || !seen->complete     ? kInterrupted

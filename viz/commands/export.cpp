@@ -91,7 +91,7 @@ Report run_export(const Common& common, const Options& options) {
   const ProcessSummary summary =
       process_recording(*context, input.sensor, request, common.out, run_watch(common));
   Report report;
-  report.json = to_json(summary, request, input.sensor, *context);
+  report.json = to_json(summary, request, input.sensor, *context).dump(2, json::Utf8::Replace);
   report.text = std::to_string(summary.frames) + (summary.frames == 1 ? " frame" : " frames") +
                 " exported to " + common.out.string() + ": " + list_of_files(request);
   if (!summary.complete) report.text += "\nended early: " + summary.ended_by;

@@ -56,8 +56,9 @@ Report live(const Common& common, const Options& options) {
                        {"device", context->report().name},
                        {"width_px", run.format.width},
                        {"height_px", run.format.height}};
-  value.update(to_json(report, sessions));
-  return {describe(report, sessions), value.dump(2, json::Utf8::Replace),
+  const Facts facts = facts_of(report, sessions);
+  value.update(facts.json);
+  return {facts.text, value.dump(2, json::Utf8::Replace),
           report.interrupted                   ? kInterrupted
           : !recording_error(sessions).empty() ? static_cast<int>(Failure::Output)
           : validation_clean(*context)         ? 0

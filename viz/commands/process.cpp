@@ -66,7 +66,7 @@ Report process(const Common& common, Options options) {
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report;
-  report.json = to_json(summary, request, sensor, *context);
+  report.json = to_json(summary, request, sensor, *context).dump(2, json::Utf8::Replace);
   report.text = (has_scale(sensor) ? "" : "no scale is known: lengths are in px (--sensor FILE)\n") +
                 describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
                 (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") +

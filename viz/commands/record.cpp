@@ -49,9 +49,10 @@ Report record(const Common& common, const Options& options) {
 
   json::Value value = {
       {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
-  value.update(to_json(report, {session}));
+  const Facts facts = facts_of(report, {session});
+  value.update(facts.json);
   value["complete"] = !report.interrupted && error.empty();
-  return {describe(report, {session}), value.dump(2, json::Utf8::Replace),
+  return {facts.text, value.dump(2, json::Utf8::Replace),
           !error.empty()               ? static_cast<int>(Failure::Output)
           : report.interrupted         ? kInterrupted
           : validation_clean(*context) ? 0

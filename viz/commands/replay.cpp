@@ -78,9 +78,10 @@ Report replay(const Common& common, const Options& options) {
   json::Value value = {{"input", run.measured.input},
                        {"sensor", run.measured.sensor.name},
                        {"device", context->report().name}};
-  value.update(to_json(run.live, {}));
+  const Facts facts = facts_of(run.live, {});
+  value.update(facts.json);
   value["warning"] = run.live.warning;
-  std::string text = describe(run.live, {});
+  std::string text = facts.text;
   if (!run.live.warning.empty()) text += "warning: " + run.live.warning + "\n";
   return {text, value.dump(2, json::Utf8::Replace),
           run.live.interrupted         ? kInterrupted

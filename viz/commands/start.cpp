@@ -92,7 +92,7 @@ Report start(const Common& common, const std::optional<SetupInputs>& setup) {
     settings.remember(request.input, request.sensor);
     try {
       const LiveRunReport run = run_live_input(*context, std::move(request), std::move(*opened));
-      text += run.measured.input + ": " + describe(run.live, run.sessions);
+      text += run.measured.input + ": " + facts_of(run.live, run.sessions).text;
       trouble.message = recording_error(run.sessions);
       if (!run.live.sources_requested) break;
     } catch (const Error& e) {

@@ -1,7 +1,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "capture/files/lump_maps.h"
+#include "capture/files/estimate_report.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "viz/python/arrays.h"
@@ -46,7 +46,8 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
   const lump::Estimate found = run_apart([=](const std::atomic<bool>&) {
     return lump::named_estimator(method, lump::load_network(network), errors)(observation);
   });
-  return py::make_tuple(estimate_json(found), estimate_text(found));
+  const Facts facts = facts_of(found);
+  return py::make_tuple(facts.json.dump(2), facts.text);
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
     };
     const std::shared_ptr<gpu::Context> context = shared_device(device);
     measured->summary = process_recording(*context, input.sensor, process, out, watch_of(stop));
-    measured->json = to_json(measured->summary, process, input.sensor, *context);
+    measured->json = to_json(measured->summary, process, input.sensor, *context).dump(2, json::Utf8::Replace);
     return measured;
   });
   const FrameFormat& f = all->format;

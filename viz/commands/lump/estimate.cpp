@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "capture/files/estimate_report.h"
 #include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
@@ -82,22 +83,16 @@ Report run(const Common& common, const Options& o) {
   const lump::Observation observation = reading_of(o);
   const lump::Estimate estimate =
       lump::named_estimator(o.method, lump::load_network(o.network), o.errors)(observation);
-  Report report{estimate_text(estimate), estimate_json(estimate)};
+  const Facts facts = facts_of(estimate);
+  Report report{facts.text, facts.json.dump(2)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
     write_whole(common.out / "lump.json", std::string_view(report.json + "\n"));
     std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
-    const auto row = [&csv](const char* name, const lump::Value& v, const char* unit) {
-      csv += std::string(name) + "," + plot_number(v.value) + "," + plot_number(v.low) + "," +
-             plot_number(v.high) + "," + unit + "\n";
-    };
-    if (estimate.detection_statistic >= 1 && estimate.verdict != lump::Status::Inconsistent) {
-      row("size", estimate.size_mm, "mm");
-      row("depth", estimate.depth_mm, "mm");
-      row("stiffness_ratio", estimate.stiffness_ratio, "");
-      row("x", estimate.x_mm, "mm");
-      row("y", estimate.y_mm, "mm");
-    }
+    if (estimate.detection_statistic >= 1 && estimate.verdict != lump::Status::Inconsistent)
+      for (const EstimateQuantity& q : quantities_of(estimate))
+        csv += std::string(q.name) + "," + plot_number(q.value.value) + "," + plot_number(q.value.low) + "," +
+               plot_number(q.value.high) + "," + q.unit + "\n";
     write_whole(common.out / "lump.csv", std::string_view(csv));
     written += ", lump.csv";
     draw_plots([&](PlotKind kind) { return plot_head(kind, 760, 600) + script_of(observation, estimate); },

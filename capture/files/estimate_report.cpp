@@ -1,0 +1,109 @@
+#include "capture/files/estimate_report.h"
+
+#include <cmath>
+
+#include "engine/base/text.h"
+#include "engine/lump/error_sources.h"
+
+namespace palpate {
+namespace {
+
+using Json = json::Value;
+
+Json to_json(const lump::Value& v) {
+  const bool known =
+      std::isfinite(v.value) && v.high > 0 - 1e300 && (v.value != 0 || v.low != 0 || v.high != 0);
+  return known ? Json{{"value", v.value}, {"low", v.low}, {"high", v.high}} : Json(nullptr);
+}
+
+Json to_json(const lump::InputEffect& effect) {
+  const auto changes = [](const std::array<double, 3>& c) {
+    return std::isfinite(c[0]) ? Json{{"size", c[0]}, {"depth", c[1]}, {"stiffness_ratio", c[2]}}
+                               : Json(nullptr);
+  };
+  return {{"input", effect.input},
+          {"error", effect.error},
+          {"lower", changes(effect.lower)},
+          {"higher", changes(effect.higher)}};
+}
+
+void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
+  facts.add("shape", to_string(e.shape));
+  Json chances = Json::object();
+  std::string line;
+  for (size_t s = 0; s < 4; ++s) {
+    const char* shape = to_string(static_cast<fem::InclusionShape>(s));
+    chances[shape] = e.shape_probability[s];
+    line += text("%s %s %.0f %%", s > 0 ? "," : "shape:", shape, 100 * e.shape_probability[s]);
+  }
+  facts.add("shape_probability", chances, shown ? line + "\n" : "");
+}
+
+}  // namespace
+
+std::array<EstimateQuantity, 5> quantities_of(const lump::Estimate& e) {
+  constexpr const char* kFromMiddle = "mm from the block's middle";
+  return {{{"size", "size", e.size_mm, "mm", "mm"},
+           {"depth", "depth of its top", e.depth_mm, "mm", "mm"},
+           {"stiffness_ratio", "stiffness ratio", e.stiffness_ratio, "", "times the tissue's modulus"},
+           {"x", "centre x", e.x_mm, "mm", kFromMiddle},
+           {"y", "centre y", e.y_mm, "mm", kFromMiddle}}};
+}
+
+Facts facts_of(const lump::Estimate& e) {
+  Facts facts;
+  const bool consistent = e.verdict != lump::Status::Inconsistent;
+  const bool shown = e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) && consistent;
+  facts.add("verdict", to_string(e.verdict), std::string("verdict: ") + to_string(e.verdict) + "\n");
+  facts.add("evidence", e.detection_statistic);
+  facts.add("false_alarm_rate", e.false_alarm_rate,
+            text("evidence for a lump: %.3g (1 and more in %.3g %% of observations without one)\n",
+                 e.detection_statistic, 100 * e.false_alarm_rate));
+  if (shown && !reports_numbers(e.verdict))
+    facts.say("if it were one lump as in the training data, which it is not:\n");
+  if (shown) facts.say("                     value    90 % interval\n");
+  for (const EstimateQuantity& q : quantities_of(e)) {
+    const std::string row = text("%-18s %7.3g    %.3g to %.3g %s\n", q.label, q.value.value, q.value.low,
+                                 q.value.high, q.of_what);
+    facts.add(std::string(q.name) + (*q.unit ? "_" : "") + q.unit,
+              consistent ? to_json(q.value) : Json(nullptr), shown ? row : "");
+  }
+  add_shape(e, shown, facts);
+  facts.add("method", e.method);
+  facts.add("wall_s", e.wall_s);
+  facts.add("bumps_mm", e.bumps_mm);
+  std::string notes, effects;
+  for (const std::string& reason : e.reasons) notes += "note: " + reason + "\n";
+  facts.add("reasons", e.reasons, notes);
+  Json changes = Json::array();
+  for (const lump::InputEffect& effect : e.input_effects) {
+    changes.push_back(to_json(effect));
+    effects += effect_text(effect) + "\n";
+  }
+  facts.add("input_effects", changes, effects);
+  facts.say(text("method: %s, %.3g ms\n", e.method.c_str(), 1e3 * e.wall_s) +
+            "For research, not a diagnosis.\n");
+  return facts;
+}
+
+Json to_json(const std::vector<PressAnswer>& presses) {
+  Json all = Json::array();
+  for (const PressAnswer& p : presses) {
+    Json press = {{"press", p.press},
+                  {"first_frame", p.first_frame},
+                  {"last_frame", p.last_frame},
+                  {"time_s", p.time_s},
+                  {"highest_N", p.highest_N},
+                  {"loads_N", p.loads_N},
+                  {"saturated_share", p.saturated_fraction},
+                  {"finished", !p.unfinished}};
+    if (p.estimate)
+      press["estimate"] = facts_of(*p.estimate).json;
+    else
+      press["trouble"] = p.trouble;
+    all.push_back(std::move(press));
+  }
+  return all;
+}
+
+}  // namespace palpate
