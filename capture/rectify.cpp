@@ -215,7 +215,14 @@ Rectifier::Rectifier(const Sensor& sensor, const cv::Mat& image, const std::stri
                 "a crop in the sensor file");
   if (sensor.lens && !sensor.quad_px) m.make_lens_maps();
   if (sensor.flat) m.load_flat(width, height);
-  format_ = {width, height, sensor.channels, sensor.bit_depth};
+  const bool colour = image.channels() == 3 && image.depth() == CV_8U;
+  format_ = {width, height,
+             sensor.channels != 0 ? sensor.channels
+             : colour             ? 3u
+                                  : 1u,
+             sensor.bit_depth != 0    ? sensor.bit_depth
+             : image.depth() == CV_8U ? 8u
+                                      : 16u};
 }
 
 Rectifier::Rectifier(const Sensor& sensor, const Frame& first_image, const std::string& where)

@@ -19,7 +19,8 @@ namespace palpate {
 /// time.
 class Rectifier {
  public:
-  /// `where` names the input in messages. Throws Error(Failure::Input) where the images cannot serve the
+  /// `where` names the input in messages. Channels or bits of the sensor that are 0 are those of the images,
+  /// in colour of 8 bits only. Throws Error(Failure::Input) where the images cannot serve the
   /// sensor: crop or quad outside the image, another size than size_px, gray images for a colour sensor,
   /// 8-bit images for more bits, a flat field of another size.
   Rectifier(const Sensor& sensor, const cv::Mat& first_image, const std::string& where);

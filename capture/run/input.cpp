@@ -1,6 +1,5 @@
 #include "capture/run/input.h"
 
-#include <array>
 #include <memory>
 
 #include "capture/open_source.h"
@@ -15,6 +14,10 @@ namespace palpate {
 
 namespace {
 
+bool is_synthetic(const std::string& input) {
+  return input.starts_with("synthetic:");
+}
+
 bool shows_colour(const Frame& frame) {
   for (uint32_t y = 0; y < frame.format.height; ++y)
     for (uint32_t x = 0; x < frame.format.width; ++x)
@@ -22,23 +25,23 @@ bool shows_colour(const Frame& frame) {
   return false;
 }
 
+/// One that takes the frames of `input` as they are: with the channels and bits that it states, or none where
+/// its images say them.
+Sensor sensor_of_any(const std::string& input) {
+  FrameFormat format{.width = 0, .height = 0, .channels = 0, .bit_depth = 0};
+  if (is_session(input)) format = Session(input).info().format;
+  if (is_camera(input)) format = camera_format(parse_camera(input));
+  if (is_synthetic(input)) return find_input(1, input, std::filesystem::path()).sensor;
+  Sensor sensor = uncalibrated_sensor({.width = 0, .height = 0});
+  sensor.channels = format.channels;
+  sensor.bit_depth = format.bit_depth;
+  return sensor;
+}
+
 }  // namespace
 
 Sensor bare_sensor(const std::string& input) {
-  Sensor probe = uncalibrated_sensor({.width = 0, .height = 0});
-  std::unique_ptr<Source> source;
-  constexpr std::array<std::array<uint32_t, 2>, 3> kFormats = {{{3, 8}, {1, 8}, {1, 16}}};  // channels, bits
-  for (const auto& [channels, bits] : kFormats) {
-    probe.channels = channels;
-    probe.bit_depth = bits;
-    probe.saturation_gray = (1u << bits) - 1;
-    try {
-      source = open_source(input, probe);
-      break;
-    } catch (const Error&) {
-      if (bits == 16) throw;
-    }
-  }
+  const std::unique_ptr<Source> source = open_source(input, sensor_of_any(input));
   FrameFormat format = source->format();
   Frame frame;
   if (format.channels == 3 && source->next(frame) && !shows_colour(frame)) format.channels = 1;
@@ -69,9 +72,8 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
 
 MeasuredInput find_input(uint64_t seed, const std::string& input, const std::optional<Sensor>& sensor,
                          const std::filesystem::path& background) {
-  constexpr const char* kSynthetic = "synthetic:";
   MeasuredInput found{.input = input, .sensor = {}, .session = {}};
-  const bool synthetic = input.rfind(kSynthetic, 0) == 0;
+  const bool synthetic = is_synthetic(input);
   if (is_session(input)) found.session = Session(input).info();
   if (sensor) {
     found.sensor = *sensor;
