@@ -70,7 +70,7 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
   }
   if (!truth.contact) return;
   const TrueFrame frame{&truth, depth_rms_error_mm};
-  const auto all = pairs();
+  const std::vector<Pair>& all = pairs();
   bool depth_judged = false;
   for (size_t i = 0; i < all.size(); ++i) {
     const auto& [measured, known] = all[i];
