@@ -136,7 +136,6 @@ class StripCharts {
         samples_(history.samples()),
         sensor_(sensor),
         tare_(tare),
-        style_(style),
         scale_(style.scale),
         low_(static_cast<float>(rect.x), static_cast<float>(rect.y)),
         high_(low_.x + static_cast<float>(rect.width), low_.y + static_cast<float>(rect.height)),
@@ -211,7 +210,6 @@ class StripCharts {
   const std::deque<Sample>& samples_;
   const Sensor& sensor_;
   const Tare& tare_;
-  const ChartStyle& style_;
   float scale_;
   ImVec2 low_, high_;
   Span span_;

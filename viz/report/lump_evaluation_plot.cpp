@@ -159,9 +159,9 @@ std::string write_score(const lump::Score& score, const std::vector<lump::Judged
   std::string written = folder + "/lump_evaluation.csv";
   const std::array<std::pair<const char*, std::string>, 2> pictures = {
       std::pair{"estimates", estimates_script(score, judged)}, std::pair{"quality", quality_script(score)}};
-  for (const auto& [name, script] : pictures)
-    draw_plots([&](PlotKind kind) { return plot_head(kind, 1320, 460) + script; }, folder + "/" + name,
-               written);
+  for (const auto& picture : pictures)
+    draw_plots([&](PlotKind kind) { return plot_head(kind, 1320, 460) + picture.second; },
+               folder + "/" + picture.first, written);
   return written;
 }
 

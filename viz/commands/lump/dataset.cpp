@@ -198,7 +198,7 @@ void add_lump_info(CommandLine& group, Common& common, Command& chosen) {
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();
   add_common(*command, common, "  palpate lump info train.h5\n");
-  command->callback([file, &common, &chosen] {
+  command->callback([file, &chosen] {
     chosen = [file] {
       const lump::DatasetInfo info = lump::dataset_info(*file);
       return Report{info.text, info.json};
