@@ -188,7 +188,7 @@ class LiveCaptureTest : public GpuTest {
 TEST_F(LiveCaptureTest, AReplayLeavesNoFrameOutAndItsLoopsHaveTheRecordingsTimes) {
   SyntheticOptions short_scene = scene();
   short_scene.rate_Hz = 400;
-  constexpr uint64_t kFrames = 12;
+  static constexpr uint64_t kFrames = 12;
   class Recording : public SyntheticSensor {
    public:
     using SyntheticSensor::SyntheticSensor;

@@ -17,7 +17,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kYoung_MPa = 0.15, kThickness_mm = 4, kHalf_mm = 20, kDisc_mm = 4.2;
 constexpr double kCell_mm = 0.5;  // of the traction's grid
-constexpr uint32_t kCells = 2 * kHalf_mm / kCell_mm;
+constexpr auto kCells = static_cast<uint32_t>(2 * kHalf_mm / kCell_mm);
 
 /// A load that is itself but for signs when x or y turns round: of each component, whether it is odd.
 struct Load {
