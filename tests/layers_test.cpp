@@ -26,7 +26,6 @@ struct Arrow {
 constexpr Arrow kArrows[] = {
     {"shaders engine/include", ""},
     {"engine/base", "engine/include"},
-    {"engine/judge", "engine/base"},
     {"engine/gpu", "engine/base shaders"},
     {"engine/sensor", "engine/base"},
     {"engine/numeric", "engine/gpu engine/sensor"},
@@ -43,12 +42,11 @@ constexpr Arrow kArrows[] = {
     {"engine/fem/linear", "engine/fem/map_sampling"},
     {"engine/fem/device engine/fem/large_strain", "engine/fem/linear"},
     {"engine/fem", "engine/fem/device engine/fem/large_strain"},
-    {"engine/lump/observation", "engine/fem"},
-    {"engine/lump/dataset engine/lump/network", "engine/lump/observation"},
-    {"engine/lump/fem_inverse engine/lump/training", "engine/lump/dataset engine/lump/network"},
+    {"engine/lump/observation engine/lump/lump_case", "engine/fem"},
+    {"engine/lump/network", "engine/lump/observation"},
+    {"engine/lump/fem_inverse", "engine/lump/lump_case engine/lump/network"},
     {"engine/lump", "engine/lump/fem_inverse"},
-    {"engine/lump/study", "engine/lump engine/lump/training engine/judge"},
-    {"engine/palpation", "engine/lump/study engine/pipeline"},
+    {"engine/palpation", "engine/lump engine/pipeline"},
     {"capture/truth capture/clock", "engine/base"},
     {"capture/source", "capture/truth"},
     {"capture/video", "capture/source"},
@@ -71,13 +69,16 @@ constexpr Arrow kArrows[] = {
     {"viz/panels", "viz/render"},
     {"viz/display", "viz/panels viz/report"},
     {"perf/measure", "engine/base"},
-    {"perf/rivals", "perf/measure viz/report"},
-    {"perf/profile", "perf/rivals perf/profile/report/answers perf/profile/report/compare"},
+    {"perf/profile", "perf/measure viz/report perf/profile/report/answers perf/profile/report/compare"},
     {"viz/commands/support/help_text", ""},
     {"viz/commands/support/options", "engine/base viz/commands/support/help_text"},
-    {"perf/tools", "perf/profile viz/commands/support/options"},
-    {"viz/commands", "viz/display perf/profile viz/commands/support/options"},
+    {"viz/commands/support", "capture/calibrate viz/commands/support/options"},
+    {"perf/tools", "perf/profile viz/commands/support"},
+    {"viz/commands", "viz/display perf/profile viz/commands/support"},
     {"viz/main", "viz/commands"},
+    // The laboratory uses the instrument, and nothing uses the laboratory.
+    {"perf/rivals", "engine/base"},
+    {"perf/lab", "perf/profile perf/rivals viz/commands/support"},
 };
 
 using Names = std::set<std::string>;
@@ -131,6 +132,14 @@ std::vector<std::string> includes_of(const fs::path& root, const fs::path& file)
   return found;
 }
 
+/// Headers of libraries that only the laboratory may know.
+bool includes_lab_library(const fs::path& file) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);)
+    if (line == "#include <hdf5.h>" || line == "#include <mpi.h>") return true;
+  return false;
+}
+
 class Layers : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -159,6 +168,22 @@ TEST_F(Layers, IncludesPointDown) {
           << file << " includes " << other << ": '" << room << "' is not above '" << below << "'";
     }
   }
+}
+
+TEST_F(Layers, TheInstrumentKnowsNoLaboratory) {
+  const std::string lab = "perf/lab/";
+  size_t inside = 0;
+  for (const auto& [file, included] : includes_) {
+    if (file.starts_with(lab)) {
+      inside += includes_lab_library(fs::path(PALPATE_SOURCE_DIR) / file);
+      continue;
+    }
+    for (const std::string& other : included)
+      EXPECT_FALSE(other.starts_with(lab)) << file << " includes " << other;
+    EXPECT_FALSE(includes_lab_library(fs::path(PALPATE_SOURCE_DIR) / file))
+        << file << " knows HDF5 or MPI, which only perf/lab may";
+  }
+  EXPECT_EQ(inside, 2u) << "data sets and processes";
 }
 
 TEST_F(Layers, ComponentsDoNotNeedEachOther) {

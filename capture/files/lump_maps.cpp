@@ -7,7 +7,6 @@
 #include "capture/files/csv_table.h"
 #include "capture/files/npy.h"
 #include "engine/base/statistics.h"
-#include "engine/lump/dataset/sweep.h"
 #include "palpate/error.h"
 
 namespace palpate {

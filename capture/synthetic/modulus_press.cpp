@@ -13,6 +13,7 @@ namespace palpate {
 namespace {
 
 constexpr double kBlur_mm = 0.02;
+constexpr double kSizeSd = 0.005, kMostStrain = 0.08, kWidest = 0.33, kMostForce_N = 2;
 constexpr int kInPixel = 4;  // samples of the light along a side of a pixel
 
 /// Distance of the place of a disc that stands for a place of the square of the same area: rings become
@@ -22,6 +23,24 @@ double ring_of(double x, double y, bool square) {
 }
 
 }  // namespace
+
+Sample usual_sample(SampleShape shape) {
+  Sample s;
+  s.shape = shape;
+  s.size_mm = shape == SampleShape::Sphere ? 16 : 10;
+  s.height_mm = 10;
+  s.relative_size_sd = kSizeSd;
+  return s;
+}
+
+double usual_force_N(const PressModel& model, double young_MPa, double pad_MPa) {
+  double force = kMostForce_N;
+  for (;; force *= 0.97) {
+    const PressSight s = model.at_force(force, young_MPa, pad_MPa);
+    if (model.sample().flat() ? s.strain <= kMostStrain : s.radius_mm <= kWidest * model.sample().radius_mm())
+      return force;
+  }
+}
 
 Frame render_press(const SyntheticOptions& options, const TruePress& press, double gain, bool square,
                    double x_px, double y_px, uint64_t sequence) {

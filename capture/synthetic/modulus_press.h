@@ -37,6 +37,13 @@ struct ModulusScene {
 /// Error(Failure::Input) on a mode without pressure, or forces whose contact is wider than the truth's face.
 SimulatedPresses simulate_presses(const ModulusScene& scene, const PressTruth* truth = nullptr);
 
+/// A sample as a user would choose it: a cube of 10 mm, a cylinder 10 x 10 mm, a sphere of 16 mm, each known
+/// to 0.5 %.
+Sample usual_sample(SampleShape shape);
+/// Largest force of a press, N, as a user would choose it: 8 % strain, a contact of 0.33 of a ball's radius,
+/// or 2 N.
+double usual_force_N(const PressModel& model, double young_MPa, double pad_MPa);
+
 /// One frame: light of `press`, `gain` gray per MPa, with its centre at a place in px, noise of frame
 /// `sequence`.
 Frame render_press(const SyntheticOptions& options, const TruePress& press, double gain, bool square,

@@ -1,4 +1,4 @@
-// Modules: parts of palpate that need dozens of shared libraries (libav, HDF5, MPI), loaded when they are
+// Modules: parts of palpate that need dozens of shared libraries (libav, MPI), loaded when they are
 // first used.
 #pragma once
 

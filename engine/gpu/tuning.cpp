@@ -54,7 +54,7 @@ constexpr std::array<TuningField, 14> kFields{{
 }};
 
 [[noreturn]] void refuse(const std::string& wanted, const std::string& found) {
-  throw Error(Failure::Usage, wanted, found, "palpate tune --force");
+  throw Error(Failure::Usage, wanted, found, "palpate-lab tune --force");
 }
 
 Json to_json(const TuningKey& key) {
@@ -197,7 +197,7 @@ CachedTuning load_tuning(const gpu::Context& context, const std::filesystem::pat
       if (!same_device(found, key)) continue;
       if (found != key) {
         cached.ignored =
-            file.string() + ": tuned with another driver or other kernels; palpate tune measures anew";
+            file.string() + ": tuned with another driver or other kernels; palpate-lab tune measures anew";
         continue;
       }
       const Tuning tuning = tuning_from(entry.at("tuning"));

@@ -103,7 +103,7 @@ std::vector<std::array<double, 2>> scan_places(const std::array<double, 3>& bloc
   return places;
 }
 
-std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::PressSolver& solver) {
+std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const fem::PressSolver& solver) {
   if (!(plan.force_N > 0) || plan.loads < 1 || plan.loads > 8 || !(plan.stage_sd_mm >= 0) ||
       !(plan.force_sd >= 0 && plan.force_sd < 0.2))
     throw Error(Failure::Usage,

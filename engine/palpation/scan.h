@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "engine/fem/large_strain/large_strain.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/gaussian_profile.h"
 #include "engine/lump/observation/observation.h"
 #include "engine/lump/observation/outline.h"
 #include "engine/lump/observation/scan_stitch.h"
 #include "engine/lump/observation/sensor_model.h"
-#include "engine/lump/study/figures.h"
 
 namespace palpate {
 
@@ -36,7 +36,7 @@ std::vector<std::array<double, 2>> scan_places(const std::array<double, 3>& bloc
 
 /// Presses the block once and looks at it from every place. Throws Error(Failure::Usage) on a plan that makes
 /// no sense, and where the press did not converge up to the highest force: with how far it came.
-std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::PressSolver& solver);
+std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const fem::PressSolver& solver);
 
 /// Estimate by one press alone, of a block with more than one lump.
 struct ScannedPress {

@@ -16,7 +16,6 @@
 #include "capture/files/event_log.h"
 #include "capture/files/gauge.h"
 #include "capture/files/images/images.h"
-#include "capture/files/judged_table.h"
 #include "capture/files/light_files.h"
 #include "capture/files/lump_maps.h"
 #include "capture/files/match_files.h"
@@ -27,6 +26,7 @@
 #include "engine/lump/network/network.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
+#include "perf/lab/judge/judged_table.h"
 
 namespace palpate::fuzz {
 namespace {

@@ -71,7 +71,7 @@ class TuningTest : public GpuTest {
   Ended run(const std::string& arguments) const {
     const fs::path out = folder_ / "stdout", err = folder_ / "stderr";
     const std::string line = "MESA_SHADER_CACHE_DIR='" + driver_cache() + "' XDG_CACHE_HOME='" +
-                             folder_.string() + "' '" PALPATE_PROGRAM "' " + arguments + " >'" +
+                             folder_.string() + "' '" PALPATE_LAB_PROGRAM "' " + arguments + " >'" +
                              out.string() + "' 2>'" + err.string() + "'";
     const int status = std::system(line.c_str());
     Ended ended{WIFEXITED(status) ? WEXITSTATUS(status) : 1000, slurp(out), slurp(err)};

@@ -1,14 +1,14 @@
-// palpate evaluate on the command line: tables with a corner that is bad, simulations, and nonsense.
+// palpate-lab evaluate on the command line: tables with a corner that is bad, simulations, and nonsense.
 #include <random>
 #include <string>
 
+#include "tests/lab/lab_program.h"
 #include "tests/support/json.h"
-#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
 
-class Evaluate : public Program {
+class Evaluate : public LabProgram {
  protected:
   std::string table(const std::string& name, const std::string& text) {
     spill(folder_ / name, text);

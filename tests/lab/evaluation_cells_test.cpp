@@ -1,11 +1,11 @@
 // Judged lumps as cases: which verdicts report, which are wrong, what counts as stated.
-#include "engine/lump/study/evaluation_cells.h"
+#include "perf/lab/study/evaluation_cells.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/judge/cells.h"
+#include "perf/lab/judge/cells.h"
 
 namespace palpate::lump {
 namespace {

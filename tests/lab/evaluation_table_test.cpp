@@ -1,5 +1,5 @@
 // Scores over noise, exposure and loads: each row is of its own setting.
-#include "engine/lump/study/evaluation_table.h"
+#include "perf/lab/study/evaluation_table.h"
 #include "tests/support/json.h"
 
 #include <gtest/gtest.h>

@@ -1,12 +1,14 @@
 // The paper's figures from the forward model: the orderings by size and by material, and the report where a
 // press does not reach its force.
-#include "engine/lump/study/figures.h"
+#include "perf/lab/study/figures.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "tests/lab/lab_program.h"
 #include "tests/lump/press_slightly.h"
+#include "tests/support/json.h"
 
 namespace palpate {
 namespace {
@@ -55,7 +57,7 @@ TEST(LumpFigures, OrderingsThatDoNotHoldAreNamed) {
 TEST(LumpFigures, APressThatEndedHasNoNumbers) {
   lump::FigureOptions options;
   options.cells = {16, 16, 8};
-  const lump::PressSolver gives_up = [](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
+  const fem::PressSolver gives_up = [](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
     fem::LargeStrainResult result = press_slightly(scene, loads);
     if (scene.inclusion && scene.inclusion->size_mm[0] == 12) {
       result.converged = false;
@@ -95,6 +97,21 @@ TEST(LumpFigures, EveryInputIsVaried) {
     for (size_t i = 0; i < row.small_strain->value.size(); ++i)
       EXPECT_NEAR(row.small_strain->value[i], row.press.profile.value[i], 1e-3 * row.press.profile.value[i]);
   }
+}
+
+using FiguresCommand = LabProgram;
+
+TEST_F(FiguresCommand, FiguresAreWritten) {
+  const fs::path out = folder_ / "figures";
+  const Ended ended =
+      run({"figures", "--no-inputs", "--cells", "16", "16", "8", "--out", out.string(), "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = parse_json(ended.out);
+  EXPECT_EQ(value["figure_20"].size(), 3u);
+  EXPECT_EQ(value["figure_22"].size(), 2u);
+  EXPECT_TRUE(value["broken_orderings"].empty());
+  EXPECT_TRUE(fs::exists(out / "fig20_sizes.svg") && fs::exists(out / "fits.csv"));
+  expect_refusal({"figures", "--young-Pa", "-1"}, 2, {"--young-Pa"});
 }
 
 }  // namespace

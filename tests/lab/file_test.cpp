@@ -1,16 +1,16 @@
 // Data sets of lumps on the disk: whole or refused, and finished cases survive a kill.
-#include "engine/lump/dataset/file.h"
+#include "perf/lab/dataset/file.h"
 
 #include <unistd.h>
 
 #include <cmath>
 #include <cstring>
 
-#include "engine/lump/dataset/hdf5.h"
-#include "engine/lump/dataset/journal.h"
-#include "engine/lump/study/dataset_run.h"
 #include "lump_cases.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/dataset_run.h"
+#include "perf/lab/dataset/hdf5.h"
+#include "perf/lab/dataset/journal.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {

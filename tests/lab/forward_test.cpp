@@ -1,14 +1,14 @@
-// `palpate forward` on the command line.
+// `palpate-lab forward` on the command line.
 #include <algorithm>
 
 #include "capture/files/npy.h"
+#include "tests/lab/lab_program.h"
 #include "tests/support/json.h"
-#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
 
-class ForwardCommand : public Program {
+class ForwardCommand : public LabProgram {
  protected:
   Json answer(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "forward");

@@ -1,29 +1,18 @@
 // The table of goals has every row, on the terminal and as CSV; how fast this machine is, is no test.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 
-#include "tests/support/text_file.h"
+#include "tests/lab/lab_program.h"
+#include "tests/support/json.h"
 
 namespace palpate {
 namespace {
 
-#ifdef PALPATE_GOALS
+using Goals = LabProgram;
 
-namespace fs = std::filesystem;
-
-TEST(Goals, PrintEveryRow) {
-  const fs::path folder = fs::temp_directory_path() / ("palpate-goals-" + std::to_string(getpid()));
-  fs::create_directories(folder);
-  const std::string line = "'" PALPATE_GOALS "' --repetitions 1 --out '" + folder.string() + "' >'" +
-                           (folder / "stdout").string() + "' 2>&1";
-  const int status = std::system(line.c_str());
-  const std::string out = slurp(folder / "stdout"), csv = slurp(folder / "goals.csv");
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << out;
+TEST_F(Goals, PrintEveryRow) {
+  const Ended ended = run({"goals", "--repetitions", "1", "--out", folder_ / "out"});
+  const std::string &out = ended.out, csv = slurp(folder_ / "out/goals.csv");
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(out.find("DIFFERENT WORK"), std::string::npos) << out;
   const char* rows[] = {"contact 1392x1042",
                         "moments alone 1392x1042",
@@ -53,10 +42,7 @@ TEST(Goals, PrintEveryRow) {
   }
   // A header and every row; contact has two rivals.
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2 + static_cast<std::ptrdiff_t>(std::size(rows)));
-  fs::remove_all(folder);
 }
-
-#endif
 
 }  // namespace
 }  // namespace palpate

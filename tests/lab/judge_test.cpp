@@ -1,8 +1,8 @@
 // Judging by cells: exact bands against known binomials, a planted bad corner, estimators that keep their
 // promise, and cases with nothing in them.
-#include "engine/judge/cells.h"
-#include "engine/judge/report.h"
 #include "palpate/error.h"
+#include "perf/lab/judge/cells.h"
+#include "perf/lab/judge/report.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/json.h"
 

@@ -1,5 +1,5 @@
 // Tables of judged cases: what columns mean, what is refused, and that our own come back as they were.
-#include "capture/files/judged_table.h"
+#include "perf/lab/judge/judged_table.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "engine/judge/report.h"
 #include "palpate/error.h"
+#include "perf/lab/judge/report.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text_file.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "engine/lump/dataset/sample.h"
+#include "perf/lab/dataset/sample.h"
 
 namespace palpate {
 

@@ -1,23 +1,23 @@
-// palpate lump dataset on the command line: alone, under mpirun, killed, and read from Python.
+// palpate-lab dataset on the command line: alone, under mpirun, killed, and read from Python.
 #include <algorithm>
 #include <thread>
 
-#include "engine/lump/dataset/file.h"
+#include "perf/lab/dataset/file.h"
+#include "tests/lab/lab_program.h"
 #include "tests/support/eventually.h"
 #include "tests/support/json.h"
-#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
 
-class LumpCommand : public Program {
+class LumpCommand : public LabProgram {
  protected:
   std::string at(const std::string& name) const { return (folder_ / name).string(); }
 
   /// A tiny sweep: some 20 ms a case.
   std::vector<std::string> small(const std::string& name, int count,
                                  const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words = {"lump", "dataset", at(name), "--quiet"};
+    std::vector<std::string> words = {"dataset", at(name), "--quiet"};
     const std::vector<std::pair<std::string, std::string>> usual = {{"--count", std::to_string(count)},
                                                                     {"--cells", "8x8x4"},
                                                                     {"--coarser-cells", "0"},
@@ -39,7 +39,7 @@ class LumpCommand : public Program {
         "mpirun --oversubscribe -n " +
         std::to_string(processes) +
         // Each process into a file of its own: mpirun may put what one prints into the midst of another's.
-        " sh -c 'exec \"$0\" \"$@\" > " + at("mpi_out") + "$OMPI_COMM_WORLD_RANK' " PALPATE_PROGRAM;
+        " sh -c 'exec \"$0\" \"$@\" > " + at("mpi_out") + "$OMPI_COMM_WORLD_RANK' " PALPATE_LAB_PROGRAM;
     for (const std::string& word : words) typed += " '" + word + "'";
     const int status = std::system((typed + " > " + at("mpi_forwarded") + " 2> " + at("mpi_err")).c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
@@ -54,7 +54,7 @@ class LumpCommand : public Program {
     std::vector<pid_t> found;
     for (const auto& entry : fs::directory_iterator("/proc")) {
       const std::string line = slurp(entry.path() / "cmdline");
-      if (line.rfind(PALPATE_PROGRAM, 0) == 0 && contains(line, word))
+      if (line.rfind(PALPATE_LAB_PROGRAM, 0) == 0 && contains(line, word))
         found.push_back(std::stoi(entry.path().filename()));
     }
     return found;
@@ -103,7 +103,7 @@ TEST_F(LumpCommand, GoesOnAfterKills) {
     before = bytes_of("set.h5.part");
   }
   EXPECT_GT(killed, 0);
-  const Json half = parse_json(run({"lump", "info", at("set.h5"), "--json"}).out);
+  const Json half = parse_json(run({"info", at("set.h5"), "--json"}).out);
   EXPECT_FALSE(half["complete"]);
   EXPECT_GT(half["done"], 0);
   const Json rest = parse_json(run(small("set.h5", 100, {"--json"})).out);
@@ -137,7 +137,7 @@ TEST_F(LumpCommand, CtrlCSaysHowToGoOn) {
   EXPECT_TRUE(contains(ended.out, "the same command goes on from there")) << ended.out;
   EXPECT_FALSE(fs::exists(at("set.h5")));
   EXPECT_EQ(run(small("set.h5", 4000, {"--assemble"})).exit_code, 0);
-  EXPECT_TRUE(contains(run({"lump", "info", at("set.h5")}).out, "not done"));
+  EXPECT_TRUE(contains(run({"info", at("set.h5")}).out, "not done"));
   EXPECT_TRUE(fs::exists(at("set.h5.part")));
 }
 
@@ -145,13 +145,13 @@ TEST_F(LumpCommand, TellsWhatAFileHolds) {
   ASSERT_EQ(
       run(small("set.h5", 12, {"--no-lump-share", "0", "--shapes", "lying,sphere", "--seed", "4"})).exit_code,
       0);
-  const Json info = parse_json(run({"lump", "info", at("set.h5"), "--json"}).out);
+  const Json info = parse_json(run({"info", at("set.h5"), "--json"}).out);
   EXPECT_EQ(info["good"], 12);
   EXPECT_EQ(info["shapes"]["sphere"].get<int>() + info["shapes"]["lying"].get<int>(), 12);
   EXPECT_EQ(info["sweep"]["seed"], 4);
   EXPECT_GE(info["ranges"]["diameter_mm"][0], 4);
   EXPECT_GT(info["ranges"]["force_N"][0], 0);
-  EXPECT_TRUE(contains(run({"lump", "info", at("set.h5")}).out, "12 good, 0 not converged"));
+  EXPECT_TRUE(contains(run({"info", at("set.h5")}).out, "12 good, 0 not converged"));
   const lump::Data data = lump::read_lump_file(at("set.h5"));
   for (const lump::Sample& sample : data.samples) {
     // A map sums up to the force where the whole surface is pressed: nodes times the area of each.
@@ -208,22 +208,27 @@ TEST_F(LumpCommand, RefusesNonsenseInOneLine) {
   refused({"--first", "4294967295"}, 2, {"2^32"});
   refused({"--greatest-press", "0.9"}, 2, {"press"});
   refused({"--loads", "many"}, 2, {"--loads"});
-  expect_refusal({"lump", "dataset", "/nowhere/set.h5", "--count", "1"}, 7, {"/nowhere"});
-  expect_refusal({"lump", "info", at("none.h5")}, 3, {"none.h5", "nothing"});
+  expect_refusal({"dataset", "/nowhere/set.h5", "--count", "1"}, 7, {"/nowhere"});
+  expect_refusal({"info", at("none.h5")}, 3, {"none.h5", "nothing"});
   spill(folder_ / "text.h5", "no data set");
-  expect_refusal({"lump", "info", at("text.h5")}, 3, {"text.h5", "HDF5"});
+  expect_refusal({"info", at("text.h5")}, 3, {"text.h5", "HDF5"});
   expect_refusal(small("text.h5", 4), 3, {"text.h5"});
   EXPECT_EQ(slurp(at("text.h5")), "no data set");
-  expect_refusal({"lump"}, 2, {"subcommand"});
+  expect_refusal({}, 2, {"subcommand"});
+  spill(folder_ / "no.lump", "no network");
+  expect_refusal({"train", folder_ / "no.lump"}, 2, {"--out"});
+  expect_refusal({"train", folder_ / "no.lump", "--out", folder_ / "x.lump"}, 3, {"no.lump"});
+  expect_refusal({"evaluate", "lump", folder_ / "no.lump"}, 3, {"no.lump"});
+  expect_refusal({"evaluate", "lump", folder_ / "no.lump", "--window-mm", "30", "20"}, 3, {"no.lump"});
 }
 
 TEST_F(LumpCommand, RefusalsUnderMpirunAreTold) {
   if (without("mpirun --version")) GTEST_SKIP() << "NO mpirun HERE: processes are not tested";
   EXPECT_EQ(together(3, small("set.h5", 4, {"--size-mm", "9", "4"})), 2);
   const std::string said = slurp(at("mpi_err"));
-  const size_t first = said.find("palpate: wanted");
+  const size_t first = said.find("palpate-lab: wanted");
   EXPECT_NE(first, std::string::npos) << said;
-  EXPECT_EQ(said.find("palpate: wanted", first + 1), std::string::npos) << said;  // by one of them
+  EXPECT_EQ(said.find("palpate-lab: wanted", first + 1), std::string::npos) << said;  // by one of them
 }
 
 }  // namespace

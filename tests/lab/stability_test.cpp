@@ -1,5 +1,5 @@
 // Cases at the limits of the range: the quantity that each measures, and that it reaches the estimator.
-#include "engine/lump/study/stability.h"
+#include "perf/lab/study/stability.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // A network's description of its own structure, and the picture drawn from it.
-#include "engine/lump/network/stages.h"
+#include "perf/lab/study/stages.h"
 
 #include <gtest/gtest.h>
 
 #include "engine/lump/network/model.h"
 #include "engine/lump/network/network.h"
-#include "viz/report/lump_network_figure.h"
+#include "perf/lab/study/lump_network_figure.h"
 
 namespace palpate {
 namespace {

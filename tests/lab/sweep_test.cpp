@@ -1,5 +1,5 @@
 // The sweep of a data set of lumps: even, inside its ranges, and the same case for the same number.
-#include "engine/lump/dataset/sweep.h"
+#include "perf/lab/dataset/sweep.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "perf/rivals/traction_study.h"
+#include "perf/lab/rivals/traction_study.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,4 @@
-// The network that estimates lumps: trained on pressures of a formula, which it must then invert, with
-// intervals that hold and with doubt where it is due.
+// The network that estimates lumps, its parts, and what it refuses.
 #include "engine/lump/network/network.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +11,9 @@
 #include "engine/lump/network/fit.h"
 #include "engine/lump/network/model.h"
 #include "engine/lump/observation/sensor_model.h"
-#include "engine/lump/training/training.h"
 #include "engine/numeric/mlp.h"
 #include "palpate/error.h"
+#include "tests/lump/formula_lump.h"
 
 namespace palpate {
 namespace {
@@ -122,169 +121,6 @@ TEST(LumpEmulator, SlopesAreThoseOfFiniteDifferences) {
   }
 }
 
-/// Pressure over the tissue's modulus at a load, a formula with the features of the real one: wider and
-/// fainter with depth, larger with size, and a stiff lump's share grows with the load.
-double formula(const lump::Example& e, double load, double x, double y) {
-  const double edge = 1 - 0.1 * std::pow(x / 20, 4) - 0.1 * std::pow(y / 20, 4);
-  double p = load * edge * (1 + 0.2 * load + 0.01 * (e.block_mm[2] - 20));
-  if (!e.lump) return p;
-  const double contrast = (e.stiffness_ratio - 1) / (e.stiffness_ratio + 2);
-  const double q = std::pow(e.size_mm / (e.size_mm + e.depth_mm), 2), w = 0.3 * e.size_mm + 0.7 * e.depth_mm;
-  double u = x - e.offset_mm[0], v = y - e.offset_mm[1];
-  if (e.along_y) std::swap(u, v);
-  if (e.shape == fem::InclusionShape::LyingCylinder) u /= 2;
-  p += 2 * load * contrast * q * (1 + 2.5 * load * std::log(e.stiffness_ratio)) *
-       std::exp(-(u * u + v * v) / (2 * w * w));
-  return p;
-}
-
-lump::Example example(uint64_t seed, bool lump) {
-  std::mt19937_64 random(seed);
-  // The query lies within the training range.
-  const double edge = seed < 1000 ? 0 : 0.06;
-  std::uniform_real_distribution<double> share(edge, 1 - edge);
-  lump::Example e;
-  e.lump = lump;
-  e.shape = share(random) < 0.5 ? fem::InclusionShape::Sphere : fem::InclusionShape::LyingCylinder;
-  e.along_y = e.shape == fem::InclusionShape::LyingCylinder && share(random) < 0.5;
-  e.size_mm = 5 + 7 * share(random);
-  e.depth_mm = 2 + 5 * share(random);
-  e.stiffness_ratio = 1.5 * std::pow(20, share(random));
-  e.offset_mm = {-4 + 8 * share(random), -4 + 8 * share(random)};
-  e.block_mm = {40, 40, 18 + 4 * share(random)};
-  e.young_Pa = 2000 * std::pow(10, share(random));
-  const double most = 0.2 + 0.15 * share(random);
-  for (int k = 1; k <= 4; ++k) {
-    const double load = most * k / 4;
-    fem::Map map;
-    map.width = map.height = 33;
-    map.pitch_mm = {1.25, 1.25};
-    for (int j = 0; j < 33; ++j)
-      for (int i = 0; i < 33; ++i)
-        map.values.push_back(
-            static_cast<float>(e.young_Pa * formula(e, load, (i - 16) * 1.25, (j - 16) * 1.25)));
-    e.pressure_Pa.push_back(std::move(map));
-    e.force_N.push_back(load * e.young_Pa * 1600e-6);
-  }
-  return e;
-}
-
-lump::Observation read(const lump::Example& e, double noise_fraction, uint64_t seed) {
-  lump::PalpationSensor sensor;
-  sensor.size_px = {160, 120};
-  sensor.noise_fraction = noise_fraction;
-  return sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, seed);
-}
-
-lump::Network trained() {
-  std::vector<lump::Example> examples;
-  for (uint64_t i = 0; i < 220; ++i) examples.push_back(example(i, i % 5 != 0));
-  lump::TrainingOptions options;
-  options.ensemble = 2;
-  options.hidden = 24;
-  options.fields = 12;
-  options.rounds = 100;
-  options.observations = 20000;
-  options.readers = 1;
-  options.reader_hidden = 48;
-  options.reader_rounds = 25;
-  options.components = 20;
-  options.trials = 30;
-  lump::TrainingReport report;
-  const lump::Network network = train_lumps(examples, options, report);
-  EXPECT_EQ(report.no_lumps, 44u);
-  EXPECT_LT(report.base_error, 1e-3);
-  EXPECT_LT(report.network_error, 0.05);
-  return network;
-}
-
-// One training serves several questions: it takes most of the time.
-void expect_lumps_found(const lump::Network& network, lump::Method method) {
-  int held = 0, asked = 0, right = 0, missed = 0;
-  std::vector<double> errors;
-  for (uint64_t i = 1000; i < 1040; ++i) {
-    const lump::Example e = example(i, true);
-    const lump::Estimate found = network.estimate(read(e, 0.002, i), method);
-    if (found.detection_statistic < 1) {
-      ++missed;
-      continue;
-    }
-    const std::array<std::pair<double, lump::Value>, 3> pairs = {std::pair{e.size_mm, found.size_mm},
-                                                                 {e.depth_mm, found.depth_mm},
-                                                                 {e.stiffness_ratio, found.stiffness_ratio}};
-    for (const auto& [truth, value] : pairs) {
-      EXPECT_LE(value.low, value.value);
-      EXPECT_LE(value.value, value.high);
-      held += truth >= value.low && truth <= value.high;
-      ++asked;
-    }
-    errors.push_back(std::abs(found.size_mm.value / e.size_mm - 1));
-    right += found.shape == e.shape;
-    EXPECT_NEAR(found.x_mm.value, e.offset_mm[0], 1) << i;
-  }
-  std::sort(errors.begin(), errors.end());
-  ASSERT_LE(missed, 4);
-  EXPECT_LT(errors[errors.size() / 2], 0.17);  // size and depth of the formula are hard to separate
-  EXPECT_GE(right, 36);
-  EXPECT_GE(held, 0.75 * asked);
-}
-
-TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBelong) {
-  const lump::Network network = trained();
-  for (const lump::Method method : {lump::Method::Network, lump::Method::Refined}) {
-    SCOPED_TRACE(method == lump::Method::Network ? "network" : "refined");
-    expect_lumps_found(network, method);
-  }
-
-  // Noise widens, of most lumps.
-  double widened = 0;
-  for (uint64_t i = 1000; i < 1012; ++i) {
-    const auto estimate = [&](double noise) {
-      return network.estimate(read(example(i, true), noise, i), lump::Method::Network);
-    };
-    const lump::Estimate quiet = estimate(0.002), loud = estimate(0.1);
-    if (quiet.detection_statistic < 1 || loud.detection_statistic < 1) continue;
-    widened +=
-        std::log(loud.depth_mm.high / loud.depth_mm.low) - std::log(quiet.depth_mm.high / quiet.depth_mm.low);
-  }
-  EXPECT_GT(widened, 0);
-  const lump::Example e = example(1003, true);
-
-  // No lump: no numbers either.
-  int none = 0;
-  for (uint64_t i = 2000; i < 2010; ++i) {
-    const lump::Estimate plain = network.estimate(read(example(i, false), 0.01, i), lump::Method::Network);
-    if (plain.verdict != lump::Status::NoLump) continue;
-    ++none;
-    EXPECT_TRUE(std::isnan(plain.size_mm.value));
-  }
-  EXPECT_GE(none, 8);
-
-  // Two lumps, a block of another size, thicker tissue, a torn map: not the like of the training.
-  lump::Example two = e, other = example(1004, true);
-  for (size_t k = 0; k < 4; ++k)
-    for (size_t n = 0; n < two.pressure_Pa[k].values.size(); ++n) {
-      const double x = (static_cast<double>(n % 33) - 16) * 1.25,
-                   y = (static_cast<double>(n / 33) - 16) * 1.25;
-      const double bump = std::exp(-((x + 9) * (x + 9) + (y - 6) * (y - 6)) / 12) -
-                          0.7 * std::exp(-((x - 8) * (x - 8) + y * y) / 9);
-      two.pressure_Pa[k].values[n] += static_cast<float>(0.5 * two.pressure_Pa[k].values[n] * bump);
-    }
-  EXPECT_EQ(network.estimate(read(two, 0.002, 1)).verdict, lump::Status::OutsideTraining);
-  other.block_mm[2] = 30;
-  const lump::Estimate thick = network.estimate(read(other, 0.002, 1));
-  EXPECT_EQ(thick.verdict, lump::Status::OutsideTraining);
-  ASSERT_FALSE(thick.reasons.empty());
-  EXPECT_NE(thick.reasons.front().find("30 mm thick"), std::string::npos) << thick.reasons.front();
-
-  // The file says the same again.
-  const std::string bytes = network.bytes();
-  const lump::Network again = lump::Network::parse(bytes, "file");
-  EXPECT_EQ(again.bytes(), bytes);
-  const lump::Estimate first = network.estimate(read(e, 0.01, 3)), second = again.estimate(read(e, 0.01, 3));
-  EXPECT_NEAR(first.size_mm.value, second.size_mm.value, 1e-3 * first.size_mm.value);
-}
-
 TEST(LumpNetwork, RefusesNonsenseInOneLine) {
   const std::string good = lump::Network::built_in().bytes();
   const auto refused = [](const std::string& bytes, const std::string& word) {
@@ -310,7 +146,7 @@ TEST(LumpNetwork, RefusesNonsenseInOneLine) {
 
 TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
   const lump::Network& network = lump::Network::built_in();
-  lump::Observation observation = read(example(1, true), 0.01, 1);
+  lump::Observation observation = read(formula_lump(1, true), 0.01, 1);
   lump::Observation wrong = observation;
   wrong.force_N.pop_back();
   EXPECT_THROW(network.estimate(wrong), Error);
@@ -332,20 +168,8 @@ TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
   EXPECT_EQ(network.estimate(wrong).verdict, lump::Status::Unusable);
 }
 
-TEST(LumpTraining, RefusesTooFewAndMixedExamples) {
-  lump::TrainingOptions options;
-  lump::TrainingReport report;
-  EXPECT_THROW(train_lumps({}, options, report), Error);
-  std::vector<lump::Example> lumps;
-  for (uint64_t i = 0; i < 30; ++i) lumps.push_back(example(i, true));
-  EXPECT_THROW(train_lumps(lumps, options, report), Error);
-  lumps.push_back(example(99, false));
-  lumps.back().block_mm[0] = 50;
-  EXPECT_THROW(train_lumps(lumps, options, report), Error);
-}
-
 TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
-  const lump::Example e = example(5, true);
+  const FormulaLump e = formula_lump(5, true);
   lump::PalpationSensor sensor;
   sensor.noise_fraction = 0;
   sensor.gauge_fraction = 0;

@@ -95,7 +95,7 @@ TEST(OneInterval, TheCentreOfAScanWhoseStageErrs) {
   plan.loads = 2;
   plan.stage_sd_mm = 0.2;
   std::optional<fem::LargeStrainResult> pressed;  // once: seeds differ in stage and noise
-  const lump::PressSolver solver = [&](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
+  const fem::PressSolver solver = [&](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
     if (!pressed) pressed = solve_extrapolated(scene, loads, {});
     return *pressed;
   };

@@ -125,7 +125,7 @@ TEST(LumpScan, SaysWhatItDoesNotKnow) {
 }
 
 TEST(LumpScan, APressThatDoesNotGetThereIsRefused) {
-  const lump::PressSolver gives_up = [](const fem::Scene&, const std::vector<fem::PressLoad>&) {
+  const fem::PressSolver gives_up = [](const fem::Scene&, const std::vector<fem::PressLoad>&) {
     fem::LargeStrainResult result;
     result.last_force_N = 1.5;
     return result;

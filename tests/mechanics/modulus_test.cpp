@@ -1,5 +1,4 @@
-// Young's modulus from presses: observations by finite elements, by a camera, and observations without
-// information.
+// Young's modulus from presses: observations by finite elements, and observations without information.
 #include "engine/elasticity/modulus/modulus.h"
 
 #include <gtest/gtest.h>
@@ -7,10 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "capture/synthetic/modulus_press.h"
 #include "engine/elasticity/modulus/press_truth.h"
 #include "palpate/error.h"
-#include "perf/rivals/modulus_trials.h"
-#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {
@@ -20,7 +18,7 @@ constexpr double kPad_MPa = 0.2;
 ModulusSetup setup_for(SampleShape shape) {
   ModulusSetup s;
   s.pad = {{kPad_MPa, 0.5}, 6, Base::Bonded};
-  s.sample = perf::trial_sample(shape);
+  s.sample = usual_sample(shape);
   s.pad_relative_sd = s.force_relative_sd = 0.01;
   return s;
 }
@@ -34,7 +32,7 @@ const ModulusEstimate& way(const ModulusAnswer& a, ModulusMethod w) {
 std::vector<PressFrame> true_presses(const ModulusSetup& s, double young_MPa, int count, double zero_mm = 0) {
   const PressModel model(s.pad, s.sample);
   const PressTruth truth(s.pad, s.sample, 40);
-  const double most = perf::trial_force_N(model, young_MPa, kPad_MPa);
+  const double most = usual_force_N(model, young_MPa, kPad_MPa);
   std::vector<PressFrame> frames;
   for (int i = 0; i < count; ++i) {
     const double force_N = most * (0.4 + 0.6 * i / (count - 1));
@@ -157,7 +155,7 @@ TEST(Modulus, ManyRatiosAreAStateAndNeverAWrongNumber) {
     const PressModel model(s.pad, s.sample);
     for (int decade = -3; decade <= 5; decade += shape == SampleShape::Cube ? 1 : 2) {
       const double young = kPad_MPa * std::pow(10, decade);
-      const double most = perf::trial_force_N(model, young, kPad_MPa);
+      const double most = usual_force_N(model, young, kPad_MPa);
       std::vector<PressFrame> frames;
       for (int i = 1; i <= 6; ++i) {
         const PressSight seen = model.at_force(most * i / 6, young, kPad_MPa);
@@ -247,26 +245,6 @@ TEST(Modulus, SameSeedSameInterval) {
   EXPECT_EQ(a.best().low_MPa, b.best().low_MPa);
   s.seed = 2;
   EXPECT_NE(estimate_modulus(frames, s).best().low_MPa, a.best().low_MPa);
-}
-
-class ModulusCamera : public GpuTest {};
-
-TEST_F(ModulusCamera, PapersCaseWithinFivePercent) {
-  // A cube of 103 kPa at 0.8 and 1.0 N; the paper is off by 23 %.
-  for (const perf::ModulusTrial& t :
-       perf::modulus_trial(context(), SampleShape::Cube, 0.103, {0.8, 1.0}, 2, 40)) {
-    ASSERT_TRUE(t.valid()) << t.answer.best().reason;
-    EXPECT_LT(std::abs(t.error()), t.stage ? 0.05 : 0.1) << (t.stage ? "with stage" : "camera alone");
-    EXPECT_TRUE(t.inside());
-  }
-}
-
-TEST_F(ModulusCamera, BallThroughTheSimulatedSensor) {
-  for (const double young : {0.03, 0.3})
-    for (const perf::ModulusTrial& t : perf::modulus_trial(context(), SampleShape::Sphere, young, 3, 5, 60)) {
-      ASSERT_TRUE(t.valid()) << t.answer.best().reason;
-      EXPECT_LT(std::abs(t.error()), 0.08) << young;
-    }
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "capture/synthetic/slope_noise.h"
 #include "engine/base/text.h"
 #include "engine/pad/layer_continuation.h"
 #include "engine/pad/traction.h"
-#include "perf/rivals/traction_study.h"
 #include "tests/support/pressed_surface.h"
 
 namespace palpate {
@@ -152,7 +152,7 @@ TEST(TractionExtremes, NoiseAloneIsWithinItsInterval) {
     std::vector<float> depth(size_t{grid.width} * grid.height);
     for (int trial = 0; trial < 3; ++trial) {
       std::ranges::fill(depth, 0.0f);
-      perf::add_slope_noise(depth, grid, options.slope_sd, random);
+      add_slope_noise(depth, grid, options.slope_sd, random);
       const Traction& found = solver.solve({.depth_mm = depth});
       EXPECT_LE(found.wrench.force_N[2], 1.96 * found.wrench.force_sd_N[2]);
       EXPECT_GT(found.wrench.force_sd_N[2], 0.5 * found.wrench.force_N[2]);

@@ -10,11 +10,11 @@
 #include <numbers>
 #include <random>
 
+#include "capture/synthetic/slope_noise.h"
 #include "engine/elasticity/layer.h"
 #include "engine/pad/layer_convolution.h"
 #include "engine/pad/layer_response.h"
 #include "palpate/error.h"
-#include "perf/rivals/traction_study.h"
 #include "tests/support/pressed_surface.h"
 
 namespace palpate {
@@ -235,7 +235,7 @@ TEST(TractionSolver, IntervalsHoldUnderNoise) {
     surface.add(press, 0, 0);
     TractionOptions options;
     options.slope_sd = 0.02;
-    perf::add_slope_noise(surface.depth, surface.grid, options.slope_sd, random);
+    add_slope_noise(surface.depth, surface.grid, options.slope_sd, random);
     TractionSolver solver({kGel, 5.5}, surface.grid, options);
     const Traction& found = solver.solve(surface.input());
     const double force = press.summary().force_N;

@@ -78,13 +78,9 @@ TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
   expect_refusal(with({"lump", "estimate", folder_ / "none.npy"}), 3, {"none.npy"});
   expect_refusal(with({"lump", "estimate", map, map}), 2, {"a force for each of 2 maps"});
   expect_refusal(with({"lump", "estimate", map, "--network", folder_ / "no.lump"}), 3,
-                 {"no.lump", "palpate lump train"});
+                 {"no.lump", "palpate-lab train"});
   expect_refusal({"lump", "estimate", map, "--force-N", "-1", "--young-Pa", "4000"}, 2, {"forces above 0 N"});
   expect_refusal({"lump", "estimate", map, "--force-N", "1", "--young-Pa", "nothing"}, 2, {"--young-Pa"});
-  expect_refusal({"lump", "train", folder_ / "no.lump"}, 2, {"--out"});
-  expect_refusal({"lump", "train", folder_ / "no.lump", "--out", folder_ / "x.lump"}, 3, {"no.lump"});
-  expect_refusal({"lump", "evaluate", folder_ / "no.lump"}, 3, {"no.lump"});
-  expect_refusal({"lump", "evaluate", folder_ / "no.lump", "--window-mm", "30", "20"}, 3, {"no.lump"});
 }
 
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {

@@ -129,18 +129,5 @@ TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"process", "synthetic:tissue?d=90", "--out", (folder_ / "x").string()}, 3, {"block"});
 }
 
-TEST_F(LumpScanCommand, FiguresAreWritten) {
-  const fs::path out = folder_ / "figures";
-  const Ended ended =
-      run({"lump", "figures", "--no-inputs", "--cells", "16", "16", "8", "--out", out.string(), "--json"});
-  ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = parse_json(ended.out);
-  EXPECT_EQ(value["figure_20"].size(), 3u);
-  EXPECT_EQ(value["figure_22"].size(), 2u);
-  EXPECT_TRUE(value["broken_orderings"].empty());
-  EXPECT_TRUE(fs::exists(out / "fig20_sizes.svg") && fs::exists(out / "fits.csv"));
-  expect_refusal({"lump", "figures", "--young-Pa", "-1"}, 2, {"--young-Pa"});
-}
-
 }  // namespace
 }  // namespace palpate

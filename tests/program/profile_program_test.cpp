@@ -70,39 +70,6 @@ TEST_F(ProfileProgram, ComparesFiles) {
   EXPECT_NEAR(json.at("machines").at(1).at("frame_ratio"), 1.5, 1e-9);
 }
 
-// Mesa's Radeon driver compiles for hardware that is not there.
-TEST_F(ProfileProgram, CompilesKernelsForARadeon) {
-  if (!fs::exists("/usr/share/vulkan/icd.d/radeon_icd.x86_64.json"))
-    GTEST_SKIP() << "*** KERNELS NOT COMPILED FOR A GPU: Mesa's Radeon driver is not installed "
-                    "(mesa-vulkan-drivers) ***";
-  const Ended ended = run({"profile", "--compile", "vega10", "--out", folder_ / "out"});
-  ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_TRUE(contains(ended.out, "Kernels compiled for vega10"));
-  const palpate::Table table(slurp(folder_ / "out" / "compiled.csv"));
-  table.expect_whole();
-  EXPECT_GT(table.rows.size(), 100u);
-  size_t contacts = 0;
-  for (size_t row = 0; row < table.rows.size(); ++row) {
-    EXPECT_EQ(table.at(row, "family"), "vega10");
-    const double registers = std::stod(table.at(row, "VGPRs"));
-    EXPECT_TRUE(registers > 0 && registers <= 256) << table.at(row, "kernel");
-    EXPECT_GT(std::stod(table.at(row, "instructions")), 10) << table.at(row, "kernel");
-    contacts += table.at(row, "kernel") == "contact_tile_color";
-  }
-  EXPECT_GE(contacts, 1u);
-  const palpate::Table modelled(slurp(folder_ / "out" / "modelled.csv"));
-  modelled.expect_whole();
-  size_t whole = 0;
-  for (size_t row = 0; row < modelled.rows.size(); ++row) {
-    if (modelled.at(row, "kernel") == "whole frame") ++whole;
-    const double time_us = std::stod(modelled.at(row, "total_us"));
-    EXPECT_TRUE(time_us > 1 && time_us < 1e5) << modelled.at(row, "kernel");
-  }
-  EXPECT_EQ(whole, 4u) << "two sizes, gray and colour";
-  EXPECT_EQ(load_profile(folder_ / "out" / "vega10" / "profile.json").machine.kind, "modelled");
-  expect_refusal({"profile", "--compile", "voodoo2"}, 5, {"voodoo2", "navi21"});
-}
-
 TEST_F(ProfileProgram, WritesAFolderEvenWithoutGnuplot) {
   const fs::path out = folder_ / "out";
   fs::create_directories(folder_ / "no-programs");

@@ -13,7 +13,7 @@ pid_t Program::start(const std::vector<std::string>& arguments, const Surroundin
   const std::string out = around.stdout_file.empty() ? (folder_ / "stdout").string() : around.stdout_file;
   const std::string err = (folder_ / "stderr").string();
   std::vector<char*> argv;
-  std::string program = PALPATE_PROGRAM;
+  std::string program = program_;
   argv.push_back(program.data());
   std::vector<std::string> copies = arguments;
   for (std::string& a : copies) argv.push_back(a.data());
@@ -57,9 +57,10 @@ void Program::expect_refusal(const std::vector<std::string>& arguments, int exit
   std::istringstream lines(ended.err);
   int refusals = 0;
   std::string refusal;
+  const std::string name = program_.filename().string() + ": ";
   while (std::getline(lines, line)) {
-    EXPECT_EQ(line.rfind("palpate: ", 0), 0u) << "not ours: " << line;
-    if (line.rfind("palpate: device", 0) == 0) continue;  // the log says which device was chosen
+    EXPECT_EQ(line.rfind(name, 0), 0u) << "not ours: " << line;
+    if (line.rfind(name + "device", 0) == 0) continue;  // the log says which device was chosen
     refusal = line;
     ++refusals;
   }

@@ -53,9 +53,10 @@ class Program : public testing::Test {
   fs::path recording(int frames = 30);
 
   fs::path folder_;
+  fs::path program_ = PALPATE_PROGRAM;
 };
 
-/// The same with a whole command in one string, as it is typed: words apart by blanks, '...' one word.
+/// palpate with a whole command in one string, as it is typed: words apart by blanks, '...' one word.
 class TypedProgram : public Program {
  protected:
   /// Its exit code; stdout and stderr are files in folder_.

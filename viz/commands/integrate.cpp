@@ -14,9 +14,9 @@
 #include "palpate/error.h"
 #include "palpate/frame.h"
 #include "viz/commands/command.h"
-#include "viz/commands/support/integrate_lights.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/workflow/integrate_lights.h"
 
 namespace palpate {
 namespace {

@@ -14,9 +14,9 @@
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/run_options.h"
-#include "viz/commands/support/live_run.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/workflow/live_run.h"
 #include "viz/render/desktop.h"
 
 namespace palpate {

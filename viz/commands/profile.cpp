@@ -4,8 +4,6 @@
 #include "capture/files/output_file.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
-#include "perf/profile/compiled.h"
-#include "perf/profile/model.h"
 #include "perf/profile/report/answers.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/files.h"
@@ -25,7 +23,6 @@ struct Options {
   bool all_devices = false;
   double budget_s = 0;
   std::vector<std::string> compare;
-  std::vector<std::string> compile;
 };
 
 void warn_of_plots(const std::string& hindrance) {
@@ -96,45 +93,7 @@ std::string describe(const perf::Profile& profile, const std::filesystem::path& 
   return text + "written: " + (out / "report.html").string() + "\n";
 }
 
-/// No device is measured, nor needed.
-Report compile(const Common& common, const Options& options) {
-  std::map<std::string, std::vector<perf::CompiledKernel>> families;
-  Report report;
-  std::map<std::string, std::vector<perf::ModelledFrame>> modelled;
-  for (const std::string& family : options.compile) {
-    families[family] = perf::compile_for(family);
-    report.text += perf::to_text(perf::table_of(family, families[family])) + "\n";
-  }
-  const std::vector<perf::FrameWork> frames = perf::frames_of_work();
-  for (const auto& [family, kernels] : families) {
-    const perf::Card* card = perf::card_of(family);
-    if (!card) continue;
-    modelled[family] = perf::model(*card, kernels, frames);
-    report.text += perf::to_text(perf::table_of(*card, modelled[family])) + "\n";
-  }
-  report.json = perf::to_json(families);
-  if (!common.out.empty()) {
-    make_output_folder(common.out);
-    OutputFile csv(common.out / "compiled.csv");
-    csv.write(perf::to_csv(families));
-    csv.commit();
-    OutputFile model(common.out / "modelled.csv");
-    model.write(perf::to_csv(modelled));
-    model.commit();
-    for (const auto& [family, of_card] : modelled) {
-      make_output_folder(common.out / family);
-      OutputFile profile(common.out / family / "profile.json");
-      profile.write(perf::to_json(perf::to_profile(*perf::card_of(family), of_card)));
-      profile.commit();
-    }
-    report.text +=
-        "written: " + common.out.string() + ": compiled.csv, modelled.csv, a profile.json a card\n";
-  }
-  return report;
-}
-
 Report profile(const Common& common, const Options& options) {
-  if (!options.compile.empty()) return compile(common, options);
   if (!options.compare.empty()) return compare(common, options);
   if (common.out.empty())
     throw Error(Failure::Usage, "--out DIR for the profile, or --compare A.json B.json ...", "neither",
@@ -178,21 +137,12 @@ void add_profile(CommandLine& program, Common& common, Command& chosen) {
                                 "profile.json of two or more machines side by side; measures nothing")
                    ->option_text("A.json B.json ...");
   pair->excludes(quick)->excludes(all);
-  command
-      ->add_option("--compile", options->compile,
-                   "Compile each kernel for Radeon GPUs, without having one: navi21,gfx1100,vega10,polaris10")
-      ->delimiter(',')
-      ->option_text("FAMILIES")
-      ->excludes(quick)
-      ->excludes(all)
-      ->excludes(pair);
   add_common(
       *command, common,
       "  palpate profile --out out/profile                    three minutes; open out/profile/report.html\n"
       "  palpate profile --quick --out out/quick --device 1   20 s on one device\n"
       "  palpate profile --all-devices --out out/devices      every device of this machine\n"
-      "  palpate profile --compare a/profile.json b/profile.json --out out/compare\n"
-      "  palpate profile --compile gfx1100 --out out/gfx1100  registers and spills of every kernel\n");
+      "  palpate profile --compare a/profile.json b/profile.json --out out/compare\n");
   command->get_option("--device")->excludes(all);
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return profile(common, *options); }; });

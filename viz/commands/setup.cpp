@@ -11,8 +11,8 @@
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/commands/support/sensor_setup.h"
-#include "viz/commands/support/setup_window.h"
+#include "viz/commands/workflow/sensor_setup.h"
+#include "viz/commands/workflow/setup_window.h"
 
 namespace palpate {
 namespace {

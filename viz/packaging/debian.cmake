@@ -1,4 +1,4 @@
-# Debian packages, one for each component: the library, its headers, the program, and what needs HDF5 or MPI.
+# Debian packages, one for each component: the library, its headers, the instrument, the laboratory.
 find_program(DPKG_SHLIBDEPS dpkg-shlibdeps)
 if(NOT DPKG_SHLIBDEPS)
   return()
@@ -72,16 +72,20 @@ palpate_package(program palpate "touch sensing through a camera behind a silicon
 contact shape and the surface of the pad, each with its standard error, live
 in a window or from a recording. It calibrates sensors, measures Young's
 modulus, finds lumps in tissue, and simulates all of it with known truth."
-  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS palpate-datasets)
-if(TARGET palpate_datasets)
-  palpate_package(datasets palpate-datasets "data sets of pressed lumps for palpate"
-    "What palpate needs to write and read data sets of lumps (HDF5), and to train
-networks on them." DEPENDS "palpate (= ${version})" SUGGESTS palpate-mpi)
+  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS palpate-lab)
+if(TARGET palpate-lab)
+  palpate_package(lab palpate-lab "laboratory of palpate: models, training, studies, benchmarks"
+    "palpate-lab presses finite-element models of tissue, makes data sets of them
+(HDF5), trains the networks that find lumps, judges intervals and verdicts
+against known truth, times every stage beside its rivals, and finds the
+kernel constants that suit a device." DEPENDS "palpate (= ${version})"
+    RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS palpate-mpi
+    REPLACES "palpate-datasets" CONFLICTS "palpate-datasets")
 endif()
 if(TARGET palpate_mpi)
   palpate_package(mpi palpate-mpi "data sets of pressed lumps on many processes"
-    "What palpate needs to share the making of data sets between the processes
-of mpirun." DEPENDS "palpate-datasets (= ${version}), openmpi-bin")
+    "What palpate-lab needs to share the making of data sets between the processes
+of mpirun." DEPENDS "palpate-lab (= ${version}), openmpi-bin")
 endif()
 if(TARGET palpate_python)
   # A compiled module is for one minor version.
@@ -96,7 +100,7 @@ endif()
 
 # All that the packages hold.
 add_custom_target(packaged)
-foreach(target IN ITEMS palpate palpate_shared palpate_capture_shared palpate_datasets palpate_mpi palpate_python)
+foreach(target IN ITEMS palpate palpate-lab palpate_shared palpate_capture_shared palpate_mpi palpate_python)
   if(TARGET ${target})
     add_dependencies(packaged ${target})
   endif()

@@ -132,4 +132,13 @@ void draw_plots(const std::function<std::string(PlotKind)>& script, const std::f
     draw_plot(script(kind), stem.string() + ending, written);
 }
 
+void draw_scripts(const std::string& script, int width_px, int height_px, const std::filesystem::path& stem,
+                  std::string& written) {
+  draw_plots([&](PlotKind kind) { return plot_terminal(kind, width_px, height_px) + script; }, stem, written);
+}
+
+std::string data_block(const std::string& name, const std::string& lines) {
+  return "$" + name + " << EOD\n" + (lines.empty() ? "NaN NaN NaN NaN\n" : lines) + "EOD\n";
+}
+
 }  // namespace palpate

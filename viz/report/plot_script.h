@@ -49,6 +49,12 @@ void draw_plot(const std::string& script, const std::string& file, std::string& 
 void draw_plots(const std::function<std::string(PlotKind)>& script, const std::filesystem::path& stem,
                 std::string& written);
 
+/// The same of a script without a terminal of its own, of one size.
+void draw_scripts(const std::string& script, int width_px, int height_px, const std::filesystem::path& stem,
+                  std::string& written);
+/// A named block of lines as they are; without any, one that draws nothing.
+std::string data_block(const std::string& name, const std::string& lines);
+
 /// The same columns as CSV with a header line; NaN is an empty cell.
 std::string csv_of(const std::string& header, const std::vector<std::vector<double>>& columns);
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -19,5 +20,8 @@ namespace palpate::fem {
 /// do not rise, cells that cannot follow the inclusion, and what solve_forward() refuses.
 LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
+
+/// Who presses the block: solve_large_strain(), or another model of the same question.
+using PressSolver = std::function<LargeStrainResult(const Scene& scene, const std::vector<PressLoad>& loads)>;
 
 }  // namespace palpate::fem

@@ -17,25 +17,27 @@ constexpr double kNearMiddle_mm = 0.3;
 constexpr double kLeastOrder = 1.8;  // for what two grids leave open
 
 struct Pressing {
-  Sweep sweep;
+  std::array<double, 2> block_mm;
+  double poisson;
+  std::array<uint32_t, 3> cells;
   Case block;
   bool turned = false;  ///< the scene's x is the observation's y
 
   Pressing(const Observation& observation, const std::optional<Case::Lump>& lump,
-           const ResponseOptions& options, const std::array<uint32_t, 3>& cells) {
-    sweep.block_mm = {observation.block_mm[0], observation.block_mm[1]};
-    sweep.poisson = options.poisson;
-    sweep.cells = cells;
+           const ResponseOptions& options, const std::array<uint32_t, 3>& cells_of_block)
+      : block_mm{observation.block_mm[0], observation.block_mm[1]},
+        poisson(options.poisson),
+        cells(cells_of_block) {
     block.lump = lump;
     block.thickness_mm = observation.block_mm[2];
     block.young_Pa = observation.young_Pa;
     block.press_mm = {observation.block_mm[2] / 10};
     turned = lump && lump->along_y;
   }
-  fem::Scene scene() const { return scene_of(sweep, block); }
+  fem::Scene scene() const { return scene_of(block, block_mm, poisson, cells); }
 
   /// Cells as they are with one unknown changed, the lump's the same ones.
-  std::optional<fem::CellGrid> changed(size_t unknown, double by, const fem::InclusionCells& cells,
+  std::optional<fem::CellGrid> changed(size_t unknown, double by, const fem::InclusionCells& of_lump,
                                        bool quarter) const {
     Pressing other = *this;
     Case::Lump& lump = *other.block.lump;
@@ -52,7 +54,7 @@ struct Pressing {
       default:
         lump.offset_mm[unknown - kPlaceX] += by;
     }
-    return fit(other.scene(), cells, quarter);
+    return fit(other.scene(), of_lump, quarter);
   }
 };
 

@@ -9,7 +9,7 @@
 
 #include "engine/fem/large_strain/fitted_grid.h"
 #include "engine/fem/large_strain/large_strain.h"
-#include "engine/lump/dataset/sweep.h"
+#include "engine/lump/lump_case.h"
 #include "engine/lump/observation/observation.h"
 
 namespace palpate::lump {

@@ -273,7 +273,7 @@ std::string Network::bytes() const {
 Network Network::parse(const std::string& bytes, const std::string& name) {
   const auto refuse = [&name](const std::string& found) {
     throw Error(Failure::Input, "a lump network of version 3", name + ", " + found,
-                "palpate lump train, which makes one");
+                "palpate-lab train, which makes one");
   };
   const size_t magic = std::strlen(kMagic);
   if (bytes.compare(0, magic, kMagic) != 0)

@@ -1,18 +1,21 @@
-// Contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See perf/README.md for the
-// method.
-#include "perf/tools/bench.h"
+// palpate-lab bench: contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See
+// perf/README.md for the method.
+#include "perf/lab/bench/bench.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "capture/files/output_file.h"
-#include "perf/rivals/lump_scaling.h"
-#include "perf/rivals/matching_rival.h"
-#include "perf/rivals/spline_rival.h"
-#include "perf/rivals/traction_study.h"
-#include "perf/tools/program.h"
+#include "engine/base/json.h"
+#include "engine/base/text.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/rivals/lump_scaling.h"
+#include "perf/lab/rivals/matching_rival.h"
+#include "perf/lab/rivals/spline_rival.h"
+#include "perf/lab/rivals/traction_study.h"
+#include "perf/lab/say.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate::perf {
@@ -33,25 +36,21 @@ int Bench::inner(const Size& size, int at_vga) {
 
 void Bench::add(const Pair& p) {
   csv_ += csv_row(p);
-  std::printf(
+  say(text(
       "%-30s %-10s palpate %7.2f ms (p95 %7.2f, cpu %7.2f)  %-13s %7.2f ms (p95 %7.2f, cpu %7.2f)  ratio "
       "wall %.2f cpu %.2f\n",
       p.work.c_str(), p.size.c_str(), p.ours.wall_ms.median, p.ours.wall_ms.p95, p.ours.cpu_ms.median,
       p.rival.name.c_str(), p.rival.wall_ms.median, p.rival.wall_ms.p95, p.rival.cpu_ms.median, p.wall_ratio,
-      p.cpu_ratio);
-  std::fflush(stdout);
+      p.cpu_ratio));
 }
 
 namespace {
 
 struct Options {
-  gpu::ContextOptions device;
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
-  bool moduli = false, matching = false, lumps = false, traction = false;
-  std::string out;
+  bool moduli = false, matching = false, lumps = false, traction = false, stages = false;
 
-  void add_to(CommandLine& app);
   /// Of the table of what was asked for.
   const char* table() const {
     return forward    ? "forward.csv"
@@ -62,87 +61,40 @@ struct Options {
                       : "bench.csv";
   }
   bool all() const { return !weighted && !forward && !skin && !gels && !contacts; }
-  void write(const std::string& name, const std::string& text) const {
-    OutputFile file(out + "/" + name);
-    file.write(text);
-    file.commit();
-  }
-  void write_picture(const std::string& name, const std::string& bytes) const {
-    if (!bytes.empty()) write(name, bytes);
-  }
 };
 
-void Options::add_to(CommandLine& app) {
-  app.add_option("--device", device.device, "index or part of a name");
-  app.add_option("--repetitions", repetitions, "paired repetitions")->check(Check::range(3, 1000));
-  app.add_option(
-      "--out", out,
-      "existing folder for the CSV files: bench.csv and throughput.csv, or one named by what is asked for");
-  app.add_flag("--stages", device.timers,
-               "GPU timers for single stages (they slow the frame down by a tenth)");
-  app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
-  app.add_flag("--gels", gels,
-               "Gels only: sum of gradients, readings with a normal table and by a table of depth");
-  app.add_flag("--skin", skin, "Following the skin's pattern only");
-  app.add_flag("--forward", forward, "The forward model's product and solve only");
-  app.add_flag("--splines", splines, "Thin-plate splines only: error and time by points, kernel and lambda");
-  app.add_flag("--matching", matching, "Matching of point sets beside Coherent Point Drift only: no device");
-  app.add_flag("--lump-scaling", lumps,
-               "Data sets of lumps only: cases a minute by threads and processes, beyond that a model");
-  app.add_flag("--traction", traction,
-               "Pressure of a layer only: error by run time and by Poisson's ratio, thickness and noise");
-  app.add_flag("--contacts", contacts, "Contact, regions and moments only");
-  app.add_flag("--modulus", moduli,
-               "Errors and intervals of Young's modulus of simulated samples, nothing timed");
-  app.add_option("--seeds", seeds, "samples of each shape and modulus, with --modulus")
-      ->check(Check::range(1, 100));
-}
+/// What a benchmark found, as files by their names.
+using Files = std::map<std::string, std::string>;
 
-void study_splines(const Options& options) {
+Files study_splines(const Options& options) {
   const SplineStudy study = spline_study(std::min(options.repetitions, 5));
-  std::printf("%s", study.words.c_str());
-  if (options.out.empty()) return;
-  options.write("splines.csv", study.csv);
-  options.write_picture("splines.png", study.png);
+  say(study.words);
+  return {{"splines.csv", study.csv}, {"splines.png", study.png}};
 }
 
-void study_lumps(const Options& options) {
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe");
-  const LumpScaling study = lump_scaling(self.parent_path() / "palpate");
-  std::printf("%s", study.words.c_str());
-  if (options.out.empty()) return;
-  options.write("scaling.csv", study.csv);
-  options.write("scaling.txt", study.words);
-  options.write_picture("scaling.png", study.png);
-  options.write_picture("scaling.svg", study.svg);
+Files study_lumps() {
+  const LumpScaling study = lump_scaling(std::filesystem::read_symlink("/proc/self/exe"));
+  say(study.words);
+  return {{"scaling.csv", study.csv},
+          {"scaling.txt", study.words},
+          {"scaling.png", study.png},
+          {"scaling.svg", study.svg}};
 }
 
-void study_matching(const Options& options) {
-  const std::string csv = compare_matching(options.repetitions);
-  if (!options.out.empty()) options.write("matching.csv", csv);
-}
-
-void study_traction(gpu::Context& context, const Options& options) {
+Files study_traction(gpu::Context& context, const Options& options) {
   const std::string costs = traction_costs_csv(traction_costs(options.repetitions, &context));
-  std::printf("%s", costs.c_str());
+  say(costs);
   const std::string stability = traction_stability_csv(traction_stability());
-  std::printf("%s", stability.c_str());
-  if (options.out.empty()) return;
-  options.write("costs.csv", costs);
-  options.write("stability.csv", stability);
+  say(stability);
+  return {{"costs.csv", costs}, {"stability.csv", stability}};
 }
 
-/// True where one was asked for.
-bool study_without_device(const Options& options) {
-  if (options.splines)
-    study_splines(options);
-  else if (options.lumps)
-    study_lumps(options);
-  else if (options.matching)
-    study_matching(options);
-  else
-    return false;
-  return true;
+/// None where what was asked for needs a device.
+std::optional<Files> study_without_device(const Options& options) {
+  if (options.splines) return study_splines(options);
+  if (options.lumps) return study_lumps();
+  if (options.matching) return Files{{"matching.csv", compare_matching(options.repetitions)}};
+  return std::nullopt;
 }
 
 /// The requested benchmarks, at one size.
@@ -177,37 +129,86 @@ void time_size(Bench& bench, const Options& options, const Size& size) {
   bench.throughput(size, SyntheticMode::Gel);
 }
 
-int run(int argc, char** argv) {
-  CommandLine app("Times palpate's stages beside OpenCV and FFTW in one run.");
-  Options options;
-  options.add_to(app);
-  if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
-  if (study_without_device(options)) return 0;
-  gpu::Context context(options.device);
-  std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
-  if (options.moduli) {
-    modulus_study(context, options.out, options.seeds);
-    return 0;
-  }
-  if (options.traction) {
-    study_traction(context, options);
-    return 0;
-  }
+Files study_on_device(gpu::Context& context, const Options& options, const std::filesystem::path& out) {
+  say(text("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str()));
+  if (options.moduli) return modulus_study(context, out, options.seeds);
+  if (options.traction) return study_traction(context, options);
   Bench bench(context, options.repetitions);
   if (options.forward)
     for (const uint32_t along : {32u, 64u, 96u}) bench.forward(along);
   else
     for (const Size& size : {Size{640, 480, 640, 480}, Size{1392, 1042, 1400, 1050}})
       time_size(bench, options, size);
-  if (options.out.empty()) return 0;
-  options.write(options.table(), bench.csv());
-  if (options.all()) options.write("throughput.csv", bench.throughput_csv());
-  return 0;
+  Files files = {{options.table(), bench.csv()}};
+  if (options.all()) files["throughput.csv"] = bench.throughput_csv();
+  return files;
+}
+
+Report run(const Common& common, const Options& options) {
+  if (common.json) say_nothing();
+  if (!common.out.empty()) make_output_folder(common.out);
+  std::optional<Files> files = study_without_device(options);
+  bool clean = true;
+  if (!files) {
+    gpu::ContextOptions device;
+    device.device = common.device;
+    device.validation = common.validation;
+    device.timers = options.stages;
+    gpu::Context context(device);
+    files = study_on_device(context, options, common.out);
+    clean = validation_clean(context);
+  }
+  json::Value tables = json::Value::object();
+  for (const auto& [name, bytes] : *files) {
+    if (name.ends_with(".csv")) tables[name] = bytes;
+    if (!common.out.empty() && !bytes.empty()) write_whole(common.out / name, std::string_view(bytes));
+  }
+  return {"", json::Value({{"tables", tables}}).dump(2), clean ? 0 : kInternalError};
 }
 
 }  // namespace
 }  // namespace palpate::perf
 
-int main(int argc, char** argv) {
-  return palpate::perf::run_program("palpate_bench", palpate::perf::run, argc, argv);
+namespace palpate {
+
+void add_bench(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
+      "bench",
+      "Time palpate's stages against OpenCV and FFTW in one run, or errors by run time of one of them");
+  auto o = std::make_shared<perf::Options>();
+  command->add_option("--repetitions", o->repetitions, "Paired repetitions")
+      ->capture_default_str()
+      ->check(Check::range(3, 1000));
+  command->add_flag("--stages", o->stages,
+                    "GPU timers for single stages (they slow the frame down by a tenth)");
+  command->add_flag("--weighted", o->weighted, "Weighted surfaces only: their rival takes half a minute");
+  command->add_flag("--gels", o->gels,
+                    "Gels only: sum of gradients, readings with a normal table and by a table of depth");
+  command->add_flag("--skin", o->skin, "Following the skin's pattern only");
+  command->add_flag("--forward", o->forward, "The forward model's product and solve only");
+  command->add_flag("--splines", o->splines,
+                    "Thin-plate splines only: error and time by points, kernel and lambda");
+  command->add_flag("--matching", o->matching,
+                    "Matching of point sets against Coherent Point Drift only: no device");
+  command->add_flag("--lump-scaling", o->lumps,
+                    "Data sets of lumps only: cases a minute by threads and processes, beyond that a model");
+  command->add_flag(
+      "--traction", o->traction,
+      "Pressure of a layer only: error by run time and by Poisson's ratio, thickness and noise");
+  command->add_flag("--contacts", o->contacts, "Contact, regions and moments only");
+  command->add_flag("--modulus", o->moduli,
+                    "Errors and intervals of Young's modulus of simulated samples, nothing timed");
+  command->add_option("--seeds", o->seeds, "Samples of each shape and modulus, with --modulus")
+      ->capture_default_str()
+      ->check(Check::range(1, 100));
+  command->add_option("--out", common.out,
+                      "Folder for bench.csv and throughput.csv, or a table named by what is asked for");
+  add_common(*command, common,
+             "  palpate-lab bench --out out/bench              some minutes\n"
+             "  palpate-lab bench --contacts --repetitions 5\n"
+             "  palpate-lab bench --modulus --seeds 5 --out out/modulus\n"
+             "Each rival does the same work in the same run; the machine is best left alone meanwhile.\n");
+  command->callback([o, &common, &chosen] { chosen = [o, &common] { return perf::run(common, *o); }; });
 }
+
+}  // namespace palpate

@@ -1,6 +1,8 @@
 // Pairs of palpate's work and a rival's, by subject; bench_*.cpp.
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <string>
 
 #include "engine/gpu/context.h"
@@ -71,7 +73,8 @@ class Bench {
 };
 
 /// Samples from 5 kPa to 5 MPa of every shape, each at several seeds; and the paper's case, two presses.
-/// Tables and plots go to the folder `out` unless it is empty.
-void modulus_study(gpu::Context& context, const std::string& out, int seeds);
+/// Plots go to the folder `out` unless it is empty. Returns tables by the names of their files.
+std::map<std::string, std::string> modulus_study(gpu::Context& context, const std::filesystem::path& out,
+                                                 int seeds);
 
 }  // namespace palpate::perf

@@ -1,5 +1,5 @@
 // Contact, its regions and moments, and the upload of the frame to the device.
-#include "perf/tools/bench.h"
+#include "perf/lab/bench/bench.h"
 
 #include <sys/mman.h>
 #include <algorithm>

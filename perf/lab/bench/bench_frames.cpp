@@ -1,11 +1,12 @@
 // Whole frames: to height and depth, beside OpenCV and FFTW, and frames per second.
-#include "perf/tools/bench.h"
+#include "perf/lab/bench/bench.h"
 
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 
+#include "engine/base/text.h"
 #include "engine/gpu/commands.h"
+#include "perf/lab/say.h"
 #include "perf/rivals/rivals.h"
 
 namespace palpate::perf {
@@ -59,17 +60,17 @@ void Bench::throughput(const Size& size, SyntheticMode mode) {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   throughput_csv_ += std::string(to_string(scene.sensor.reconstruction)) + "," + size.text() + "," +
                      std::to_string(std::lround(kFrames / seconds)) + "\n";
-  std::printf("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reconstruction),
-              size.text().c_str(), kFrames / seconds);
+  say(text("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reconstruction), size.text().c_str(),
+           kFrames / seconds));
 }
 
 void Bench::stages(Pipeline& pipeline, Scene& scene, const Size& size, const std::string& work) {
   if (!context_.timers()) return;
   pipeline.submit(scene.next());
   const auto result = pipeline.wait();
-  std::printf("  stages of %s, %s:", work.c_str(), size.text().c_str());
-  for (const gpu::ScopeTime& t : pipeline.times(*result)) std::printf(" %s %.2f ms", t.name.c_str(), t.ms);
-  std::printf("\n");
+  say(text("  stages of %s, %s:", work.c_str(), size.text().c_str()));
+  for (const gpu::ScopeTime& t : pipeline.times(*result)) say(text(" %s %.2f ms", t.name.c_str(), t.ms));
+  say("\n");
 }
 
 }  // namespace palpate::perf

@@ -1,16 +1,17 @@
 // Benchmarks of the other observations of gels: the skin's pattern and the sum of gradients.
-#include "perf/tools/bench.h"
+#include "perf/lab/bench/bench.h"
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/stages/frame/gradient.h"
-#include "perf/rivals/gradient_rival.h"
-#include "perf/rivals/skin_run.h"
+#include "perf/lab/rivals/gradient_rival.h"
+#include "perf/lab/rivals/skin_run.h"
+#include "perf/lab/say.h"
 
 namespace palpate::perf {
 
@@ -20,8 +21,8 @@ void Bench::skin(const Size& size, const char* pattern) {
               {"palpate", [&] { run.follow(); }}, {"calcOpticalFlowPyrLK", [&] { run.rival_follow(); }},
               repetitions_, inner(size, 8)));
   const auto [ours_px, theirs_px] = run.errors_px();
-  std::printf("  RMS error of one component: palpate %.3f px, calcOpticalFlowPyrLK %.3f px\n", ours_px,
-              theirs_px);
+  say(text("  RMS error of one component: palpate %.3f px, calcOpticalFlowPyrLK %.3f px\n", ours_px,
+           theirs_px));
 }
 
 void Bench::gradient(const Size& size) {
@@ -55,7 +56,7 @@ void Bench::gradient(const Size& size) {
   const double limit = scene.sensor.gradient_gray_per_px;
   add(compare("gradient", size.text(), {"palpate", sum},
               {"OpenCV Sobel", [&] { theirs = rival.run(frame, limit); }}, repetitions_, inner(size, 10)));
-  std::printf("  sums %.1f and %.1f gray levels x px\n", ours, theirs);
+  say(text("  sums %.1f and %.1f gray levels x px\n", ours, theirs));
 }
 
 }  // namespace palpate::perf

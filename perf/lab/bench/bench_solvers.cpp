@@ -1,12 +1,12 @@
 // Heights from slopes, deflection from pressure, and the forward model.
-#include "perf/tools/bench.h"
+#include "perf/lab/bench/bench.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <random>
 #include <vector>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/numeric/weighted_poisson.h"
@@ -14,9 +14,10 @@
 #include "engine/stages/surface/elastic.h"
 #include "engine/stages/surface/surface.h"
 #include "engine/stages/surface/weighted_surface.h"
-#include "perf/rivals/forward_rival.h"
+#include "perf/lab/rivals/forward_rival.h"
+#include "perf/lab/rivals/weighted_rival.h"
+#include "perf/lab/say.h"
 #include "perf/rivals/rivals.h"
-#include "perf/rivals/weighted_rival.h"
 
 namespace palpate::perf {
 
@@ -98,7 +99,7 @@ void Bench::weighted(const Size& size) {
       add(compare("weighted surface (live)", size.text(), ours, unweighted, repetitions_, inner(size, 8)));
     if (!live) add(compare("weighted surface (converged)", size.text(), ours, eigen, 3, 1));
     const WeightedStatistics statistics = WeightedSurface::statistics(scalars);
-    std::printf("  %u iterations, residual %.1e\n", statistics.iterations, statistics.residual);
+    say(text("  %u iterations, residual %.1e\n", statistics.iterations, statistics.residual));
   }
 }
 
@@ -153,8 +154,7 @@ void Bench::forward(uint32_t along) {
   add(pair.wide_product(repetitions_, inner));
   add(pair.cycle(std::min(repetitions_, 7), 1));
   add(pair.solve(std::min(repetitions_, 5)));
-  std::printf("  iterations: device %u, processor %u\n", pair.device_iterations(),
-              pair.processor_iterations());
+  say(text("  iterations: device %u, processor %u\n", pair.device_iterations(), pair.processor_iterations()));
 }
 
 }  // namespace palpate::perf

@@ -1,13 +1,13 @@
-// Speed goals of the frame pipeline: each goal beside its rival, paired in one run. A row that is short does
-// not change the exit code.
+// palpate-lab goals: speed goals of the frame pipeline: each goal beside its rival, paired in one run. A row
+// that is short does not change the exit code.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <optional>
+#include <memory>
 #include <sstream>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
@@ -16,13 +16,14 @@
 #include "engine/stages/frame/contact.h"
 #include "engine/stages/frame/upload.h"
 #include "palpate/pipeline.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/rivals/skin_run.h"
+#include "perf/lab/say.h"
 #include "perf/measure.h"
 #include "perf/profile/frames.h"
 #include "perf/profile/gpu_solvers.h"
 #include "perf/profile/scene.h"
 #include "perf/rivals/rivals.h"
-#include "perf/rivals/skin_run.h"
-#include "perf/tools/program.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate::perf {
@@ -395,44 +396,66 @@ std::string csv(const std::vector<Row>& rows) {
   return out.str();
 }
 
-int run(int argc, char** argv) {
-  CommandLine app(
-      "The frame pipeline's goals beside their rivals, paired in one run, by CPU time of the process.");
-  gpu::ContextOptions options;
-  int repetitions = 15;
-  std::string out;
-  app.add_option("--device", options.device, "index or part of a name");
-  app.add_option("--repetitions", repetitions, "paired repetitions of each row")
-      ->check(palpate::Check::range(1, 1000));
-  app.add_option("--out", out, "existing folder for goals.csv");
-  if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
-
+Report run(const Common& common, int repetitions) {
+  if (common.json) say_nothing();
   const auto start = std::chrono::steady_clock::now();
-  gpu::Context context(options);
-  std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
+  gpu::ContextOptions device;
+  device.device = common.device;
+  device.validation = common.validation;
+  gpu::Context context(device);
+  if (!common.out.empty()) make_output_folder(common.out);
+  say(text("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str()));
   Goals goals(context, repetitions);
   goals.run();
-  for (const Check& c : goals.checks())
-    std::printf("same work: %-44s %.1e apart, %.0e allowed%s\n", c.what.c_str(), c.apart, c.allowed,
-                c.holds() ? "" : "  DIFFERENT WORK");
-  std::printf("\n%-44s| %-32s| %8s | %-15s | %-5s | %s\n", "row", "goal", "figure", "spread", "", "");
-  for (const Row& row : goals.rows())
-    std::printf("%-44s| %-32s| %8.3g | %6.3g to %-6.3g| %-5s | %s\n", row.name.c_str(), row.goal.c_str(),
-                row.figure, row.low, row.high, row.met ? "met" : "short", row.note.c_str());
-  std::printf("%.0f s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  if (!out.empty()) {
-    OutputFile file(out + "/goals.csv");
-    file.write(csv(goals.rows()));
-    file.commit();
+  json::Value rows = json::Value::array(), checks = json::Value::array();
+  for (const Check& c : goals.checks()) {
+    say(text("same work: %-44s %.1e apart, %.0e allowed%s\n", c.what.c_str(), c.apart, c.allowed,
+             c.holds() ? "" : "  DIFFERENT WORK"));
+    checks.push_back({{"what", c.what}, {"apart", c.apart}, {"allowed", c.allowed}, {"holds", c.holds()}});
   }
+  say(text("\n%-44s| %-32s| %8s | %-15s | %-5s | %s\n", "row", "goal", "figure", "spread", "", ""));
+  for (const Row& row : goals.rows()) {
+    say(text("%-44s| %-32s| %8.3g | %6.3g to %-6.3g| %-5s | %s\n", row.name.c_str(), row.goal.c_str(),
+             row.figure, row.low, row.high, row.met ? "met" : "short", row.note.c_str()));
+    rows.push_back({{"row", row.name},
+                    {"goal", row.goal},
+                    {"figure", row.figure},
+                    {"lower_quartile", row.low},
+                    {"upper_quartile", row.high},
+                    {"met", row.met},
+                    {"note", row.note}});
+  }
+  say(text("%.0f s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
+  if (!common.out.empty()) write_whole(common.out / "goals.csv", std::string_view(csv(goals.rows())));
   const bool same =
       std::all_of(goals.checks().begin(), goals.checks().end(), [](const Check& c) { return c.holds(); });
-  return same ? 0 : 1;
+  const bool clean = validation_clean(context);
+  return {"", json::Value({{"rows", rows}, {"same_work", checks}}).dump(2, json::Utf8::Replace),
+          same && clean ? 0 : kInternalError};
 }
 
 }  // namespace
 }  // namespace palpate::perf
 
-int main(int argc, char** argv) {
-  return palpate::perf::run_program("palpate_goals", palpate::perf::run, argc, argv);
+namespace palpate {
+
+void add_goals(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
+      "goals",
+      "The frame pipeline's goals beside their rivals, paired in one run, by CPU time of the process");
+  auto repetitions = std::make_shared<int>(15);
+  command->add_option("--repetitions", *repetitions, "Paired repetitions of each row")
+      ->capture_default_str()
+      ->check(Check::range(1, 1000));
+  command->add_option("--out", common.out, "Folder for goals.csv");
+  add_common(
+      *command, common,
+      "  palpate-lab goals                              a minute or two\n"
+      "  palpate-lab goals --repetitions 9 --out out/goals\n"
+      "A row that is short does not change the exit code; work that differs from the rival's does (1).\n");
+  command->callback([repetitions, &common, &chosen] {
+    chosen = [repetitions, &common] { return perf::run(common, *repetitions); };
+  });
 }
+
+}  // namespace palpate

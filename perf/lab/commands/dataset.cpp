@@ -1,4 +1,4 @@
-// palpate lump dataset: presses of many lumps at large strain in one HDF5 file.
+// palpate-lab dataset: presses of many lumps at large strain in one HDF5 file.
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -7,11 +7,12 @@
 #include <set>
 
 #include "engine/base/json.h"
-#include "engine/lump/study/dataset_report.h"
-#include "engine/lump/study/dataset_run.h"
 #include "palpate/error.h"
-#include "viz/commands/lump/lump.h"
-#include "viz/commands/option_groups/forward_options.h"
+#include "palpate/version.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/dataset/dataset_report.h"
+#include "perf/lab/dataset/dataset_run.h"
+#include "viz/commands/support/forward_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -101,7 +102,7 @@ Report dataset_command(const Common& common, Options& o) {
   if (processes.rank() != 0) spdlog::set_level(spdlog::level::off);
   lump::DatasetJob job = o.job;
   job.file = o.file;
-  job.program = std::string("palpate ") + PALPATE_VERSION;
+  job.program = std::string("palpate ") + PALPATE_VERSION_TEXT;
   job.presser = lump::press_lump;
   job.stop = interrupted;
   ProgressLine line(common);
@@ -121,8 +122,8 @@ Report dataset_command(const Common& common, Options& o) {
 
 }  // namespace
 
-void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command = group.add_subcommand(
+void add_dataset(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "dataset", "Press an even sweep of lumps at large strain; maps and truth in one HDF5 file");
   auto o = std::make_shared<Options>();
   lump::Sweep& sweep = o->job.sweep;
@@ -182,22 +183,22 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
                     "Solve nothing: write FILE from the cases that are done");
   add_common(
       *command, common,
-      "  palpate lump dataset train.h5 --count 2000\n"
-      "  palpate lump dataset held_out.h5 --count 200 --seed 2 --cells 72x72x36 --coarser-cells 36x36x18\n"
-      "  mpirun -n 8 palpate lump dataset train.h5 --count 2000\n"
-      "  mpirun --host one:16,two:16 palpate lump dataset train.h5 --count 20000\n"
-      "  palpate lump info train.h5\n"
+      "  palpate-lab dataset train.h5 --count 2000\n"
+      "  palpate-lab dataset held_out.h5 --count 200 --seed 2 --cells 72x72x36 --coarser-cells 36x36x18\n"
+      "  mpirun -n 8 palpate-lab dataset train.h5 --count 2000\n"
+      "  mpirun --host one:16,two:16 palpate-lab dataset train.h5 --count 20000\n"
+      "  palpate-lab info train.h5\n"
       "The same command goes on after a kill, and with a larger --count after its end. The file has the\n"
       "same bytes whatever the number of processes and threads. Only the first process uses the disk.\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return dataset_command(common, *o); }; });
 }
 
-void add_lump_info(CommandLine& group, Common& common, Command& chosen) {
+void add_info(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command =
-      group.add_subcommand("info", "Contents of a data set of lumps, finished or unfinished");
+      program.add_subcommand("info", "Contents of a data set of lumps, finished or unfinished");
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();
-  add_common(*command, common, "  palpate lump info train.h5\n");
+  add_common(*command, common, "  palpate-lab info train.h5\n");
   command->callback([file, &chosen] {
     chosen = [file] {
       const lump::DatasetInfo info = lump::dataset_info(*file);

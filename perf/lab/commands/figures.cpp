@@ -1,4 +1,4 @@
-// palpate lump figures: the paper's Figures 17 to 22 from the forward model and the network.
+// palpate-lab figures: the paper's Figures 17 to 22 from the forward model and the network.
 #include <algorithm>
 #include <cmath>
 
@@ -6,15 +6,14 @@
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/lump/network/network.h"
-#include "engine/lump/study/figures.h"
 #include "palpate/error.h"
-#include "viz/commands/command.h"
-#include "viz/commands/forward/forward.h"
-#include "viz/commands/lump/lump.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/forward/forward.h"
+#include "perf/lab/study/figures.h"
+#include "perf/lab/study/lump_network_figure.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/report/gnuplot.h"
-#include "viz/report/lump_network_figure.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -251,7 +250,7 @@ Report run(const Common& common, const Options& o) {
   if (!o.cells.empty()) std::copy_n(o.cells.begin(), 3, options.cells.begin());
   fem::LargeStrainOptions solver_options = o.solver;
   solver_options.stop = interrupted;
-  const lump::PressSolver solver = [&](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
+  const fem::PressSolver solver = [&](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
     fem::LargeStrainResult result = solve_large_strain(scene, loads, solver_options);
     if (interrupted())
       throw Error(Failure::Usage, "to press the phantoms", "an interruption", "the command again");
@@ -321,8 +320,8 @@ Report run(const Common& common, const Options& o) {
 
 }  // namespace
 
-void add_lump_figures(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command = group.add_subcommand(
+void add_figures(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "figures", "The paper's Figures 17 to 22 from the forward model and the built-in network");
   auto o = std::make_shared<Options>();
   command->add_option("--young-Pa", o->figures.tissue_Pa, "Young's modulus of the tissue")
@@ -342,8 +341,8 @@ void add_lump_figures(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("!--no-inputs", o->inputs, "Leave out Fig. 17, which takes most of the time");
   command->add_option("--out", common.out, "Folder for plots and tables");
   add_common(*command, common,
-             "  palpate lump figures --out out/figures\n"
-             "  palpate lump figures --no-inputs --json\n");
+             "  palpate-lab figures --out out/figures\n"
+             "  palpate-lab figures --no-inputs --json\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
 }
 

@@ -1,5 +1,5 @@
-// palpate forward: stress and deflection at the surface of tissue with a lump (engine/fem/README.md).
-#include "viz/commands/forward/forward.h"
+// palpate-lab forward: stress and deflection at the surface of tissue with a lump (engine/fem/README.md).
+#include "perf/lab/forward/forward.h"
 #include "engine/base/text.h"
 #include "engine/fem/solve.h"
 
@@ -11,8 +11,8 @@
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
-#include "viz/commands/command.h"
-#include "viz/commands/option_groups/forward_options.h"
+#include "perf/lab/commands/commands.h"
+#include "viz/commands/support/forward_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -230,12 +230,12 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--out", common.out, "Folder for maps, profile, tactile image and plots");
   add_common(
       *command, common,
-      "  palpate forward --out out/lump\n"
-      "  palpate forward --size-mm 12 --force-N 2 --large-strain --json\n"
-      "  palpate forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
-      "  palpate forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
-      "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
-      "  palpate forward convergence --out out/convergence\n"
+      "  palpate-lab forward --out out/lump\n"
+      "  palpate-lab forward --size-mm 12 --force-N 2 --large-strain --json\n"
+      "  palpate-lab forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
+      "  palpate-lab forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
+      "  palpate-lab forward sweep --cells 48x48x24 --out out/sweep\n"
+      "  palpate-lab forward convergence --out out/convergence\n"
       "Linear elasticity unless --large-strain; no friction; an answer that did not converge is not shown\n"
       "(exit code 1).\n");
   CommandLine* sweeping =
@@ -243,8 +243,8 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
           ->fallthrough();
   sweeping->footer(
       "Examples:\n"
-      "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
-      "Its options are those of palpate forward; exit codes too.\n");
+      "  palpate-lab forward sweep --cells 48x48x24 --out out/sweep\n"
+      "Its options are those of palpate-lab forward; exit codes too.\n");
   CommandLine* converging =
       command
           ->add_subcommand("convergence",
@@ -252,8 +252,8 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
           ->fallthrough();
   converging->footer(
       "Examples:\n"
-      "  palpate forward convergence --out out/convergence\n"
-      "Its options are those of palpate forward; exit codes too.\n");
+      "  palpate-lab forward convergence --out out/convergence\n"
+      "Its options are those of palpate-lab forward; exit codes too.\n");
   command->require_subcommand(0, 1);
   command->callback([o, sweeping, converging, &common, &chosen] {
     chosen = [o, &common, swept = sweeping->parsed(), tables = converging->parsed()] {

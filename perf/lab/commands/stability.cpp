@@ -1,13 +1,13 @@
-// palpate lump stability: errors of estimates at the limits of the range, and the cost of a press.
+// palpate-lab stability: errors of estimates at the limits of the range, and the cost of a press.
 #include <cmath>
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/lump/study/evaluation_table.h"
-#include "engine/lump/study/stability.h"
-#include "viz/commands/lump/lump.h"
-#include "viz/commands/lump/method.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/study/evaluation_table.h"
+#include "perf/lab/study/stability.h"
+#include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -178,8 +178,8 @@ Report stability(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command = group.add_subcommand(
+void add_stability(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "stability",
       "Estimates at the limits: stiff, soft, shallow, wide, two lumps, none, noise, wrong tissue");
   const auto o = std::make_shared<Options>();
@@ -198,7 +198,7 @@ void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
                     "Also error against run time of grids, strain models and numbers of loads");
   command->add_option("--out", common.out,
                       "Folder for stability.csv, press_costs.csv and estimate_costs.csv");
-  add_common(*command, common, "  palpate lump stability --costs --out out/stability\n");
+  add_common(*command, common, "  palpate-lab stability --costs --out out/stability\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return stability(common, *o); }; });
 }
 

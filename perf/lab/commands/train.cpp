@@ -1,4 +1,4 @@
-// palpate lump train: training of the network that estimates lumps, from pressed blocks.
+// palpate-lab train: training of the network that estimates lumps, from pressed blocks.
 #include <spdlog/spdlog.h>
 
 #include <cmath>
@@ -8,10 +8,10 @@
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/lump/study/evaluation.h"
-#include "engine/lump/training/examples.h"
 #include "palpate/error.h"
-#include "viz/commands/lump/lump.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/study/evaluation.h"
+#include "perf/lab/training/examples.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -163,10 +163,10 @@ Report run(const Common& common, Options& o) {
 
 }  // namespace
 
-void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command = group.add_subcommand("train", "Train a network on data sets of pressed blocks");
+void add_train(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand("train", "Train a network on data sets of pressed blocks");
   auto o = std::make_shared<Options>();
-  command->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5")->required();
+  command->add_option("DATA", o->files, "Data sets of palpate-lab dataset, *.h5")->required();
   command->add_option("--out", common.out, "The network's file, *.lump");
   command->add_option("--validate", o->validate, "A data set that it has not seen: how good it is there");
   command->add_option(
@@ -214,9 +214,9 @@ void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
       ->check(Check::range(0, 256));
   add_common(
       *command, common,
-      "  palpate lump dataset train.h5 --count 1200\n"
-      "  palpate lump train train.h5 --out my.lump\n"
-      "  palpate lump train train.h5 --out my.lump --validate held_out.h5\n"
+      "  palpate-lab dataset train.h5 --count 1200\n"
+      "  palpate-lab train train.h5 --out my.lump\n"
+      "  palpate-lab train train.h5 --out my.lump --validate held_out.h5\n"
       "  palpate lump estimate press_1.npy press_2.npy --network my.lump --force-N 0.5,1 --young-Pa 4000\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
 }

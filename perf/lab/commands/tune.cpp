@@ -1,4 +1,4 @@
-// palpate tune: the kernels' constants for one device, measured once and kept.
+// palpate-lab tune: the kernels' constants for one device, measured once and kept.
 #include <spdlog/spdlog.h>
 
 #include "engine/base/json.h"
@@ -8,8 +8,8 @@
 #include "engine/stages/frame/contact.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
-#include "perf/profile/tune.h"
-#include "viz/commands/command.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/kernels/tune.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -171,9 +171,9 @@ void add_tune(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--dry-run", options->dry_run, "Measure and print, write nothing");
   command->add_flag("--force", options->force, "Measure even where the device was measured before");
   add_common(*command, common,
-             "  palpate tune                        once a device, about half a minute\n"
-             "  palpate tune --force --sizes 1920x1080\n"
-             "  palpate tune --dry-run --json       what it would choose\n");
+             "  palpate-lab tune                        once a device, about half a minute\n"
+             "  palpate-lab tune --force --sizes 1920x1080\n"
+             "  palpate-lab tune --dry-run --json       what it would choose\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return tune(common, *options); }; });
 }

@@ -1,4 +1,4 @@
-#include "engine/lump/study/case_team.h"
+#include "perf/lab/dataset/case_team.h"
 
 #include <chrono>
 #include <utility>

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/lump/dataset/sample.h"
+#include "perf/lab/dataset/sample.h"
 
 namespace palpate::lump {
 

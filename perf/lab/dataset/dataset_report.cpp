@@ -1,4 +1,4 @@
-#include "engine/lump/study/dataset_report.h"
+#include "perf/lab/dataset/dataset_report.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/lump/dataset/file.h"
-#include "engine/lump/dataset/journal.h"
+#include "perf/lab/dataset/file.h"
+#include "perf/lab/dataset/journal.h"
 
 namespace palpate::lump {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/lump/study/dataset_run.h"
+#include "perf/lab/dataset/dataset_run.h"
 
 namespace palpate::lump {
 

@@ -1,4 +1,4 @@
-#include "engine/lump/study/dataset_run.h"
+#include "perf/lab/dataset/dataset_run.h"
 
 #include <chrono>
 #include <cstring>
@@ -6,10 +6,10 @@
 #include <thread>
 #include <vector>
 
-#include "engine/lump/dataset/file.h"
-#include "engine/lump/dataset/journal.h"
-#include "engine/lump/study/case_team.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/case_team.h"
+#include "perf/lab/dataset/file.h"
+#include "perf/lab/dataset/journal.h"
 
 namespace palpate::lump {
 namespace {
@@ -203,7 +203,7 @@ std::vector<Sample> samples_there(const DatasetJob& job) {
   if (to_json(data.sweep) != to_json(job.sweep))
     throw Error(Failure::Input, "no data set yet or one of this sweep in " + name,
                 "one of another sweep, with seed " + std::to_string(data.sweep.seed),
-                "the options that it was made with (`palpate lump info` tells), or another name");
+                "the options that it was made with (`palpate-lab info` tells), or another name");
   const uint64_t end = uint64_t{data.first} + data.samples.size();
   if (data.first < job.first || end > uint64_t{job.first} + job.count)
     throw Error(Failure::Usage, "a range of cases that keeps those in " + name,

@@ -6,8 +6,8 @@
 #include <functional>
 #include <string>
 
-#include "engine/lump/dataset/sample.h"
-#include "engine/lump/study/processes.h"
+#include "perf/lab/dataset/processes.h"
+#include "perf/lab/dataset/sample.h"
 
 namespace palpate::lump {
 

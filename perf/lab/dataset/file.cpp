@@ -1,4 +1,4 @@
-#include "engine/lump/dataset/file.h"
+#include "perf/lab/dataset/file.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "engine/base/readable.h"
-#include "engine/lump/dataset/hdf5.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/hdf5.h"
 
 namespace palpate::lump {
 namespace {

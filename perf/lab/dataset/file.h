@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/lump/dataset/sample.h"
+#include "perf/lab/dataset/sample.h"
 
 namespace palpate::lump {
 

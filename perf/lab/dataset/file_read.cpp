@@ -1,9 +1,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "engine/lump/dataset/file.h"
-#include "engine/lump/dataset/hdf5.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/file.h"
+#include "perf/lab/dataset/hdf5.h"
 
 namespace palpate::lump {
 namespace {
@@ -20,7 +20,7 @@ class Reader {
 
   [[noreturn]] void refuse(const std::string& found) const {
     throw Error(Failure::Input, "a data set of lumps in '" + path_.string() + "'", found,
-                "a file that `palpate lump dataset` wrote");
+                "a file that `palpate-lab dataset` wrote");
   }
 
   std::string text(const char* name) const { return text_attribute(file_, name); }

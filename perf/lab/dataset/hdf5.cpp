@@ -1,4 +1,4 @@
-#include "engine/lump/dataset/hdf5.h"
+#include "perf/lab/dataset/hdf5.h"
 
 namespace palpate::lump {
 

@@ -1,4 +1,4 @@
-#include "engine/lump/dataset/journal.h"
+#include "perf/lab/dataset/journal.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "engine/lump/dataset/sample.h"
+#include "perf/lab/dataset/sample.h"
 
 namespace palpate::lump {
 

@@ -1,7 +1,7 @@
 #include <mpi.h>
 
-#include "engine/lump/study/mpi_module.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/mpi_module.h"
 
 namespace palpate::lump {
 namespace {

@@ -1,10 +1,10 @@
-#include "engine/lump/study/processes.h"
+#include "perf/lab/dataset/processes.h"
 
 #include <cstdlib>
 #include <utility>
 
 #include "engine/base/module.h"
-#include "engine/lump/study/mpi_module.h"
+#include "perf/lab/dataset/mpi_module.h"
 
 namespace palpate::lump {
 namespace {

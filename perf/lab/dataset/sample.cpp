@@ -1,4 +1,4 @@
-#include "engine/lump/dataset/sample.h"
+#include "perf/lab/dataset/sample.h"
 
 #include <algorithm>
 #include <cstring>

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/fem/large_strain/large_strain.h"
-#include "engine/lump/dataset/sweep.h"
+#include "perf/lab/dataset/sweep.h"
 
 namespace palpate::lump {
 

@@ -1,4 +1,4 @@
-#include "engine/lump/dataset/sweep.h"
+#include "perf/lab/dataset/sweep.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,6 @@
 
 namespace palpate::lump {
 namespace {
-
-constexpr double kEllipsoidLength = 1.5, kLyingLength = 2.5;  // over the diameter
 
 /// Coordinates of the sequence, the best filled first.
 enum Coordinate : uint8_t {
@@ -29,12 +27,6 @@ enum Coordinate : uint8_t {
   kNoLump,
   kCentred
 };
-
-double length_of(fem::InclusionShape shape) {
-  return shape == fem::InclusionShape::Ellipsoid       ? kEllipsoidLength
-         : shape == fem::InclusionShape::LyingCylinder ? kLyingLength
-                                                       : 1;
-}
 
 double even(const Range& range, double u) {
   return range.low + u * (range.high - range.low);
@@ -67,7 +59,7 @@ void inside(const std::string& what, const Range& range, double low, double high
 /// The longest side of the smallest lump of the longest shape.
 double longest(const Sweep& s) {
   double length = 1;
-  for (const fem::InclusionShape shape : s.shapes) length = std::max(length, length_of(shape));
+  for (const fem::InclusionShape shape : s.shapes) length = std::max(length, length_over_diameter(shape));
   return length;
 }
 
@@ -121,12 +113,6 @@ void check(const Sweep& s) {
                 text(side) + " mm", "wider blocks, a smaller diameter, or fewer --shapes");
 }
 
-std::array<double, 3> Case::Lump::size_mm() const {
-  const double length = length_of(shape) * diameter_mm;
-  return along_y ? std::array{diameter_mm, length, diameter_mm}
-                 : std::array{length, diameter_mm, diameter_mm};
-}
-
 Case lump_case(const Sweep& s, uint32_t number) {
   const std::array<double, kSobolDimensions> u = sobol(s.seed, number);
   Case what;
@@ -140,7 +126,7 @@ Case lump_case(const Sweep& s, uint32_t number) {
   Case::Lump lump;
   lump.shape = s.shapes[std::min(s.shapes.size() - 1,
                                  static_cast<size_t>(u[kShape] * static_cast<double>(s.shapes.size())))];
-  const double length = length_of(lump.shape);
+  const double length = length_over_diameter(lump.shape);
   lump.along_y = length > 1 && u[kAxis] < 0.5;
   const double narrow_mm = std::min(s.block_mm[0], s.block_mm[1]) - 2 * s.rim_mm;
   const double thickest_mm = what.thickness_mm - s.floor_mm;
@@ -161,36 +147,7 @@ Case lump_case(const Sweep& s, uint32_t number) {
 }
 
 fem::Scene scene_of(const Sweep& s, const Case& what) {
-  fem::Scene scene;
-  scene.block_mm = in_scene_axes(what, std::array{s.block_mm[0], s.block_mm[1], what.thickness_mm});
-  scene.young_Pa = what.young_Pa;
-  scene.poisson = s.poisson;
-  scene.presser = fem::Presser::Flat;
-  scene.press_mm = what.press_mm.back();
-  scene.cells = in_scene_axes(what, s.cells);
-  scene.inclusion.reset();
-  if (what.lump) {
-    fem::Inclusion inclusion;
-    inclusion.shape = what.lump->shape;
-    inclusion.size_mm = in_scene_axes(what, what.lump->size_mm());
-    inclusion.depth_mm = what.lump->depth_mm;
-    inclusion.stiffness_ratio = what.lump->stiffness_ratio;
-    inclusion.offset_mm = in_scene_axes(what, what.lump->offset_mm);
-    scene.inclusion = inclusion;
-  }
-  return scene;
-}
-
-fem::Map in_case_axes(const Case& what, fem::Map map) {
-  if (!what.lump || !what.lump->along_y) return map;
-  fem::Map turned;
-  turned.width = map.height;
-  turned.height = map.width;
-  turned.pitch_mm = {map.pitch_mm[1], map.pitch_mm[0]};
-  turned.values.resize(map.values.size());
-  for (uint32_t y = 0; y < turned.height; ++y)
-    for (uint32_t x = 0; x < turned.width; ++x) turned.values[size_t{y} * turned.width + x] = map.at(y, x);
-  return turned;
+  return scene_of(what, s.block_mm, s.poisson, s.cells);
 }
 
 std::string to_json(const Sweep& s) {
@@ -263,10 +220,10 @@ Sweep sweep_from_json(const std::string& text) {
     check(s);
   } catch (const json::Error& error) {
     throw Error(Failure::Input, "a sweep of lumps as JSON", error.what(),
-                "a file that `palpate lump dataset` wrote");
+                "a file that `palpate-lab dataset` wrote");
   } catch (const Error& error) {
     throw Error(Failure::Input, "a sweep of lumps as JSON", std::string("one that fails: ") + error.what(),
-                "a file that `palpate lump dataset` wrote");
+                "a file that `palpate-lab dataset` wrote");
   }
   return s;
 }

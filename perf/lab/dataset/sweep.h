@@ -3,18 +3,13 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/fem/scene.h"
+#include "engine/lump/lump_case.h"
 
 namespace palpate::lump {
-
-struct Range {
-  double low = 0, high = 0;
-};
 
 /// Parameters of a sweep. Diameters, depths and offsets are drawn from what fits into the block that was
 /// drawn before: a range is squeezed, never refilled, so that the sweep stays even.
@@ -59,36 +54,11 @@ struct Sweep {
 /// Throws Error(Failure::Usage) naming the first field that is out of range or makes a lump that cannot fit.
 void check(const Sweep& sweep);
 
-/// One block.
-struct Case {
-  struct Lump {
-    fem::InclusionShape shape = fem::InclusionShape::Sphere;
-    bool along_y = false;  ///< long shapes: their long axis is y
-    double diameter_mm = 0, depth_mm = 0, stiffness_ratio = 1;
-    std::array<double, 2> offset_mm = {0, 0};
-    /// Outer sizes along the block's x, y, z.
-    std::array<double, 3> size_mm() const;
-  };
-  uint32_t number = 0;
-  std::optional<Lump> lump;
-  double thickness_mm = 0, young_Pa = 0;
-  std::vector<double> press_mm;  ///< one per load, rising
-};
-
 /// Case `number` of the sweep: a pure function of both. The sweep has been checked.
 Case lump_case(const Sweep& sweep, uint32_t number);
 
-/// The case as the solver has it, with long shapes along x: where the case's lies along y, x and y of the
-/// scene are y and x of the case.
+/// The case on the sweep's cells, see scene_of() of lump_case.h.
 fem::Scene scene_of(const Sweep& sweep, const Case& what);
-/// Numbers along x, y (and z) of the block as that scene has them.
-template <typename Numbers>
-Numbers in_scene_axes(const Case& what, Numbers numbers) {
-  if (what.lump && what.lump->along_y) std::swap(numbers[0], numbers[1]);
-  return numbers;
-}
-/// A map of that scene with the axes of the case.
-fem::Map in_case_axes(const Case& what, fem::Map map);
 
 /// All of a sweep in one line of JSON, the same for equal sweeps; and back. Throws Error(Failure::Input)
 /// where the text is not such a line.

@@ -10,7 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
-#include "viz/commands/forward/forward.h"
+#include "perf/lab/forward/forward.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
@@ -104,15 +104,6 @@ std::string headline(const ForwardOutcome& o) {
   const PlotUnit unit = plot_unit(std::abs(o.fit.amplitude), "Pa");
   return press + text("the pressure has a bump of %.3g %s, %.3g mm wide at half height",
                       unit.factor * o.fit.amplitude, unit.name.c_str(), 2.3548 * std::abs(o.fit.width_mm));
-}
-
-std::string data_block(const std::string& name, const std::string& lines) {
-  return "$" + name + " << EOD\n" + (lines.empty() ? "NaN NaN NaN NaN\n" : lines) + "EOD\n";
-}
-
-void draw_scripts(const std::string& script, int width, int height, const fs::path& file,
-                  std::string& written) {
-  draw_plots([&](PlotKind kind) { return plot_terminal(kind, width, height) + script; }, file, written);
 }
 
 TactileImage tactile_image(const fem::Map& stress, const Sensor* sensor) {

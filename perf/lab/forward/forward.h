@@ -1,5 +1,5 @@
-// Output of `palpate forward` for a solved scene: numbers, files, plots, and the picture that a sensor would
-// take.
+// Output of `palpate-lab forward` for a solved scene: numbers, files, plots, and the picture that a sensor
+// would take.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "engine/base/json.h"
-#include "engine/fem/scene.h"
+#include "engine/fem/scene_json.h"
 #include "engine/fem/solve.h"
-#include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/gaussian_profile.h"
 #include "palpate/sensor.h"
 
@@ -29,16 +28,12 @@ struct ForwardOutcome {
 /// Throws nothing of its own: a result that did not converge has no profile and no fit.
 ForwardOutcome describe(const fem::Scene& scene, fem::Result result);
 
-json::Value to_json(const fem::Scene& scene);
 json::Value to_json(const ForwardOutcome& outcome);
 std::string to_text(const ForwardOutcome& outcome);
 
 inline double megabytes(const fem::Result& result) {
   return static_cast<double>(result.bytes) / 1048576;
 }
-
-/// Names as the command line spells them: flat, ball, pressure.
-const char* to_string(fem::Presser presser);
 
 /// Gray levels, width x height.
 struct TactileImage {
@@ -90,12 +85,5 @@ std::string write_convergence(const ConvergenceTables& tables, const std::filesy
 
 /// What the press shows, in one sentence.
 std::string headline(const ForwardOutcome& outcome);
-
-/// Draws `script`, which has no terminal of its own, to FILE.png, FILE.svg and FILE.pdf; adds their names to
-/// `written`, or warns.
-void draw_scripts(const std::string& script, int width, int height, const std::filesystem::path& file,
-                  std::string& written);
-/// A named block of data for gnuplot.
-std::string data_block(const std::string& name, const std::string& lines);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "viz/commands/forward/forward.h"
+#include "perf/lab/forward/forward.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,18 +18,6 @@ Json or_null(double value) {
 
 }  // namespace
 
-const char* to_string(fem::Presser presser) {
-  switch (presser) {
-    case fem::Presser::Flat:
-      return "flat";
-    case fem::Presser::Sphere:
-      return "ball";
-    case fem::Presser::Pressure:
-      return "pressure";
-  }
-  return "";
-}
-
 ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
   ForwardOutcome outcome{scene, std::move(result), {}, {}};
   if (!outcome.result.converged) return outcome;
@@ -43,27 +31,6 @@ ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
   if (std::abs(outcome.fit.amplitude) < 100 * outcome.result.residual * largest) outcome.fit.found = false;
   if (std::abs(outcome.fit.center_mm) < 1e-9) outcome.fit.center_mm = 0;
   return outcome;
-}
-
-Json to_json(const fem::Scene& s) {
-  Json value = {{"block_mm", s.block_mm}, {"young_Pa", s.young_Pa},
-                {"poisson", s.poisson},   {"bottom", s.bottom_slides ? "sliding" : "bonded"},
-                {"cells", s.cells},       {"presser", to_string(s.presser)}};
-  if (s.presser == fem::Presser::Sphere) value["ball_radius_mm"] = s.ball_radius_mm;
-  if (s.press_mm) value["press_mm"] = *s.press_mm;
-  if (s.force_N) value["force_N"] = *s.force_N;
-  value["inclusion"] = nullptr;
-  if (s.inclusion)
-    value["inclusion"] = {{"shape", to_string(s.inclusion->shape)},
-                          {"size_mm", s.inclusion->size()},
-                          {"depth_mm", s.inclusion->depth_mm},
-                          {"stiffness_ratio", s.inclusion->stiffness_ratio},
-                          {"offset_mm", s.inclusion->offset_mm}};
-  if (!s.pad.empty()) value["pad_on_tissue"] = s.pad_slides ? "sliding" : "bonded";
-  value["pad"] = Json::array();
-  for (const fem::PadSheet& sheet : s.pad)
-    value["pad"].push_back({{"thickness_mm", sheet.thickness_mm}, {"young_Pa", sheet.young_Pa}});
-  return value;
 }
 
 Json to_json(const ForwardOutcome& o) {

@@ -9,7 +9,7 @@
 #include "engine/base/text.h"
 #include "engine/fem/solve.h"
 #include "palpate/error.h"
-#include "viz/commands/forward/forward.h"
+#include "perf/lab/forward/forward.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "engine/judge/binomial.h"
+#include "perf/lab/judge/binomial.h"
 
 #include <cmath>
 #include <initializer_list>

@@ -1,4 +1,4 @@
-#include "engine/judge/cells.h"
+#include "perf/lab/judge/cells.h"
 
 #include <algorithm>
 #include <array>

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/judge/binomial.h"
-#include "engine/judge/cases.h"
+#include "perf/lab/judge/binomial.h"
+#include "perf/lab/judge/cases.h"
 
 namespace palpate::judge {
 

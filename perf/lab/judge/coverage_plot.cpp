@@ -1,4 +1,4 @@
-#include "viz/report/coverage_plot.h"
+#include "perf/lab/judge/coverage_plot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
-#include "engine/judge/report.h"
+#include "perf/lab/judge/report.h"
 #include "viz/report/gnuplot.h"
 
 namespace palpate {

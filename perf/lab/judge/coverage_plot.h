@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/judge/cells.h"
+#include "perf/lab/judge/cells.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -15,7 +15,7 @@ namespace palpate {
 std::string coverage_script(const judge::Judgement& judgement, PlotKind kind);
 
 /// Into `folder`: STEM.txt (tables), .csv, .json, .png, .svg, .pdf, and STEM_cases.csv, which
-/// `palpate evaluate table` reads. Returns their names for people. Throws Error(Failure::Output).
+/// `palpate-lab evaluate table` reads. Returns their names for people. Throws Error(Failure::Output).
 std::string write_judgement(const judge::Judgement& judgement, const judge::Cases& cases,
                             const std::filesystem::path& folder, const std::string& stem);
 

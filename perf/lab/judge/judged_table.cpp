@@ -1,4 +1,4 @@
-#include "capture/files/judged_table.h"
+#include "perf/lab/judge/judged_table.h"
 
 #include <algorithm>
 #include <cmath>

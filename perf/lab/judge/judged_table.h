@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/judge/cases.h"
+#include "perf/lab/judge/cases.h"
 
 namespace palpate {
 

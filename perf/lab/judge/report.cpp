@@ -1,4 +1,4 @@
-#include "engine/judge/report.h"
+#include "perf/lab/judge/report.h"
 
 #include <algorithm>
 #include <cmath>

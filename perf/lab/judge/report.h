@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/base/json.h"
-#include "engine/judge/cells.h"
+#include "perf/lab/judge/cells.h"
 
 namespace palpate::judge {
 

@@ -1,4 +1,4 @@
-#include "perf/profile/compiled.h"
+#include "perf/lab/kernels/compiled.h"
 
 #include <fcntl.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-#include "perf/profile/tune.h"
+#include "perf/lab/kernels/tune.h"
 
 #include <algorithm>
 #include <chrono>

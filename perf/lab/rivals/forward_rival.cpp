@@ -1,4 +1,4 @@
-#include "perf/rivals/forward_rival.h"
+#include "perf/lab/rivals/forward_rival.h"
 
 #include <algorithm>
 

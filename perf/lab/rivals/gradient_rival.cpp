@@ -1,4 +1,4 @@
-#include "perf/rivals/gradient_rival.h"
+#include "perf/lab/rivals/gradient_rival.h"
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

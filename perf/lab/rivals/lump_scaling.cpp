@@ -1,4 +1,4 @@
-#include "perf/rivals/lump_scaling.h"
+#include "perf/lab/rivals/lump_scaling.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,9 +15,9 @@
 
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/lump/dataset/file.h"
-#include "engine/lump/dataset/journal.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/file.h"
+#include "perf/lab/dataset/journal.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
@@ -80,7 +80,7 @@ Run timed(const std::string& program, const Way& way, int cases, const fs::path&
   const std::string file = (folder / "set.h5").string(), said = (folder / "said.json").string();
   fs::remove(file);
   const auto start = Clock::now();
-  if (!succeeds(way.start + " '" + program + "' lump dataset " + file + " --json --quiet --count " +
+  if (!succeeds(way.start + " '" + program + "' dataset " + file + " --json --quiet --count " +
                 std::to_string(cases) + " " + way.more + " > " + said + " 2> /dev/null"))
     throw Error(Failure::Input, "a data set of lumps",
                 std::string("a run that failed: ") + way.start + " " + program, "the same by hand");

@@ -7,7 +7,7 @@
 
 namespace palpate::perf {
 
-/// Measured: cases a minute of `palpate lump dataset` on a quick sweep with 1 and 2 threads and with 1 and 2
+/// Measured: cases a minute of `palpate-lab dataset` on a quick sweep with 1 and 2 threads and with 1 and 2
 /// processes under mpirun (left out where there is none), medians of three runs in turn; what only the first
 /// process does, keeping a case and writing it to the file; and the processor time of a case of the default
 /// sweep. Modelled from these: more processes, each with a core of its own.
@@ -17,7 +17,7 @@ struct LumpScaling {
   std::string png, svg;  ///< cases a minute against workers; empty where there is no gnuplot
 };
 
-/// `program`: palpate. Works in a temporary folder. Throws Error(Failure::Input) where a run fails.
+/// `program`: palpate-lab. Works in a temporary folder. Throws Error(Failure::Input) where a run fails.
 LumpScaling lump_scaling(const std::filesystem::path& program);
 
 }  // namespace palpate::perf

@@ -1,13 +1,13 @@
-#include "perf/rivals/matching_rival.h"
+#include "perf/lab/rivals/matching_rival.h"
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
 #include "capture/synthetic/bent_points.h"
 #include "engine/base/text.h"
+#include "perf/lab/say.h"
 #include "perf/measure.h"
 
 namespace palpate::perf {
@@ -127,7 +127,7 @@ std::string compare_matching(int trials) {
              rival.miss / trials, static_cast<double>(ours.failures) / trials,
              static_cast<double>(rival.failures) / trials, static_cast<double>(reliable) / trials,
              quartiles(ours.ms).median, quartiles(rival.ms).median);
-    std::printf("%s", row.c_str());
+    say(row);
     csv += row;
   }
   return csv;

@@ -1,4 +1,4 @@
-#include "perf/rivals/skin_rival.h"
+#include "perf/lab/rivals/skin_rival.h"
 
 #include <limits>
 #include <opencv2/core.hpp>

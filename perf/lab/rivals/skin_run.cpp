@@ -1,4 +1,4 @@
-#include "perf/rivals/skin_run.h"
+#include "perf/lab/rivals/skin_run.h"
 
 #include <cmath>
 

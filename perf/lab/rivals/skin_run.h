@@ -12,7 +12,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/stages/frame/skin.h"
 #include "engine/stages/frame/upload.h"
-#include "perf/rivals/skin_rival.h"
+#include "perf/lab/rivals/skin_rival.h"
 
 namespace palpate::perf {
 

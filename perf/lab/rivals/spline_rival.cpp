@@ -1,4 +1,4 @@
-#include "perf/rivals/spline_rival.h"
+#include "perf/lab/rivals/spline_rival.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -33,9 +33,6 @@ struct TractionCost {
 std::vector<TractionCost> traction_costs(int repetitions, gpu::Context* device);
 std::string traction_costs_csv(std::span<const TractionCost> rows);
 
-/// Gives the depths of a grid's cells slopes that err by `sd`, integrated as a camera's are.
-void add_slope_noise(std::vector<float>& depth_mm, const TractionGrid& grid, double sd, std::mt19937& random);
-
 /// One sphere on one layer under slopes' errors, with the sensor's stated error of 0.02.
 struct TractionStability {
   double poisson = 0;

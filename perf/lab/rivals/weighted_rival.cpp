@@ -1,4 +1,4 @@
-#include "perf/rivals/weighted_rival.h"
+#include "perf/lab/rivals/weighted_rival.h"
 
 #include <Eigen/SparseCholesky>
 

@@ -1,4 +1,4 @@
-#include "engine/lump/study/evaluation.h"
+#include "perf/lab/study/evaluation.h"
 
 #include <algorithm>
 #include <atomic>
@@ -9,7 +9,7 @@
 
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/lump/dataset/sweep.h"
+#include "perf/lab/dataset/sweep.h"
 
 namespace palpate::lump {
 namespace {

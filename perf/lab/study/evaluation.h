@@ -10,7 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/sensor_model.h"
-#include "engine/lump/training/training.h"
+#include "perf/lab/training/training.h"
 
 namespace palpate::lump {
 

@@ -1,4 +1,4 @@
-#include "engine/lump/study/evaluation_cells.h"
+#include "perf/lab/study/evaluation_cells.h"
 
 #include <cmath>
 #include <limits>

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "engine/judge/cases.h"
-#include "engine/lump/study/evaluation.h"
+#include "perf/lab/judge/cases.h"
+#include "perf/lab/study/evaluation.h"
 
 namespace palpate::lump {
 

@@ -1,4 +1,4 @@
-#include "engine/lump/study/evaluation_table.h"
+#include "perf/lab/study/evaluation_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/lump/study/evaluation.h"
+#include "perf/lab/study/evaluation.h"
 
 namespace palpate::lump {
 

@@ -1,4 +1,4 @@
-#include "engine/lump/study/figures.h"
+#include "perf/lab/study/figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 
 #include "engine/base/text.h"
 #include "engine/fem/solve.h"
-#include "engine/lump/dataset/sweep.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/sweep.h"
 
 namespace palpate::lump {
 namespace {
@@ -34,7 +34,7 @@ GaussianFit fit_inner(const Profile& profile, double length_mm) {
 
 /// The loads as one press of one block.
 std::vector<FigurePress> press(const std::string& name, const fem::Scene& scene,
-                               const std::vector<double>& forces_N, const PressSolver& solver) {
+                               const std::vector<double>& forces_N, const fem::PressSolver& solver) {
   std::vector<fem::PressLoad> loads;
   for (const double force_N : forces_N) loads.push_back({{}, force_N});
   fem::LargeStrainResult result = solver(scene, loads);
@@ -132,7 +132,7 @@ std::vector<Change> changes(const fem::Scene& base) {
 
 }  // namespace
 
-Figures make_figures(const FigureOptions& o, const PressSolver& solver,
+Figures make_figures(const FigureOptions& o, const fem::PressSolver& solver,
                      const std::function<void(uint64_t, uint64_t)>& done) {
   struct Line {
     std::string name;
@@ -172,7 +172,7 @@ std::vector<std::string> broken_orderings(const Figures& figures) {
   return broken;
 }
 
-std::vector<InputRow> vary_inputs(const FigureOptions& o, const PressSolver& solver,
+std::vector<InputRow> vary_inputs(const FigureOptions& o, const fem::PressSolver& solver,
                                   const std::function<void(uint64_t, uint64_t)>& done) {
   const fem::Scene base = phantom(o, 8, o.play_doh_Pa);
   const std::vector<Change> all = changes(base);

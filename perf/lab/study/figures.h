@@ -15,10 +15,6 @@
 
 namespace palpate::lump {
 
-/// Who presses the block: solve_large_strain(), or another model of the same question.
-using PressSolver =
-    std::function<fem::LargeStrainResult(const fem::Scene& scene, const std::vector<fem::PressLoad>& loads)>;
-
 /// One press of one phantom. Where `good` is false the press ended before its force, and only
 /// `last_force_N` is to be used.
 struct FigurePress {
@@ -58,7 +54,7 @@ struct Figures {
   std::vector<FigureRow> by_material;  ///< Fig. 21, 22: 8 mm of rubber and of Play-Doh at 2.35 N
 };
 /// `done` hears how many presses of how many are ready. Throws what the solver throws.
-Figures make_figures(const FigureOptions& options, const PressSolver& solver,
+Figures make_figures(const FigureOptions& options, const fem::PressSolver& solver,
                      const std::function<void(uint64_t done, uint64_t total)>& done);
 
 /// Larger amplitudes for larger and for stiffer inclusions, of the profile and of the bump alone: what the
@@ -73,7 +69,7 @@ struct InputRow {
   std::optional<Profile> small_strain;  ///< of "l": what linear elasticity says at that force
 };
 /// Around 8 mm, 5 mm deep, Play-Doh, 2 N (a quarter of the block). What does not fit the block is left out.
-std::vector<InputRow> vary_inputs(const FigureOptions& options, const PressSolver& solver,
+std::vector<InputRow> vary_inputs(const FigureOptions& options, const fem::PressSolver& solver,
                                   const std::function<void(uint64_t done, uint64_t total)>& done);
 
 }  // namespace palpate::lump

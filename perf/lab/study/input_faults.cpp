@@ -1,4 +1,4 @@
-#include "engine/lump/study/input_faults.h"
+#include "perf/lab/study/input_faults.h"
 
 #include <algorithm>
 #include <cmath>

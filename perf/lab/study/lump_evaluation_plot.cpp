@@ -1,11 +1,11 @@
-#include "viz/report/lump_evaluation_plot.h"
+#include "perf/lab/study/lump_evaluation_plot.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
-#include "engine/lump/dataset/sweep.h"
+#include "perf/lab/dataset/sweep.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 

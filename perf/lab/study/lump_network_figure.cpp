@@ -1,4 +1,4 @@
-#include "viz/report/lump_network_figure.h"
+#include "perf/lab/study/lump_network_figure.h"
 
 #include <algorithm>
 #include <limits>

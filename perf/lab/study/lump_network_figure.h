@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/lump/network/stages.h"
+#include "perf/lab/study/stages.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "perf/rivals/modulus_trials.h"
+#include "perf/lab/study/modulus_trials.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,7 @@
 namespace palpate::perf {
 namespace {
 
-constexpr double kPadSd = 0.01, kForceSd = 0.01, kSizeSd = 0.005, kZero_mm = 0.1, kStage_mm = 0.005;
-constexpr double kMostStrain = 0.08, kWidest = 0.33, kMostForce_N = 2;
+constexpr double kPadSd = 0.01, kForceSd = 0.01, kZero_mm = 0.1, kStage_mm = 0.005;
 
 Pad trial_pad(const ModulusBench& bench) {
   return {{SyntheticOptions{}.pad_young_MPa, 0.5}, bench.pad_thickness_mm, Base::Bonded};
@@ -23,38 +22,20 @@ Pad trial_pad(const ModulusBench& bench) {
 
 }  // namespace
 
-Sample trial_sample(SampleShape shape) {
-  Sample s;
-  s.shape = shape;
-  s.size_mm = shape == SampleShape::Sphere ? 16 : 10;
-  s.height_mm = 10;
-  s.relative_size_sd = kSizeSd;
-  return s;
-}
-
-double trial_force_N(const PressModel& model, double young_MPa, double pad_MPa) {
-  double force = kMostForce_N;
-  for (;; force *= 0.97) {
-    const PressSight s = model.at_force(force, young_MPa, pad_MPa);
-    if (model.sample().flat() ? s.strain <= kMostStrain : s.radius_mm <= kWidest * model.sample().radius_mm())
-      return force;
-  }
-}
-
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
                                         const std::vector<double>& forces_N, uint64_t seed, int nodes,
                                         const ModulusBench& bench) {
   std::mt19937_64 random(seed * 7919 + static_cast<uint64_t>(shape));
   std::normal_distribution<double> normal;
   ModulusScene scene;
-  scene.sample = trial_sample(shape);
+  scene.sample = usual_sample(shape);
   scene.young_MPa = young_MPa;
   scene.forces_N = forces_N;
   scene.sensor.seed = seed;
   scene.sensor.pad_thickness_mm = bench.pad_thickness_mm;
   scene.brightness = bench.brightness;
   scene.pad_error = kPadSd * normal(random);
-  scene.size_error = kSizeSd * normal(random);
+  scene.size_error = scene.sample.relative_size_sd * normal(random);
   scene.zero_error_mm = kZero_mm * normal(random);
   scene.stage_sd_mm = kStage_mm;
   Sample true_sample = scene.sample;
@@ -86,8 +67,8 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
                                         uint64_t seed, int presses, int nodes, const ModulusBench& bench) {
   const Pad pad = trial_pad(bench);
-  const PressModel model(pad, trial_sample(shape));
-  const double most = trial_force_N(model, young_MPa, pad.material.young_MPa);
+  const PressModel model(pad, usual_sample(shape));
+  const double most = usual_force_N(model, young_MPa, pad.material.young_MPa);
   std::vector<double> forces;
   forces.reserve(static_cast<size_t>(presses));
   for (int i = 0; i < presses; ++i) forces.push_back(most * (0.2 + 0.8 * i / (presses - 1)));

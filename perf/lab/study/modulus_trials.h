@@ -36,12 +36,6 @@ struct ModulusBench {
   double brightness = ModulusScene{}.brightness;
 };
 
-/// The usual bench: cube of 10 mm, cylinder 10 x 10 mm, sphere of 16 mm.
-Sample trial_sample(SampleShape shape);
-/// Largest force of a press as a user would choose it: 8 % strain, a contact of 0.33 of a ball's radius, or 2
-/// N.
-double trial_force_N(const PressModel& model, double young_MPa, double pad_MPa);
-
 /// `presses` from a fifth of the largest force up, on a pad whose modulus (1 %), a sample whose size (0.5 %)
 /// and a stage whose zero (0.1 mm) are drawn by `seed`; then estimated with these errors stated, beside the
 /// stage and without it. `nodes`: of the finite elements' face.

@@ -1,4 +1,4 @@
-#include "engine/lump/study/stability.h"
+#include "perf/lab/study/stability.h"
 
 #include <algorithm>
 #include <cmath>

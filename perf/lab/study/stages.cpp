@@ -1,4 +1,4 @@
-#include "engine/lump/network/stages.h"
+#include "perf/lab/study/stages.h"
 
 #include <algorithm>
 

@@ -9,7 +9,7 @@
 #include "engine/fem/map_sampling.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/observation/fixed_pattern.h"
-#include "engine/lump/training/steps.h"
+#include "perf/lab/training/steps.h"
 
 namespace palpate::lump {
 namespace {

@@ -7,9 +7,9 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/network/view.h"
-#include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
+#include "perf/lab/training/steps.h"
 
 namespace palpate::lump {
 namespace {
@@ -42,7 +42,7 @@ std::map<double, Model> bases_by_cells(const Model& model, const Examples& all) 
     if (plain < kFewestPlain)
       throw Error(Failure::Input,
                   std::to_string(kFewestPlain) + " blocks without a lump of cells of each size",
-                  text("%zu of cells of %.3g mm", plain, cell_mm), "palpate lump dataset with more cases");
+                  text("%zu of cells of %.3g mm", plain, cell_mm), "palpate-lab dataset with more cases");
     own.base =
         fit_base(model, all, [&, cell_mm = cell_mm](size_t i) { return all.examples[i].cell_mm == cell_mm; });
   }

@@ -1,4 +1,4 @@
-#include "engine/lump/training/examples.h"
+#include "perf/lab/training/examples.h"
 
 namespace palpate::lump {
 

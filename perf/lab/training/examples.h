@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "engine/lump/dataset/file.h"
-#include "engine/lump/training/training.h"
+#include "perf/lab/dataset/file.h"
+#include "perf/lab/training/training.h"
 
 namespace palpate::lump {
 

@@ -7,12 +7,12 @@
 #include <numeric>
 #include <random>
 
-#include "engine/lump/dataset/sweep.h"
 #include "engine/lump/network/inverse_network.h"
 #include "engine/lump/observation/fixed_pattern.h"
 #include "engine/lump/observation/saturated_loads.h"
-#include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
+#include "perf/lab/dataset/sweep.h"
+#include "perf/lab/training/steps.h"
 
 namespace palpate::lump {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/lump/network/model.h"
-#include "engine/lump/training/options.h"
+#include "perf/lab/training/options.h"
 
 namespace palpate::lump {
 

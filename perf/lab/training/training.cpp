@@ -1,4 +1,4 @@
-#include "engine/lump/training/training.h"
+#include "perf/lab/training/training.h"
 
 #include <algorithm>
 #include <atomic>
@@ -11,9 +11,9 @@
 #include "engine/base/text.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
-#include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
+#include "perf/lab/training/steps.h"
 
 namespace palpate::lump {
 namespace {
@@ -54,7 +54,7 @@ void find_ranges(Model& model, const Examples& all) {
 }
 
 [[noreturn]] void refuse(const std::string& wanted, const std::string& found) {
-  throw Error(Failure::Input, wanted, found, "palpate lump dataset with its own ranges, more cases, or both");
+  throw Error(Failure::Input, wanted, found, "palpate-lab dataset with its own ranges, more cases, or both");
 }
 
 /// Examples of one square block, which the model gets where it has none yet. Counts them in the report.

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engine/lump/training/options.h"
+#include "perf/lab/training/options.h"
 
 namespace palpate::lump {
 

@@ -8,13 +8,12 @@
 #include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
-#include "engine/lump/dataset/sweep.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/error_options.h"
 #include "viz/commands/lump/lump.h"
-#include "viz/commands/lump/method.h"
+#include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
 #include "viz/report/plot_script.h"
 
@@ -141,8 +140,7 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--place-sd-mm", o->place_sd_mm, "Standard error of the window's place in the block")
       ->capture_default_str()
       ->check(Check::range(0.0, 10.0));
-  command->add_option("--network", o->network,
-                      "A file of palpate lump train (default: the built-in network)");
+  command->add_option("--network", o->network, "A file of palpate-lab train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command->add_option("--out", common.out, "Folder for lump.json, lump.csv and a plot");
   add_common(*command, common,

@@ -12,13 +12,7 @@ void add_lump(CommandLine& program, Common& common, Command& chosen) {
       "  palpate lump scan --simulate --out out/scan\n"
       "  palpate lump estimate a.npy b.npy --force-N 1,2 --young-Pa 4000\n"
       "  palpate help lump scan\n");
-  add_lump_dataset(*group, common, chosen);
-  add_lump_info(*group, common, chosen);
-  add_lump_train(*group, common, chosen);
   add_lump_estimate(*group, common, chosen);
-  add_lump_evaluate(*group, common, chosen);
-  add_lump_figures(*group, common, chosen);
-  add_lump_stability(*group, common, chosen);
   add_lump_scan(*group, common, chosen);
 }
 

@@ -8,13 +8,7 @@ namespace palpate {
 class CommandLine;
 
 /// Each adds one command to the group `lump`.
-void add_lump_dataset(CommandLine& group, Common& common, Command& chosen);
-void add_lump_info(CommandLine& group, Common& common, Command& chosen);
-void add_lump_train(CommandLine& group, Common& common, Command& chosen);
 void add_lump_estimate(CommandLine& group, Common& common, Command& chosen);
-void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen);
-void add_lump_figures(CommandLine& group, Common& common, Command& chosen);
-void add_lump_stability(CommandLine& group, Common& common, Command& chosen);
 void add_lump_scan(CommandLine& group, Common& common, Command& chosen);
 
 }  // namespace palpate

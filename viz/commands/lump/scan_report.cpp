@@ -10,7 +10,8 @@
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "viz/commands/forward/forward.h"
+#include "engine/fem/scene_json.h"
+#include "palpate/version.h"
 #include "viz/commands/lump/scan.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/html.h"
@@ -349,7 +350,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
     body += "</ul>\n";
   }
   Rows inputs = r.inputs;
-  inputs.emplace_back("program", "palpate " PALPATE_VERSION);
+  inputs.emplace_back("program", "palpate " PALPATE_VERSION_TEXT);
   inputs.emplace_back("model", r.model.empty() ? "none" : r.model);
   inputs.emplace_back("made", r.made);
   body += "<h2>Inputs</h2>\n" + html_rows(inputs);
@@ -397,8 +398,10 @@ std::string scan_text(const ScanReport& r) {
 
 Json scan_json(const ScanReport& r) {
   const ScanAnswer& a = r.answer;
-  Json value = {
-      {"inputs", Json::object()}, {"program_version", PALPATE_VERSION}, {"model", r.model}, {"made", r.made}};
+  Json value = {{"inputs", Json::object()},
+                {"program_version", PALPATE_VERSION_TEXT},
+                {"model", r.model},
+                {"made", r.made}};
   for (const auto& [name, text] : r.inputs) value["inputs"][name] = text;
   const lump::Observation& observation = a.map.observation;
   value["map"] = {{"force_N", observation.force_N},

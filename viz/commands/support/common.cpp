@@ -1,4 +1,4 @@
-#include "viz/commands/command.h"
+#include "viz/commands/support/common.h"
 
 #include <spdlog/spdlog.h>
 

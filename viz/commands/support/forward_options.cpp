@@ -1,4 +1,4 @@
-#include "viz/commands/option_groups/forward_options.h"
+#include "viz/commands/support/forward_options.h"
 
 #include <charconv>
 

@@ -10,7 +10,7 @@
 
 #include "capture/clock.h"
 #include "engine/base/text.h"
-#include "viz/commands/command.h"
+#include "viz/commands/support/common.h"
 
 namespace palpate {
 namespace {

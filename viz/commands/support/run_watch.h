@@ -2,7 +2,7 @@
 #pragma once
 
 #include "capture/run/run_watch.h"
-#include "viz/commands/command.h"
+#include "viz/commands/support/common.h"
 
 namespace palpate {
 

@@ -1,5 +1,5 @@
-// palpate completion: what completes its command line in bash, zsh and fish. The shells ask the program
-// itself, by `palpate complete WORD...`, so that what they offer is what this version has.
+#include "viz/commands/support/shell_completion.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -9,7 +9,6 @@
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
-#include "viz/commands/command.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate {
@@ -17,8 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kBash = R"(# Completion of palpate in bash: source <(palpate completion bash)
-_palpate() {
+// In the scripts PROGRAM stands for the program's name.
+constexpr const char* kBash = R"(# Completion of PROGRAM in bash: source <(PROGRAM completion bash)
+_PROGRAM() {
   local word about mark part line=${COMP_LINE:0:COMP_POINT}
   local -a words more
   local -A kind=([:files]=file [:folders]=directory)
@@ -41,12 +41,12 @@ _palpate() {
     esac
   done < <("$1" complete "${words[@]:1}" 2>/dev/null)
 }
-complete -F _palpate palpate
+complete -F _PROGRAM PROGRAM
 )";
 
-constexpr const char* kZsh = R"(#compdef palpate
-# Completion of palpate in zsh: source <(palpate completion zsh)
-_palpate() {
+constexpr const char* kZsh = R"(#compdef PROGRAM
+# Completion of PROGRAM in zsh: source <(PROGRAM completion zsh)
+_PROGRAM() {
   local word about kind
   local -a found
   while IFS=$'\t' read -r word about; do
@@ -55,17 +55,17 @@ _palpate() {
       *) found+=("${word//:/\\:}${about:+:$about}") ;;
     esac
   done < <("${words[1]}" complete "${(@)words[2,CURRENT]}" 2>/dev/null)
-  (( $#found )) && _describe -V palpate found
+  (( $#found )) && _describe -V PROGRAM found
   case $kind in
     :files) compset -P '*='; _files ;;
     :folders) compset -P '*='; _files -/ ;;
   esac
 }
-if [[ $funcstack[1] == _palpate ]]; then _palpate; else compdef _palpate palpate; fi
+if [[ $funcstack[1] == _PROGRAM ]]; then _PROGRAM; else compdef _PROGRAM PROGRAM; fi
 )";
 
-constexpr const char* kFish = R"(# Completion of palpate in fish: palpate completion fish | source
-function __palpate_complete
+constexpr const char* kFish = R"(# Completion of PROGRAM in fish: PROGRAM completion fish | source
+function __PROGRAM_complete
     set -l words (commandline -opc) (commandline -ct)
     for line in ($words[1] complete $words[2..-1] 2>/dev/null)
         switch $line
@@ -78,7 +78,7 @@ function __palpate_complete
         end
     end
 end
-complete -c palpate -f -a '(__palpate_complete)'
+complete -c PROGRAM -f -a '(__PROGRAM_complete)'
 )";
 
 using Words = std::vector<Completions::Word>;
@@ -143,8 +143,17 @@ constexpr Kind kKinds[] = {
 /// Arguments that are names of files, though their options hold them as texts.
 constexpr const char* kFileValues[] = {"FILE", "MAPS", "DATA", "GRADIENTS", "RESULTS", "SETS", "IMAGE"};
 
-Report script_of(const std::string& shell) {
-  const char* script = shell == "bash" ? kBash : shell == "zsh" ? kZsh : kFish;
+/// With the program's name in it.
+std::string named(std::string text, const std::string& name) {
+  const std::string what = "PROGRAM";
+  for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + name.size()))
+    text.replace(at, what.size(), name);
+  return text;
+}
+
+Report script_of(const std::string& shell, const std::string& name) {
+  const char* pattern = shell == "bash" ? kBash : shell == "zsh" ? kZsh : kFish;
+  const std::string script = named(pattern, name);
   return {script, json::Value({{"shell", shell}, {"script", script}}).dump(2), 0};
 }
 
@@ -169,19 +178,21 @@ std::string completions(const CommandLine& program, const std::vector<std::strin
   return text;
 }
 
-void add_completion(CommandLine& program, Common& common, Command& chosen) {
+void add_completion(CommandLine& program, Common& common, Command& chosen, const std::string& name) {
   CommandLine* command =
       program.add_subcommand("completion", "Print the shell's completion of commands, options and values");
   auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash, zsh or fish")
       ->required()
       ->check(Check::one_of({"bash", "zsh", "fish"}));
-  add_common(*command, common,
-             "  palpate completion bash > ~/.local/share/bash-completion/completions/palpate\n"
-             "  palpate completion zsh > ~/.zfunc/_palpate        a folder of $fpath\n"
-             "  palpate completion fish > ~/.config/fish/completions/palpate.fish\n"
-             "In this shell alone: source <(palpate completion bash). Debian's package brings all three.\n");
-  command->callback([&chosen, shell] { chosen = [shell] { return script_of(*shell); }; });
+  add_common(
+      *command, common,
+      named("  PROGRAM completion bash > ~/.local/share/bash-completion/completions/PROGRAM\n"
+            "  PROGRAM completion zsh > ~/.zfunc/_PROGRAM        a folder of $fpath\n"
+            "  PROGRAM completion fish > ~/.config/fish/completions/PROGRAM.fish\n"
+            "In this shell alone: source <(PROGRAM completion bash). Debian's package brings all three.\n",
+            name));
+  command->callback([&chosen, shell, name] { chosen = [shell, name] { return script_of(*shell, name); }; });
 }
 
 }  // namespace palpate

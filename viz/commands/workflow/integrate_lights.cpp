@@ -1,4 +1,4 @@
-#include "viz/commands/support/integrate_lights.h"
+#include "viz/commands/workflow/integrate_lights.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "viz/commands/support/live_run.h"
+#include "viz/commands/workflow/live_run.h"
 
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,4 @@
-#include "viz/commands/support/sensor_setup.h"
+#include "viz/commands/workflow/sensor_setup.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "viz/commands/support/setup_window.h"
+#include "viz/commands/workflow/setup_window.h"
 
 #include <unistd.h>
 

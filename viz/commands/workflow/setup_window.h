@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "viz/commands/command.h"
-#include "viz/commands/support/sensor_setup.h"
+#include "viz/commands/workflow/sensor_setup.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/setup_view.h"
 #include "viz/panels/start_view.h"

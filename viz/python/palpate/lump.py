@@ -96,7 +96,7 @@ def estimate(
             they widen the intervals.
         uneven_sd: slow errors of pressure across the window, relative standard deviation.
         place_sd_mm: standard error of the window's place in the block.
-        network: a file of ``palpate lump train``; by default the built-in one.
+        network: a file of ``palpate-lab train``; by default the built-in one.
         method: ``network``, ``refined``, or ``direct`` (finite elements, a minute or so).
     """
     try:

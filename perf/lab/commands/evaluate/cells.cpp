@@ -1,9 +1,9 @@
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/judge/report.h"
-#include "viz/commands/evaluate/evaluate.h"
+#include "perf/lab/commands/evaluate/evaluate.h"
+#include "perf/lab/judge/coverage_plot.h"
+#include "perf/lab/judge/report.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/coverage_plot.h"
 
 namespace palpate {
 

@@ -1,5 +1,5 @@
-// palpate evaluate: verdicts and intervals judged cell by cell of what varies.
-#include "viz/commands/evaluate/evaluate.h"
+// palpate-lab evaluate: verdicts and intervals judged cell by cell of what varies.
+#include "perf/lab/commands/evaluate/evaluate.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate {
@@ -10,15 +10,15 @@ void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   group->require_subcommand(1);
   group->footer(
       "Examples:\n"
-      "  palpate evaluate table results.csv --by size_mm,depth_mm\n"
-      "  palpate evaluate match --trials 500 --out out/match\n"
-      "  palpate evaluate modulus --out out/modulus\n"
-      "  palpate help evaluate force\n"
-      "Lumps are judged so by palpate lump evaluate.\n");
+      "  palpate-lab evaluate table results.csv --by size_mm,depth_mm\n"
+      "  palpate-lab evaluate match --trials 500 --out out/match\n"
+      "  palpate-lab evaluate modulus --out out/modulus\n"
+      "  palpate help evaluate force\n");
   add_evaluate_table(*group, common, chosen);
   add_evaluate_match(*group, common, chosen);
   add_evaluate_modulus(*group, common, chosen);
   add_evaluate_force(*group, common, chosen);
+  add_evaluate_lump(*group, common, chosen);
 }
 
 }  // namespace palpate

@@ -1,23 +1,22 @@
-// palpate evaluate, and what the commands below it share: options of the cells, a report of judged cases.
+// palpate-lab evaluate, and what the commands below it share: options of the cells, a report of judged cases.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
-#include "engine/judge/cells.h"
-#include "viz/commands/command.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/judge/cells.h"
 
 namespace palpate {
 
 class CommandLine;
 
-/// Adds the group `evaluate` to the program.
-void add_evaluate(CommandLine& program, Common& common, Command& chosen);
-/// Each adds one command to it.
+/// Each adds one command to the group.
 void add_evaluate_table(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_match(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_modulus(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_force(CommandLine& group, Common& common, Command& chosen);
+void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen);
 
 /// --by, --bins and --fewest. `conditions`: what --by may name, for its help.
 void add_cell_options(CommandLine& command, judge::CellOptions& cells, const std::string& conditions);

@@ -1,4 +1,5 @@
-// palpate evaluate force: forces of the simulated sensor, calibrated on some objects and judged on others.
+// palpate-lab evaluate force: forces of the simulated sensor, calibrated on some objects and judged on
+// others.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -11,7 +12,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
-#include "viz/commands/evaluate/evaluate.h"
+#include "perf/lab/commands/evaluate/evaluate.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
@@ -158,8 +159,8 @@ void add_evaluate_force(CommandLine& group, Common& common, Command& chosen) {
                    "(pad or gel, on 1 ball or 3)");
   command->add_option("--out", common.out, "Folder for force.txt, .csv, .json and plots");
   add_common(*command, common,
-             "  palpate evaluate force --trials 80 --out out/force\n"
-             "  palpate evaluate force --by force_N,calibrated --seed 7 --json\n"
+             "  palpate-lab evaluate force --trials 80 --out out/force\n"
+             "  palpate-lab evaluate force --by force_N,calibrated --seed 7 --json\n"
              "Calibrated as palpate calibrate force does it without its options, of gray sum, gradients and\n"
              "area. Refused is what has another state than valid.\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });

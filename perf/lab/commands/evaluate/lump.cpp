@@ -1,24 +1,24 @@
-// palpate lump evaluate: errors of lump estimates on blocks with known truth.
+// palpate-lab evaluate lump: errors of lump estimates on blocks with known truth.
 #include <map>
 #include <mutex>
 #include <optional>
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
-#include "engine/judge/report.h"
-#include "engine/lump/study/evaluation.h"
-#include "engine/lump/study/evaluation_cells.h"
-#include "engine/lump/study/evaluation_table.h"
-#include "engine/lump/study/input_faults.h"
-#include "engine/lump/training/examples.h"
 #include "palpate/error.h"
-#include "viz/commands/evaluate/evaluate.h"
-#include "viz/commands/lump/lump.h"
-#include "viz/commands/lump/method.h"
+#include "perf/lab/commands/commands.h"
+#include "perf/lab/commands/evaluate/evaluate.h"
+#include "perf/lab/judge/coverage_plot.h"
+#include "perf/lab/judge/report.h"
+#include "perf/lab/study/evaluation.h"
+#include "perf/lab/study/evaluation_cells.h"
+#include "perf/lab/study/evaluation_table.h"
+#include "perf/lab/study/input_faults.h"
+#include "perf/lab/study/lump_evaluation_plot.h"
+#include "perf/lab/training/examples.h"
+#include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/report/coverage_plot.h"
-#include "viz/report/lump_evaluation_plot.h"
 
 namespace palpate {
 namespace {
@@ -74,7 +74,7 @@ Report run(const Common& common, Options& o) {
     std::vector<lump::Example> more = lump::lump_examples(lump::read_lump_file(file));
     if (more.empty())
       throw Error(Failure::Input, "a data set with a finished case", file + " without one",
-                  "palpate lump info " + file);
+                  "palpate-lab info " + file);
     if (o.count > 0 && o.count < more.size()) more.resize(o.count);
     examples.insert(examples.end(), std::make_move_iterator(more.begin()),
                     std::make_move_iterator(more.end()));
@@ -123,18 +123,17 @@ Report run(const Common& common, Options& o) {
 
 }  // namespace
 
-void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
+void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
-      "evaluate", "How good estimates are, on a known data set seen through a synthetic sensor");
+      "lump", "How good estimates are, on a known data set seen through a synthetic sensor");
   auto o = std::make_shared<Options>();
   static const std::map<std::string, lump::ScoreOver> kOver = {{"noise", lump::ScoreOver::Noise},
                                                                {"exposure", lump::ScoreOver::Exposure},
                                                                {"loads", lump::ScoreOver::Loads}};
   command
-      ->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5, that the network has not seen")
+      ->add_option("DATA", o->files, "Data sets of palpate-lab dataset, *.h5, that the network has not seen")
       ->required();
-  command->add_option("--network", o->network,
-                      "A file of palpate lump train (default: the built-in network)");
+  command->add_option("--network", o->network, "A file of palpate-lab train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_fraction,
@@ -202,12 +201,12 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--out", common.out,
                       "Folder for lump_evaluation.csv, coverage.csv and plots, or lump_rows.csv");
   add_common(*command, common,
-             "  palpate lump evaluate held_out.h5 --out out/lump\n"
-             "  palpate lump evaluate held_out.h5 --noise 0.05 --loads 1\n"
-             "  palpate lump evaluate held_out.h5 --by size_mm,shape --bins 3 --out out/shapes\n"
-             "  palpate lump evaluate held_out.h5 --method direct --every 10 --out out/direct\n"
-             "  palpate lump evaluate held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
-             "  palpate lump evaluate held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
+             "  palpate-lab evaluate lump held_out.h5 --out out/lump\n"
+             "  palpate-lab evaluate lump held_out.h5 --noise 0.05 --loads 1\n"
+             "  palpate-lab evaluate lump held_out.h5 --by size_mm,shape --bins 3 --out out/shapes\n"
+             "  palpate-lab evaluate lump held_out.h5 --method direct --every 10 --out out/direct\n"
+             "  palpate-lab evaluate lump held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
+             "  palpate-lab evaluate lump held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
 }
 

@@ -1,4 +1,4 @@
-// palpate evaluate match: bent point sets with known partners; is what is called reliable true?
+// palpate-lab evaluate match: bent point sets with known partners; is what is called reliable true?
 #include <array>
 #include <cmath>
 #include <limits>
@@ -6,7 +6,7 @@
 
 #include "capture/synthetic/bent_points.h"
 #include "engine/base/text.h"
-#include "viz/commands/evaluate/evaluate.h"
+#include "perf/lab/commands/evaluate/evaluate.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -95,8 +95,8 @@ void add_evaluate_match(CommandLine& group, Common& common, Command& chosen) {
   add_cell_options(*command, o->cells, "bend, noise, strangers, missing, turn_deg");
   command->add_option("--out", common.out, "Folder for match.txt, .csv, .json and plots");
   add_common(*command, common,
-             "  palpate evaluate match --trials 600 --out out/match\n"
-             "  palpate evaluate match --by noise,strangers --seed 7 --json\n"
+             "  palpate-lab evaluate match --trials 600 --out out/match\n"
+             "  palpate-lab evaluate match --by noise,strangers --seed 7 --json\n"
              "A match is wrong where its points lie farther than 0.05 of the template's size from the truth\n"
              "on average. Half of the trials have the first step of a condition, the others one of three.\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });

@@ -1,4 +1,4 @@
-// palpate evaluate modulus: simulated samples of known Young's modulus; do the intervals hold it?
+// palpate-lab evaluate modulus: simulated samples of known Young's modulus; do the intervals hold it?
 #include <array>
 #include <cmath>
 #include <limits>
@@ -7,8 +7,8 @@
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
-#include "perf/rivals/modulus_trials.h"
-#include "viz/commands/evaluate/evaluate.h"
+#include "perf/lab/commands/evaluate/evaluate.h"
+#include "perf/lab/study/modulus_trials.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 
@@ -90,8 +90,8 @@ void add_evaluate_modulus(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--out", common.out, "Folder for modulus.txt, .csv, .json and plots");
   add_common(
       *command, common,
-      "  palpate evaluate modulus --trials 200 --out out/modulus\n"
-      "  palpate evaluate modulus --by young_kPa,shape --seed 7 --json\n"
+      "  palpate-lab evaluate modulus --trials 200 --out out/modulus\n"
+      "  palpate-lab evaluate modulus --by young_kPa,shape --seed 7 --json\n"
       "Finite elements of pad and sample seen through the simulated waveguide; pad, size and stage\n"
       "are off by errors that are stated to the fit. Estimates that are not valid count as refused.\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });

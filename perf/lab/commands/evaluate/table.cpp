@@ -1,8 +1,8 @@
-// palpate evaluate table: judges the cases of a CSV table.
+// palpate-lab evaluate table: judges the cases of a CSV table.
 #include <filesystem>
 
-#include "capture/files/judged_table.h"
-#include "viz/commands/evaluate/evaluate.h"
+#include "perf/lab/commands/evaluate/evaluate.h"
+#include "perf/lab/judge/judged_table.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate {
@@ -42,9 +42,9 @@ void add_evaluate_table(CommandLine& group, Common& common, Command& chosen) {
       ->delimiter(',');
   command->add_option("--out", common.out, "Folder for coverage.txt, .csv, .json and plots");
   add_common(*command, common,
-             "  palpate evaluate table results.csv --by size_mm,depth_mm\n"
-             "  palpate evaluate table results.csv --promise 0.95 --fewest 50 --out out/coverage\n"
-             "  palpate evaluate table lumps.csv --reported 'found,stiffness open' --json\n"
+             "  palpate-lab evaluate table results.csv --by size_mm,depth_mm\n"
+             "  palpate-lab evaluate table results.csv --promise 0.95 --fewest 50 --out out/coverage\n"
+             "  palpate-lab evaluate table lumps.csv --reported 'found,stiffness open' --json\n"
              "--by a quantity that was estimated goes by its truth.\n"
              "A cell is below its promise where its count would be so low, in any one of all cells, in at\n"
              "most 5 % of tables if the promise held everywhere. Lines are taken to err independently.\n");

@@ -1,0 +1,56 @@
+#include "engine/lump/lump_case.h"
+
+namespace palpate::lump {
+namespace {
+
+constexpr double kEllipsoidLength = 1.5, kLyingLength = 2.5;  // over the diameter
+
+}  // namespace
+
+double length_over_diameter(fem::InclusionShape shape) {
+  return shape == fem::InclusionShape::Ellipsoid       ? kEllipsoidLength
+         : shape == fem::InclusionShape::LyingCylinder ? kLyingLength
+                                                       : 1;
+}
+
+std::array<double, 3> Case::Lump::size_mm() const {
+  const double length = length_over_diameter(shape) * diameter_mm;
+  return along_y ? std::array{diameter_mm, length, diameter_mm}
+                 : std::array{length, diameter_mm, diameter_mm};
+}
+
+fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, double poisson,
+                    const std::array<uint32_t, 3>& cells) {
+  fem::Scene scene;
+  scene.block_mm = in_scene_axes(what, std::array{block_mm[0], block_mm[1], what.thickness_mm});
+  scene.young_Pa = what.young_Pa;
+  scene.poisson = poisson;
+  scene.presser = fem::Presser::Flat;
+  scene.press_mm = what.press_mm.back();
+  scene.cells = in_scene_axes(what, cells);
+  scene.inclusion.reset();
+  if (what.lump) {
+    fem::Inclusion inclusion;
+    inclusion.shape = what.lump->shape;
+    inclusion.size_mm = in_scene_axes(what, what.lump->size_mm());
+    inclusion.depth_mm = what.lump->depth_mm;
+    inclusion.stiffness_ratio = what.lump->stiffness_ratio;
+    inclusion.offset_mm = in_scene_axes(what, what.lump->offset_mm);
+    scene.inclusion = inclusion;
+  }
+  return scene;
+}
+
+fem::Map in_case_axes(const Case& what, fem::Map map) {
+  if (!what.lump || !what.lump->along_y) return map;
+  fem::Map turned;
+  turned.width = map.height;
+  turned.height = map.width;
+  turned.pitch_mm = {map.pitch_mm[1], map.pitch_mm[0]};
+  turned.values.resize(map.values.size());
+  for (uint32_t y = 0; y < turned.height; ++y)
+    for (uint32_t x = 0; x < turned.width; ++x) turned.values[size_t{y} * turned.width + x] = map.at(y, x);
+  return turned;
+}
+
+}  // namespace palpate::lump

@@ -1,0 +1,50 @@
+// One block of tissue with the lump in it, and the scene that the solver presses for it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "engine/fem/scene.h"
+
+namespace palpate::lump {
+
+struct Range {
+  double low = 0, high = 0;
+};
+
+/// One block.
+struct Case {
+  struct Lump {
+    fem::InclusionShape shape = fem::InclusionShape::Sphere;
+    bool along_y = false;  ///< long shapes: their long axis is y
+    double diameter_mm = 0, depth_mm = 0, stiffness_ratio = 1;
+    std::array<double, 2> offset_mm = {0, 0};
+    /// Outer sizes along the block's x, y, z.
+    std::array<double, 3> size_mm() const;
+  };
+  uint32_t number = 0;
+  std::optional<Lump> lump;
+  double thickness_mm = 0, young_Pa = 0;
+  std::vector<double> press_mm;  ///< one per load, rising
+};
+
+/// Length of a shape over its diameter: 1 but for the ellipsoid and the lying cylinder.
+double length_over_diameter(fem::InclusionShape shape);
+
+/// The case as the solver has it, with long shapes along x: where the case's lies along y, x and y of the
+/// scene are y and x of the case. `block_mm`: length and width; `cells`: along x, y, z of the case.
+fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, double poisson,
+                    const std::array<uint32_t, 3>& cells);
+/// Numbers along x, y (and z) of the block as that scene has them.
+template <typename Numbers>
+Numbers in_scene_axes(const Case& what, Numbers numbers) {
+  if (what.lump && what.lump->along_y) std::swap(numbers[0], numbers[1]);
+  return numbers;
+}
+/// A map of that scene with the axes of the case.
+fem::Map in_case_axes(const Case& what, fem::Map map);
+
+}  // namespace palpate::lump
