@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/elasticity/traction.h"
+#include "engine/pad/traction.h"
 
 namespace palpate {
 
