@@ -3,11 +3,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "capture/files/measurements.h"
 #include "capture/files/true_quantities.h"
+#include "capture/run/comparison.h"
 #include "palpate/options.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/json.h"
@@ -257,6 +260,37 @@ TEST(Quantities, TheTableInTheReadmeIsTheList) {
     EXPECT_EQ(b, a) << "PALPATE_WRITE_TABLES=1 writes the table";
   }
   EXPECT_EQ(found, readme_table());
+}
+
+TEST(Quantities, EstimatesAreComparedWithTheirTruth) {
+  Comparison comparison;
+  Touch touch = distinct_touch();
+  comparison.add(touch, distinct_truth(), 0.005);  // its depth is a lower bound
+  touch.force_N.validity = Validity::Saturated;
+  touch.surface->validity = Validity::Valid;
+  touch.skin->stick_fraction.validity = Validity::BelowRange;
+  comparison.add(touch, distinct_truth(), 0.005);
+  const std::map<std::string, std::pair<uint64_t, double>> expected = {
+      {"force_N", {1, -0.01}},
+      {"shear_x_N", {2, 0}},
+      {"shear_y_N", {2, 0}},
+      {"depth_max_mm", {1, -0.01}},
+      {"torsion_rad", {2, -0.001}},
+      {"stick_share", {1, 0.01}},
+      {"center_px", {2, std::hypot(0.123, 0.25)}},
+      {"depth_map_rms_mm", {1, 0.005}}};
+  EXPECT_EQ(comparison.compared().size(), expected.size());
+  for (const auto& [name, words, errors] : comparison.compared()) {
+    ASSERT_TRUE(expected.contains(name)) << name;
+    EXPECT_EQ(errors.count(), expected.at(name).first) << name;
+    EXPECT_NEAR(errors.mean(), expected.at(name).second, 1e-12) << name;
+  }
+  EXPECT_EQ(comparison.counts().flagged, 1u);
+  EXPECT_EQ(comparison.counts().depth_flagged, 1u);
+  Touch missed;
+  comparison.add(missed, distinct_truth(), std::nullopt);
+  EXPECT_EQ(comparison.counts().contact_missed, 1u);
+  EXPECT_EQ(comparison.counts().largest_missed_N, 0.85);
 }
 
 TEST(Quantities, NamesOfErrorsAndWords) {
