@@ -111,15 +111,17 @@ constexpr std::array<MeasuredQuantity<S>, 20> kShape = {{
         "frames came, and shear counts from there; \"reaches the border\" while the contact does or did at "
         "its onset, since its centroid lies elsewhere.",
         {.state = "shear_state", .row = {"shear y", 3, true}}),
-    field<S, &S::shift_x_mm>("shift_x_mm", G::ShiftMillimetres,
-                             "How far the centroid moved to the right since the contact's onset.",
-                             {.in_table = alone, .row = {"moved", 3, true}}),
+    field<S, &S::shift_x_mm>(
+        "shift_x_mm", G::ShiftMillimetres,
+        "How far the centroid moved to the right since the contact's onset; not known of separate pictures.",
+        {.in_table = alone, .row = {"moved", 3, true}}),
     field<S, &S::shift_x_px>("shift_x_px", G::ShiftPixels,
                              "How far it moved to the right; a column where no scale is known.",
                              {.in_table = alone, .row = {"moved", 1, true}}),
-    field<S, &S::shift_y_mm>("shift_y_mm", G::ShiftMillimetres,
-                             "How far the centroid moved downwards since the contact's onset.",
-                             {.in_table = alone, .row = {"moved", 3, true}}),
+    field<S, &S::shift_y_mm>(
+        "shift_y_mm", G::ShiftMillimetres,
+        "How far the centroid moved downwards since the contact's onset; not known of separate pictures.",
+        {.in_table = alone, .row = {"moved", 3, true}}),
     field<S, &S::shift_y_px>("shift_y_px", G::ShiftPixels,
                              "How far it moved downwards; a column where no scale is known.",
                              {.in_table = alone, .row = {"moved", 1, true}}),
