@@ -249,7 +249,7 @@ TEST_F(WeightedSurfaceTest, StageEqualsCpu) {
     std::vector<float> gradients(size_t{2} * cols * rows), weights(size_t{cols} * rows);
     for (float& g : gradients) g = normal(random);
     for (float& w : weights) w = uniform(random) < 0.15f ? 0 : 0.2f + 0.8f * uniform(random);
-    const auto upload = [&](const auto& value) {
+    const auto upload = [&, cols = cols, rows = rows](const auto& value) {
       gpu::DeviceBuffer buffer(context(), "upload", grid.bytes(), gpu::Memory::Upload);
       for (float& to : buffer.as<float>()) to = std::numeric_limits<float>::quiet_NaN();
       for (uint32_t i = 0; i < cols * rows; ++i)
@@ -359,13 +359,12 @@ TEST_F(WeightedSurfaceTest, KinksAreCut) {
     const std::vector<float> given = scenes::gradients(field, rows, cols);
     const std::vector<double> truth = heights(field, rows, cols);
     const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
+    const double spread = *high - *low;
     for (const SurfaceSolver solver : {SurfaceSolver::Converged, SurfaceSolver::Exact}) {
       if (solver == SurfaceSolver::Exact && !kink) continue;
       const WeightedHeights plain = integrate_weighted(context(), given, ones, rows, cols, solver);
       const WeightedHeights cut = integrate_weighted(context(), given, ones, rows, cols, solver, true);
-      const auto extremes = [&](const WeightedHeights& h) {
-        return std::abs(h.peak_to_valley / (*high - *low) - 1);
-      };
+      const auto extremes = [&](const WeightedHeights& h) { return std::abs(h.peak_to_valley / spread - 1); };
       const double rms_plain = misfit_by_island(plain.values, truth, ones, cols, rows).rms;
       const double rms_cut = misfit_by_island(cut.values, truth, ones, cols, rows).rms;
       std::printf(

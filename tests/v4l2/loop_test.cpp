@@ -19,6 +19,14 @@
 namespace palpate {
 namespace {
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#ifdef __clang__
+#pragma GCC diagnostic ignored "-Wc99-designator"
+#endif
+const v4l2_dv_timings kTimings = V4L2_DV_BT_DMT_640X480P60;  // the kernel's C
+#pragma GCC diagnostic pop
+
 class Loop : public Guest {
  protected:
   /// The output as a grabber's source: 640 x 480 at 60 frames/s on both ends.
@@ -27,9 +35,9 @@ class Loop : public Guest {
     ASSERT_GE(out_, 0);
     const int in = open(kLoopIn, O_RDWR);
     ASSERT_GE(in, 0);
-    v4l2_dv_timings timings = V4L2_DV_BT_DMT_640X480P60;
+    v4l2_dv_timings timings = kTimings;
     EXPECT_EQ(v4l2::call(out_, VIDIOC_S_DV_TIMINGS, &timings), 0);
-    timings = V4L2_DV_BT_DMT_640X480P60;
+    timings = kTimings;
     EXPECT_EQ(v4l2::call(in, VIDIOC_S_DV_TIMINGS, &timings), 0);
     close(in);
     v4l2_format format{};

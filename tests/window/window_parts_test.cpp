@@ -482,7 +482,7 @@ TEST(CalibrationChart, EverySignalAndModelIsReadAlike) {
       c.gray_max = 1000;
       c.residual_sd_N = 0.01;
       const std::string of = std::string(to_string(signal)) + ", " + to_string(model);
-      const auto touch_of = [&](double reading) {
+      const auto touch_of = [&, signal = signal](double reading) {
         Touch touch;
         touch.contact = true;
         touch.gray_sum = signal == ForceSignal::GraySum ? reading : 7;
