@@ -85,14 +85,12 @@ bool may_show_slopes(const Sensor& sensor, bool asked) {
   return sensor.bit_depth == 8 && (asked || sensor.signal == Signal::Either);
 }
 
-uint32_t force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal) {
-  uint32_t outputs = input.outputs;
+Outputs force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal) {
+  Outputs outputs = input.outputs;
   // A volume needs the surface; without it that work is saved.
-  if (signal && signal != ForceSignal::Volume && signal != ForceSignal::Layer)
-    outputs = static_cast<uint32_t>(Output::Force);
+  if (signal && signal != ForceSignal::Volume && signal != ForceSignal::Layer) outputs = Output::Force;
   // Whatever the force is read by, clocks are best compared by the sum of gradients, where there is one.
-  if (may_show_slopes(input.sensor, signal == ForceSignal::Gradient))
-    outputs |= static_cast<uint32_t>(Output::Gradient);
+  if (may_show_slopes(input.sensor, signal == ForceSignal::Gradient)) outputs |= Output::Gradient;
   return outputs;
 }
 

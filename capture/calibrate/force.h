@@ -17,7 +17,7 @@ namespace palpate {
 bool may_show_slopes(const Sensor& sensor, bool asked = false);
 
 /// Outputs to measure of an input: no more than the signal needs; without a signal all that any may need.
-uint32_t force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal);
+Outputs force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal);
 
 /// The names of signals and models as the command line spells them.
 inline const std::map<std::string, ForceSignal> kForceSignalNames = {{"gray-sum", ForceSignal::GraySum},

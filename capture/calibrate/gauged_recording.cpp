@@ -13,6 +13,7 @@
 #include "capture/run/run_recording.h"
 #include "capture/v4l2/camera.h"
 #include "engine/base/text.h"
+#include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 
@@ -355,7 +356,7 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
   const Frame background = load_background(input.input, input.sensor, *source);
   Pipeline pipeline(
       context, for_rectified_frames(input.sensor), source->format(),
-      {.outputs = input.outputs, .solver = SurfaceSolver::Converged, .separate = recording.separate});
+      {.outputs = input.outputs, .solver = SurfaceSolver::Best, .separate = recording.separate});
   pipeline.set_background(background);
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));

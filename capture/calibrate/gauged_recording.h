@@ -13,6 +13,9 @@
 #include "palpate/touch.h"
 
 namespace palpate {
+namespace gpu {
+class Context;
+}
 
 /// Alignment of the gauge's clock with the recording's.
 struct Alignment {

@@ -40,9 +40,9 @@ Json stiffness_json(const Stiffness& s) {
 
 }  // namespace
 
-uint32_t shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> signal) {
+Outputs shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> signal) {
   const bool skin = input.sensor.skin && signal != ShearSignal::Centroid;
-  return skin ? Output::Force | Output::Skin : static_cast<uint32_t>(Output::Force);
+  return skin ? Output::Force | Output::Skin : Output::Force;
 }
 
 std::vector<ShearSample> shear_samples(const std::vector<GaugedRecording>& recordings, ShearSignal signal) {

@@ -29,7 +29,7 @@ struct ShearRequest {
 };
 
 /// Outputs to measure of an input; `signal` none: those that either needs.
-uint32_t shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> signal);
+Outputs shear_outputs(const MeasuredInput& input, std::optional<ShearSignal> signal);
 
 /// The names of signals as the command line spells them.
 inline const std::map<std::string, ShearSignal> kShearSignalNames = {{"centroid", ShearSignal::Centroid},

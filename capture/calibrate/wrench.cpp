@@ -8,6 +8,7 @@
 #include "capture/files/measurements.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 
@@ -39,7 +40,7 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   source->watch([&watch] { return watch.stopped(); });
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
                     {.outputs = wanted.outputs,
-                     .solver = SurfaceSolver::Converged,
+                     .solver = SurfaceSolver::Best,
                      .separate = separate_presses(*source, gauge.one_sequence, gauge.rate_Hz)});
   pipeline.set_background(load_background(wanted.input, sensor, *source));
   WrenchSeries series;
@@ -68,8 +69,7 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   // The gauge's clock is found by the light alone, which needs no surface.
   MeasuredInput plain = wanted;
   plain.outputs = Output::Force | Output::Contacts;
-  if (sensor.bit_depth == 8 && sensor.signal == Signal::Either)
-    plain.outputs |= static_cast<uint32_t>(Output::Gradient);
+  if (sensor.bit_depth == 8 && sensor.signal == Signal::Either) plain.outputs |= Output::Gradient;
   const GaugedRecording beside = measure_beside_gauge(context, plain, gauge, watch);
   for (size_t i = 0; i < std::min(series.frames.size(), beside.frames.size()); ++i)
     series.frames[i].gauge_N = beside.frames[i].force_N;

@@ -161,7 +161,7 @@ Measurements::Measurements(const std::filesystem::path& file, MeasuredColumns co
   file_.append(header(columns));
 }
 
-std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
+std::string Measurements::cells(const Touch& touch, Outputs outputs) {
   Row row(Row::Form::Csv, {}, Digits::All);
   row.add(touch_quantities(), &touch, wants(outputs, Output::Force) ? ~0u : ~MeasuredColumns::kOfTouch);
   return row.line();

@@ -10,6 +10,7 @@
 #include "capture/files/output_file.h"
 #include "capture/truth.h"
 #include "engine/measure/quantities.h"
+#include "palpate/options.h"
 #include "palpate/touch.h"
 
 namespace palpate {
@@ -41,7 +42,7 @@ class Measurements {
                          const std::string& source = {});
   /// All cells of the measurements, without frame and time, with all digits; and their names. Where several
   /// contacts touch, centroid, ellipse and shift stay empty: they are each contact's.
-  static std::string cells(const Touch& touch, uint32_t outputs);
+  static std::string cells(const Touch& touch, Outputs outputs);
   static std::string cell_names();
 
  private:

@@ -16,6 +16,10 @@
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 
+namespace palpate::gpu {
+class Context;
+}
+
 namespace palpate {
 
 class Recording;

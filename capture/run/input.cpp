@@ -98,11 +98,9 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::opt
   if (!background.empty()) found.sensor.background.image = std::filesystem::absolute(background).string();
   found.outputs = Output::Force | Output::Contacts;
   if (found.sensor.skin && found.sensor.background.kind == BackgroundKind::Untouched)
-    found.outputs |= static_cast<uint32_t>(Output::Skin);
-  if (found.sensor.reconstruction != Reconstruction::None)
-    found.outputs |= static_cast<uint32_t>(Output::Surface);
-  if (found.sensor.layer && wants(found.outputs, Output::Surface))
-    found.outputs |= static_cast<uint32_t>(Output::Traction);
+    found.outputs |= Output::Skin;
+  if (found.sensor.reconstruction != Reconstruction::None) found.outputs |= Output::Surface;
+  if (found.sensor.layer && wants(found.outputs, Output::Surface)) found.outputs |= Output::Traction;
   return found;
 }
 
@@ -110,6 +108,13 @@ std::string unused_rate(const Source& source, double rate_Hz) {
   if (rate_Hz <= 0 || source.rate_Hz() <= 0) return {};
   return text("the rate of %g frames/s is not used: the recording has times of its own (%.4g frames/s)",
               rate_Hz, source.rate_Hz());
+}
+
+Outputs outputs_of(std::span<const Output> asked) {
+  Outputs outputs;
+  for (const Output one : asked) outputs |= one;
+  if (wants(outputs, Output::Contacts) || wants(outputs, Output::Skin)) outputs |= Output::Force;
+  return outputs;
 }
 
 const char* to_string(SurfaceSolver solver) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,7 @@ struct MeasuredInput {
   std::string input;  ///< as open_source takes it; a synthetic one with every key and the seed
   Sensor sensor;
   std::optional<SessionInfo> session;  ///< of a recorded session
-  uint32_t outputs = 0;                ///< force, and the surface where the sensor has a reading of it
+  Outputs outputs = {};                ///< force, and the surface where the sensor has a reading of it
 };
 
 /// Note that a rate given for images is not used, since these frames have times of their own; empty where it
@@ -47,11 +48,8 @@ Sensor sensor_to_calibrate(const std::string& input, const std::filesystem::path
                            double pitch_mm_per_px = 0);
 
 /// The solvers as the command line spells them.
-inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"auto", SurfaceSolver::Auto},
-                                                                  {"live", SurfaceSolver::Live},
-                                                                  {"fine", SurfaceSolver::Fine},
-                                                                  {"converged", SurfaceSolver::Converged},
-                                                                  {"exact", SurfaceSolver::Exact}};
+inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", SurfaceSolver::Live},
+                                                                  {"best", SurfaceSolver::Best}};
 const char* to_string(SurfaceSolver solver);
 
 /// Outputs that can be requested, as spelled on the command line.
@@ -59,5 +57,7 @@ inline const std::map<std::string, Output> kOutputNames = {
     {"force", Output::Force},       {"surface", Output::Surface},   {"confidence", Output::Confidence},
     {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin},
     {"traction", Output::Traction}};
+/// What a person asked for, with what that needs: contacts and skin bring the force.
+Outputs outputs_of(std::span<const Output> asked);
 
 }  // namespace palpate

@@ -178,11 +178,10 @@ PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Fram
     : sensor_(sensor),
       sample_(sample),
       background_(background),
-      pipeline_(
-          context, for_rectified_frames(sensor), background.format,
-          {.outputs = sensor.reconstruction == Reconstruction::None ? static_cast<uint32_t>(Output::Force)
-                                                                    : Output::Force | Output::Surface,
-           .solver = SurfaceSolver::Converged}) {
+      pipeline_(context, for_rectified_frames(sensor), background.format,
+                {.outputs = sensor.reconstruction == Reconstruction::None ? Output::Force
+                                                                          : Output::Force | Output::Surface,
+                 .solver = SurfaceSolver::Best}) {
   pipeline_.set_background(background);
 }
 
@@ -190,7 +189,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   pipeline_.submit(frame);
   const std::optional<Result> result = pipeline_.wait();
   const Touch& t = result->touch;
-  const std::vector<float> depth = t.surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
+  const std::span<const float> depth = result->depth_mm();
   why_not_ = !t.contact           ? kUntouched
              : t.at_border        ? "the contact reaches the border"
              : t.saturated_px > 0 ? "saturated pixels"

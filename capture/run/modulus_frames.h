@@ -13,6 +13,9 @@
 #include "palpate/sensor.h"
 
 namespace palpate {
+namespace gpu {
+class Context;
+}
 
 /// Where a contact ends, by the picture.
 struct ContactEdge {

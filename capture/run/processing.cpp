@@ -15,6 +15,7 @@
 #include "capture/run/run_recording.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -111,12 +112,12 @@ class Recorder {
     const bool mesh_of_traction =
         std::ranges::find(request_.traction, TractionFormat::Ply) != request_.traction.end();
     if (seen && touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction)) {
-      depth_mm_ = pipeline_.read_depth_mm(result);
+      depth_mm_ = result.depth_mm();
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
     }
     if (!request_.confidence.empty()) {
-      const std::vector<uint16_t> pixels = pipeline_.read_confidence(result);
+      const std::span<const uint16_t> pixels = result.confidence();
       for (const DepthFormat format : request_.confidence)
         write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
                          map_width(), map_height(), format);
@@ -187,7 +188,7 @@ class Recorder {
       pictures_->follow(touch);
       return;
     }
-    pictures_->draw(frame, touch, result.surface, result.traction,
+    pictures_->draw(frame, touch, surface_of(result), result.traction,
                     to_file ? out_ / "pictures" / numbered_name(sequence, "png") : std::filesystem::path(),
                     to_film);
   }
@@ -239,7 +240,7 @@ class Recorder {
   std::optional<ContactRows> contacts_;
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
-  std::vector<float> depth_mm_;
+  std::span<const float> depth_mm_;  ///< of the result that is added
   std::map<DepthFormat, uint64_t> clipped_px_;
   TouchTable touches_;
 };
@@ -265,7 +266,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
-  const PipelineOptions measured = pipeline_options(request, request.outputs, *source, SurfaceSolver::Auto);
+  const PipelineOptions measured = pipeline_options(request, request.outputs, *source, SurfaceSolver::Best);
   const bool separate = measured.separate;
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(), measured);
   pipeline.set_background(background);
@@ -277,7 +278,8 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
       std::filesystem::remove(out / stale);
   }
   ProcessSummary summary;
-  summary.solver = pipeline.solver();
+  summary.solver = request.solver;
+  summary.solved_by = pipeline.solved_by();
   summary.separate = separate;
   summary.untouched = background_origin(sensor, *source);
   std::optional<RestCheck> rest_check;
@@ -368,6 +370,7 @@ json::Value to_json(const ProcessSummary& s, const ProcessRequest& request, cons
                        {"sensor", sensor.name},
                        {"device", context.report().name},
                        {"solver", to_string(s.solver)},
+                       {"solved_by", s.solved_by == SolveBy::Host ? "host" : "device"},
                        {"complete", s.complete}};
   if (!s.complete) value["ended_by"] = s.ended_by;
   if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;

@@ -24,9 +24,13 @@
 #include "capture/run/verify_recording.h"
 #include "engine/base/json.h"
 #include "engine/palpation/press_monitor.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
 
 namespace palpate {
+namespace gpu {
+class Context;
+}
 
 /// Inputs of the pictures of a recording; all must outlive them.
 struct PictureSetting {
@@ -53,9 +57,9 @@ class RecordingPictures {
 /// Of the settings: those of measuring, `rate_Hz` of inputs without one (0: their times stay unknown), and
 /// `max_frames`. Pictures without a rate, where none is given, are presses of their own unless they are
 /// `one_sequence`: what only a sequence shows (shift, shear, slip, the skin's motion) is then not measured.
-/// Without a solver: SurfaceSolver::Auto.
+/// Without a solver: SurfaceSolver::Best.
 struct ProcessRequest : RunSettings {
-  uint32_t outputs = Output::Force | Output::Surface;
+  Outputs outputs = Output::Force | Output::Surface;
   /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
   /// compared with what was recorded.
   bool as_recorded = false;
@@ -85,7 +89,8 @@ struct ProcessRequest : RunSettings {
 
 /// Counts over the frames of a recording.
 struct ProcessSummary {
-  SurfaceSolver solver = SurfaceSolver::Auto;  ///< that the frames were solved with
+  SurfaceSolver solver = SurfaceSolver::Best;  ///< that the frames were solved with
+  SolveBy solved_by = SolveBy::Device;         ///< never Auto
   uint64_t frames = 0;
   std::string columns;   ///< names of those of measurements.csv, commas between
   uint64_t touches = 0;  ///< times that something touches: frames that touch after one that does not

@@ -20,8 +20,7 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
   if (input.sensor.background.kind == BackgroundKind::Untouched) info.background = background;
   info.outputs = pipeline.outputs;
   info.solver = pipeline.solver;
-  info.skip_untouched = pipeline.skip_untouched;
-  info.warm_start = pipeline.warm_start;
+  info.solve_by = pipeline.solve_by;
   info.fixed_light = pipeline.fixed_light;
   info.separate = pipeline.separate;
   info.program_version = PALPATE_VERSION_TEXT;

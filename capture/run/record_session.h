@@ -14,6 +14,9 @@
 #include "palpate/pipeline.h"
 
 namespace palpate {
+namespace gpu {
+class Context;
+}
 
 /// Data that every session of this input keeps beside its frames.
 SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,

@@ -27,9 +27,7 @@ const std::array kSettings = {
             "What to measure: force, surface, confidence, contacts, gradient, skin, traction (default: what "
             "the sensor can)",
             &S::chosen_outputs},
-    Setting{"solver", "--solver", "Surface solver: live, fine, converged, exact (CPU) or auto", &S::solver},
-    Setting{"skip_untouched", "--skip-untouched",
-            "Compute only a window around the contact; beyond it depth is 0", &S::skip_untouched},
+    Setting{"solver", "--solver", "Surface solver: live or best", &S::solver},
     Setting{"fixed_light", "--fixed-background", kFixedLight, &S::fixed_light},
     Setting{"sequence", "--sequence", kSequence, &S::one_sequence},
     Setting{.name = "rate_Hz",
@@ -104,20 +102,15 @@ MeasuredInput find_input(const RunSettings& settings) {
   return found;
 }
 
-uint32_t outputs_of(const std::vector<Output>& chosen) {
-  uint32_t all = 0;
-  for (const Output output : chosen) all |= static_cast<uint32_t>(output);
-  if (wants(all, Output::Contacts) || wants(all, Output::Skin)) all |= static_cast<uint32_t>(Output::Force);
-  return all;
-}
-
 void as_recorded(RunSettings& settings, const SessionInfo& session) {
-  if (!settings.solver) settings.solver = session.solver;
-  settings.skip_untouched = settings.skip_untouched || session.skip_untouched;
+  if (!settings.solver) {
+    settings.solver = session.solver;
+    settings.solve_by = session.solve_by;
+  }
   settings.fixed_light = settings.fixed_light || session.fixed_light;
 }
 
-PipelineOptions pipeline_options(const RunSettings& settings, uint32_t outputs, const Source& source,
+PipelineOptions pipeline_options(const RunSettings& settings, Outputs outputs, const Source& source,
                                  SurfaceSolver solver) {
   const bool separate = separate_presses(source, settings.one_sequence, settings.rate_Hz);
   if (separate && wants(outputs_of(settings.chosen_outputs), Output::Skin))
@@ -126,9 +119,9 @@ PipelineOptions pipeline_options(const RunSettings& settings, uint32_t outputs, 
                 "--sequence where they do, or other outputs");
   return {.outputs = outputs,
           .solver = settings.solver.value_or(solver),
-          .skip_untouched = settings.skip_untouched,
           .fixed_light = settings.fixed_light,
-          .separate = separate};
+          .separate = separate,
+          .solve_by = settings.solve_by};
 }
 
 }  // namespace palpate

@@ -27,7 +27,7 @@ struct RunSettings : LoopSettings {
   std::filesystem::path background;    ///< empty: the sensor file's, or the first frames
   std::vector<Output> chosen_outputs;  ///< empty: what the sensor can
   std::optional<SurfaceSolver> solver;
-  bool skip_untouched = false;
+  SolveBy solve_by = SolveBy::Auto;  ///< as in PipelineOptions
   bool fixed_light = false;
   bool one_sequence = false;
   bool no_drop = false;  ///< of a recording: frames wait for it
@@ -59,13 +59,11 @@ std::string range_words(const Setting& setting);
 
 /// The input with its sensor and outputs. Throws Error.
 MeasuredInput find_input(const RunSettings& settings);
-/// What is chosen, and what that needs.
-uint32_t outputs_of(const std::vector<Output>& chosen);
 /// What is left open becomes as the session was recorded.
 void as_recorded(RunSettings& settings, const SessionInfo& session);
 /// How the frames of `source` are measured; `solver`: where none is chosen. Throws Error(Failure::Usage)
 /// where an output is chosen by name that separate pictures cannot have.
-PipelineOptions pipeline_options(const RunSettings& settings, uint32_t outputs, const Source& source,
+PipelineOptions pipeline_options(const RunSettings& settings, Outputs outputs, const Source& source,
                                  SurfaceSolver solver = SurfaceSolver::Live);
 
 }  // namespace palpate

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "capture/open_source.h"
+#include "engine/gpu/context.h"
 #include "engine/pipeline/surface/surface_sample.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -18,12 +20,12 @@ constexpr double kNearForce = 0.03;
 
 /// Calls `with(result)` for each frame until it says that it has seen enough.
 template <typename With>
-void each_frame(gpu::Context& context, const MeasuredInput& input, uint32_t outputs, const RunWatch& watch,
+void each_frame(gpu::Context& context, const MeasuredInput& input, Outputs outputs, const RunWatch& watch,
                 const With& with) {
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
   Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
-                    {.outputs = outputs, .solver = SurfaceSolver::Converged});
+                    {.outputs = outputs, .solver = SurfaceSolver::Best});
   pipeline.set_background(load_background(input.input, input.sensor, *source));
   bool more = true;
   for (Frame frame; more && !watch.stopped() && source->next(frame);) {
@@ -40,7 +42,7 @@ std::array<uint64_t, 2> frames_by_force(gpu::Context& context, const MeasuredInp
     double force_N;
   };
   std::vector<Seen> seen;
-  each_frame(context, input, static_cast<uint32_t>(Output::Force), watch, [&](const Result& result) {
+  each_frame(context, input, Output::Force, watch, [&](const Result& result) {
     const Touch& t = result.touch;
     if (t.contact && std::isfinite(t.force_N.value) && t.force_N.validity != Validity::NotCalibrated)
       seen.push_back({t.sequence, t.force_N.value});
@@ -99,9 +101,9 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
   if (frames[0] == frames[1])
     throw Error(Failure::Input, "two compressions", "one and the same frame, " + std::to_string(frames[0]),
                 "other forces or frames");
-  uint32_t outputs = Output::Force | Output::Contacts;
-  if (surface) outputs |= static_cast<uint32_t>(Output::Surface);
-  if (skin) outputs |= static_cast<uint32_t>(Output::Skin);
+  Outputs outputs = Output::Force | Output::Contacts;
+  if (surface) outputs |= Output::Surface;
+  if (skin) outputs |= Output::Skin;
   ControlOptions control = request.control;
   control.pitch_mm_per_px = input.sensor.pitch_mm_per_px;
   TactileShapes found;
@@ -114,14 +116,14 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
       shape.touch = result.touch;
       have[i] = true;
       if (!surface) continue;
-      const FrameFormat format{result.surface.width, result.surface.height, 1, 8};
+      const FrameFormat format{surface_of(result).width, surface_of(result).height, 1, 8};
       for (uint64_t draw = 0; draw < kDraws; ++draw) {
         // Each draws its own candidates: the same ones in both frames would look like points that stand
         // still. No two seeds share a draw.
         control.seed = 2 * kDraws * request.control.seed + 2 * draw + i;
         const CandidateGrid grid = control_candidates(contact_box(result.touch, format), control);
         const std::vector<float> depths =
-            sample_depths(context, result.surface, result.touch.surface->depth_offset_mm, grid.places);
+            sample_depths(context, surface_of(result), result.touch.surface->depth_offset_mm, grid.places);
         ControlPoints chosen = choose_control_points(grid, depths, {}, control);
         shape.contact_mm2 += chosen.contact_mm2 / static_cast<double>(kDraws);
         shape.draws.push_back(shape_points(chosen, control.pitch_mm_per_px));

@@ -12,6 +12,9 @@
 #include "palpate/touch.h"
 
 namespace palpate {
+namespace gpu {
+class Context;
+}
 
 struct TactileShape {
   Touch touch;

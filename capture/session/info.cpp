@@ -1,6 +1,8 @@
 #include "capture/session/info.h"
 
+#include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "engine/base/json.h"
 #include "palpate/error.h"
@@ -17,12 +19,14 @@ constexpr std::array<std::pair<const char*, Output>, 6> kOutputs = {{{"force", O
                                                                      {"contacts", Output::Contacts},
                                                                      {"skin", Output::Skin},
                                                                      {"traction", Output::Traction}}};
-constexpr std::array<std::pair<const char*, SurfaceSolver>, 5> kSolvers = {
-    {{"auto", SurfaceSolver::Auto},
-     {"live", SurfaceSolver::Live},
-     {"fine", SurfaceSolver::Fine},
-     {"converged", SurfaceSolver::Converged},
-     {"exact", SurfaceSolver::Exact}}};
+// The last two are in older sessions only.
+constexpr std::array<std::pair<const char*, std::pair<SurfaceSolver, SolveBy>>, 6> kSolvers = {
+    {{"live", {SurfaceSolver::Live, SolveBy::Auto}},
+     {"best", {SurfaceSolver::Best, SolveBy::Auto}},
+     {"converged", {SurfaceSolver::Best, SolveBy::Device}},
+     {"exact", {SurfaceSolver::Best, SolveBy::Host}},
+     {"auto", {SurfaceSolver::Best, SolveBy::Auto}},
+     {"fine", {SurfaceSolver::Best, SolveBy::Auto}}}};
 
 [[noreturn]] void fail(const std::string& where, const std::string& wanted, const std::string& found,
                        const char* remedy = "another session; this one was changed or damaged") {
@@ -127,9 +131,10 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
   for (const auto& [name, output] : kOutputs)
     if (wants(info.outputs, output)) outputs.push_back(name);
   for (const auto& [name, value] : info.details) details.push_back(Json::array({name, value}));
-  std::string solver;
-  for (const auto& [name, value] : kSolvers)
-    if (value == info.solver) solver = name;
+  const auto solver = std::ranges::find_if(kSolvers, [&](const auto& one) {
+    return one.second.first == info.solver &&
+           (info.solver == SurfaceSolver::Live || one.second.second == info.solve_by);
+  });
   const FrameFormat& f = info.format;
   Json json{
       {"palpate_session", kVersion},
@@ -142,9 +147,7 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
       {"background", info.background ? Json(kSessionBackground) : Json()},
       {"measured",
        {{"outputs", outputs},
-        {"solver", solver},
-        {"skip_untouched", info.skip_untouched},
-        {"warm_start", info.warm_start},
+        {"solver", solver->first},
         {"fixed_background", info.fixed_light},
         {"separate_pictures", info.separate}}},
       {"program_version", info.program_version},
@@ -179,11 +182,10 @@ SessionText session_from_text(const std::string& text, const std::string& where)
   if (!measured.at("outputs").is_array())
     fail(measured.path("outputs"), "a list", shown(measured.at("outputs")));
   for (const Json& output : measured.at("outputs"))
-    read.info.outputs |= static_cast<uint32_t>(
-        Reader::choice(Reader::text(output, measured.path("outputs")), kOutputs, measured.path("outputs")));
-  read.info.solver = Reader::choice(measured.text("solver"), kSolvers, measured.path("solver"));
-  read.info.skip_untouched = measured.truth("skip_untouched");
-  read.info.warm_start = measured.truth("warm_start");
+    read.info.outputs |=
+        Reader::choice(Reader::text(output, measured.path("outputs")), kOutputs, measured.path("outputs"));
+  std::tie(read.info.solver, read.info.solve_by) =
+      Reader::choice(measured.text("solver"), kSolvers, measured.path("solver"));
   // Sessions of before it was followed do not say so.
   read.info.fixed_light = !measured.has("fixed_background") || measured.truth("fixed_background");
   read.info.separate = measured.has("separate_pictures") && measured.truth("separate_pictures");

@@ -25,10 +25,9 @@ struct SessionInfo {
   FrameFormat format;               ///< of every frame
   double rate_Hz = 0;               ///< nominal; 0: none
   std::optional<Frame> background;  ///< the untouched image, of `format`; read back by own_background()
-  uint32_t outputs = 0;             ///< that were measured, as in PipelineOptions; 0: none
+  Outputs outputs = {};             ///< that were measured, as in PipelineOptions; empty: none
   SurfaceSolver solver = SurfaceSolver::Live;
-  bool skip_untouched = false;
-  bool warm_start = false;
+  SolveBy solve_by = SolveBy::Auto;
   bool fixed_light = false;
   bool separate = false;  ///< frames were pictures of separate presses, as in PipelineOptions
   std::string program_version;

@@ -246,7 +246,7 @@ void SessionWriter::Impl::write_rows(std::unique_lock<std::mutex>& lock, bool al
   std::string lines;
   while (!rows.empty() && !rows_failed) {
     const Row& row = rows.front();
-    const bool settled = all || info.outputs == 0 || row.cells || row.stamp.sequence < measured_up_to;
+    const bool settled = all || info.outputs.empty() || row.cells || row.stamp.sequence < measured_up_to;
     if (!row.in_video || !settled) break;
     if (!lines.empty()) lines += '\n';
     lines += row_text(row);

@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "engine/base/text.h"
+#include "engine/gpu/device_access.h"
 #include "palpate/device.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
@@ -76,7 +77,8 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFl
   return VK_FALSE;
 }
 
-Context::Context(const ContextOptions& options) : options_(with_environment(options)) {
+Context::Context(const ContextOptions& options)
+    : options_(with_environment(options)), handle_(DeviceAccess::handle(*this)) {
   open();
 }
 

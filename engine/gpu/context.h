@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -12,6 +13,10 @@
 #include <vector>
 
 #include "engine/gpu/physical_device.h"
+
+namespace palpate {
+class Device;
+}
 
 namespace palpate::gpu {
 
@@ -33,6 +38,9 @@ class Context {
   void reopen();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
+
+  /// The same device, as the public interface takes it.
+  operator Device&() { return *handle_; }
 
   VkInstance instance() const { return instance_; }
   VkPhysicalDevice physical_device() const { return physical_device_; }
@@ -132,6 +140,7 @@ class Context {
   void close();
 
   ContextOptions options_;
+  std::unique_ptr<Device> handle_;
   uint64_t wait_limit_ns_ = 0;
   std::atomic<bool> hung_{false};
   VkInstance instance_ = VK_NULL_HANDLE;

@@ -1,5 +1,6 @@
 #include "palpate/device.h"
 
+#include "engine/gpu/context.h"
 #include "engine/gpu/device_access.h"
 
 namespace palpate {
@@ -15,13 +16,17 @@ gpu::ContextOptions options_for(const std::string& which) {
 }  // namespace
 
 struct Device::Impl {
-  explicit Impl(const std::string& which) : context(options_for(which)) {}
+  explicit Impl(const std::string& which)
+      : own(std::make_unique<gpu::Context>(options_for(which))), context(*own) {}
+  explicit Impl(gpu::Context& other) : context(other) {}
 
-  gpu::Context context;
+  std::unique_ptr<gpu::Context> own;  ///< empty: of a context that lives elsewhere
+  gpu::Context& context;
 };
 
 Device::Device() : Device(std::string()) {}
 Device::Device(const std::string& which) : impl_(std::make_unique<Impl>(which)) {}
+Device::Device(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Device::~Device() = default;
 Device::Device(Device&&) noexcept = default;
 Device& Device::operator=(Device&&) noexcept = default;
@@ -36,6 +41,10 @@ bool Device::is_software() const {
 
 gpu::Context& DeviceAccess::context(Device& device) {
   return device.impl_->context;
+}
+
+std::unique_ptr<Device> DeviceAccess::handle(gpu::Context& context) {
+  return std::unique_ptr<Device>(new Device(std::make_unique<Device::Impl>(context)));
 }
 
 }  // namespace palpate

@@ -5,9 +5,9 @@
 
 namespace palpate {
 
-MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs, bool separate) {
+MeasuredColumns MeasuredColumns::of(const Sensor& sensor, Outputs outputs, bool separate) {
   MeasuredColumns columns{Frame | Time};
-  const auto add = [&columns](bool there, uint32_t groups) { columns.groups |= there ? groups : 0; };
+  const auto add = [&columns](bool there, uint32_t more) { columns.groups |= there ? more : 0; };
   const bool touching = wants(outputs, Output::Force), surface = wants(outputs, Output::Surface);
   const bool skin = !separate && follows_skin(sensor, wants(outputs, Output::Skin), touching);
   const bool confidence = needs_confidence(sensor, outputs);

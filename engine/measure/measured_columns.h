@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "palpate/options.h"
 #include "palpate/sensor.h"
 
 namespace palpate {
@@ -43,7 +44,7 @@ struct MeasuredColumns {
   uint32_t groups = kAll;
 
   /// `outputs` and `separate`: as in PipelineOptions. Time is there, Source and Truth are not.
-  static MeasuredColumns of(const Sensor& sensor, uint32_t outputs, bool separate = false);
+  static MeasuredColumns of(const Sensor& sensor, Outputs outputs, bool separate = false);
   MeasuredColumns with(Group group, bool there) const {
     return {there ? groups | group : groups & ~uint32_t{group}};
   }

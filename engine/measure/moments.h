@@ -27,7 +27,4 @@ struct ContactMoments {
   bool operator==(const ContactMoments&) const = default;
 };
 
-/// The same sums with x and y counted from a place dx px to the left of it and dy px above.
-ContactMoments moved(ContactMoments moments, int64_t dx, int64_t dy);
-
 }  // namespace palpate

@@ -27,7 +27,7 @@ struct SurfaceSlot {
   gpu::DeviceBuffer rest_records;
   gpu::DeviceBuffer clipped;         ///< of slopes
   gpu::DeviceBuffer border_records;  ///< of pressure
-  // SurfaceSolver::Exact leaves the GPU in between.
+  // Solve::Exact leaves the GPU in between.
   gpu::DeviceBuffer right_side;
   gpu::DeviceBuffer solved;
   gpu::Commands after_solve;
@@ -94,14 +94,6 @@ struct FrameSlot {
   gpu::Commands commands;
   gpu::Commands weighted;            ///< for frames that are expected to need weights
   gpu::Commands* running = nullptr;  ///< which of both the last frame was submitted with
-  FramePlace place;                  ///< for which the commands were recorded
-
-  /// Sides of the frame's image that are not sides of the whole frame.
-  InnerEdges inner_edges(const FrameFormat& format) const {
-    const bool right = place.x + format.width < place.frame_width;
-    const bool bottom = place.y + format.height < place.frame_height;
-    return {.left = place.x > 0, .right = right, .top = place.y > 0, .bottom = bottom};
-  }
 };
 
 }  // namespace palpate

@@ -1,17 +1,33 @@
-// Frames on their way through the device: the one interface of WholeFrame and WindowedFrame.
+// Frames on their way through the device: every stage of the plan, in order.
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/measure/gel_contacts.h"
+#include "engine/pipeline/frame_slot.h"
+#include "engine/pipeline/layer_traction.h"
+#include "engine/pipeline/plan.h"
+#include "engine/pipeline/surface/surface_method.h"
+#include "engine/pipeline/surface_map.h"
+#include "engine/stages/frame/cell_change.h"
+#include "engine/stages/frame/gradient.h"
+#include "engine/stages/frame/import_pages.h"
+#include "engine/stages/frame/markers.h"
+#include "engine/stages/frame/skin.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/touch.h"
 
 namespace palpate {
 
-/// What measuring a finished frame leaves beside its Touch.
+struct ShapeScale;
+
+/// What measuring a finished frame leaves in addition to its Touch.
 struct FrameMeasurement {
   SurfaceMap surface;
   TractionMaps traction;
@@ -23,26 +39,66 @@ struct FrameMeasurement {
 /// one frame, from `submit` until the caller uses the slot again.
 class Frames {
  public:
-  virtual ~Frames() = default;
+  /// `sensor` lives longer than this.
+  Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
+         const Tuning& tuning);
+  ~Frames();
 
   /// The untouched image, of the frames' format. Waits for the frames in flight that read the last one.
-  virtual void set_background(const Frame& background) = 0;
+  void set_background(const Frame& background);
   /// Starts a frame. After a failure the slot is as it was.
-  virtual void submit(uint32_t slot, const Frame& frame) = 0;
-  virtual bool finished(uint32_t slot) const = 0;
+  void submit(uint32_t slot, const Frame& frame);
+  bool finished(uint32_t slot) const;
   /// Waits for the slot's frame, and gives its lease back.
-  virtual void wait(uint32_t slot) = 0;
+  void wait(uint32_t slot);
   /// Fills what the finished frame says by itself into `touch`, which has no values yet: nothing that follows
   /// from frames before it. Contacts are the frame's regions, without ids, small ones too. Solves what the
   /// host has to.
-  virtual FrameMeasurement measure(uint32_t slot, Touch& touch) = 0;
+  FrameMeasurement measure(uint32_t slot, Touch& touch);
 
-  /// As Pipeline's, of a frame that is measured. `rest_mm`: SurfaceSummary::depth_offset_mm.
-  virtual std::vector<float> read_depth_mm(uint32_t slot, double rest_mm) const = 0;
-  virtual std::vector<uint16_t> read_confidence(uint32_t slot) const = 0;
-  virtual std::vector<gpu::ScopeTime> times(uint32_t slot) const = 0;
-  virtual std::vector<gpu::ScopeTraffic> traffic() const = 0;
-  virtual uint64_t memory_bytes() const = 0;
+  /// As Result's, of a frame that is measured. `rest_mm`: SurfaceSummary::depth_offset_mm.
+  void read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& depth_mm) const;
+  std::vector<uint16_t> read_confidence(uint32_t slot) const;
+  std::vector<gpu::ScopeTime> times(uint32_t slot) const;
+  std::vector<gpu::ScopeTraffic> traffic() const;
+  uint64_t memory_bytes() const;
+
+ private:
+  void make(FrameSlot& slot);
+  void record(FrameSlot& slot);
+  void record(FrameSlot& slot, gpu::Commands& commands, bool weighted);
+  void upload(FrameSlot& slot, const Frame& frame);
+  void find_skin(const Frame& untouched);
+  void measure_contact(const FrameSlot& slot, Touch& touch);
+  void measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch);
+  void measure_gel_contacts(const FrameSlot& slot, Touch& touch);
+  void record_rest_correction(FrameSlot& slot);
+  void set_whole(Touch& touch) const;
+  void forget();
+  void measure_markers(const FrameSlot& slot, Touch& touch) const;
+  void correct_rest(FrameSlot& slot, Touch& touch);
+  void measure_areas(Touch& touch);
+
+  gpu::Context& context_;
+  FrameFormat format_;
+  double pitch_mm_per_px_;
+  bool separate_;                          ///< nothing is followed from frame to frame
+  std::optional<PaddedImage> background_;  ///< where one is subtracted
+  Contact contact_;
+  std::optional<Regions> regions_;
+  std::optional<CellChangeStage> cell_change_;
+  std::optional<GelContacts> gel_contacts_;
+  std::optional<RestCorrection> rest_correction_;  ///< of a gel's surface
+  std::optional<Gradient> gradient_;
+  std::optional<Skin> skin_;
+  std::optional<Markers> markers_;
+  std::optional<Confidence> confidence_;
+  std::unique_ptr<SurfaceMethod> surface_;
+  std::optional<LayerTraction> traction_;
+  std::optional<ImportPages> pages_;  ///< where leased frames are read in place
+  std::vector<Region> found_;         ///< in the frame that is measured; kept so that frames allocate nothing
+  std::vector<ContactTouch> gray_regions_;
+  std::deque<FrameSlot> slots_;
 };
 
 }  // namespace palpate

@@ -6,7 +6,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/poisson_dct.h"
-#include "engine/pipeline/choose_solver.h"
+#include "engine/pipeline/choose_solve.h"
 #include "engine/stages/frame/contact.h"
 #include "engine/stages/surface/slope.h"
 #include "engine/stages/surface/surface.h"
@@ -138,7 +138,7 @@ struct Solved {
 };
 
 Solved solve_on_device(gpu::Context& context, const StagedGradients& staged, const Grid& grid, uint32_t rows,
-                       uint32_t cols, SurfaceSolver solver) {
+                       uint32_t cols, Solve solver) {
   const Tuning tuning = load_tuning(context).tuning;
   // The statistics is about pixels, whatever the solver reads.
   const Surface surface(context, cols, rows, solver, tuning, true);
@@ -152,7 +152,7 @@ Solved solve_on_device(gpu::Context& context, const StagedGradients& staged, con
   commands.barrier();
   slope.record_given(commands, p, q, surface);
   // The solver reuses the coarser right sides only; the finest is still there afterwards.
-  if (solver != SurfaceSolver::Exact) surface.record(commands, depth);
+  if (solver != Solve::Exact) surface.record(commands, depth);
   commands.copy(surface.right_side().buffer, solved.right, grid.bytes());
   commands.copy(depth.buffer, solved.heights, grid.bytes());
   commands.host_barrier();
@@ -166,13 +166,13 @@ Solved solve_on_device(gpu::Context& context, const StagedGradients& staged, con
 
 /// Heights without the padding of the grid's rows.
 std::vector<double> unpadded_heights(const Solved& solved, const Grid& grid, uint32_t rows, uint32_t cols,
-                                     SurfaceSolver solver) {
+                                     Solve solver) {
   std::vector<double> z(size_t{rows} * cols);
   const auto copy_rows = [&](const auto& padded) {
     for (uint32_t y = 0; y < rows; ++y)
       std::copy_n(padded.begin() + size_t{y} * grid.pitch * 4, cols, z.begin() + size_t{y} * cols);
   };
-  if (solver == SurfaceSolver::Exact) {
+  if (solver == Solve::Exact) {
     const std::span<const float> f = solved.right.as<const float>();
     std::vector<double> padded(f.begin(), f.end());
     PoissonDct(cols, rows).solve(padded.data(), padded.data(), grid.pitch * 4);
@@ -200,7 +200,7 @@ struct Range {
 }  // namespace
 
 Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
-                            uint32_t cols, SurfaceSolver solver) {
+                            uint32_t cols, Solve solver) {
   check_shape(gradients, rows, cols);
   // A power of two brings the steepest gradient to about 1: exact, and single precision never meets its ends
   // on the way.
@@ -208,7 +208,6 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   const int exponent = largest > 0 ? std::ilogb(largest) : 0;
   const Grid grid = grid_for(cols, rows);
   const StagedGradients staged(context, gradients, rows, cols, grid, exponent);
-  solver = choose_solver(solver, context.is_software());
   const Solved solved = solve_on_device(context, staged, grid, rows, cols, solver);
   const std::vector<double> z = unpadded_heights(solved, grid, rows, cols, solver);
   const auto [mean, low, high] = Range(z);
@@ -226,6 +225,12 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   result.statistics.inconsistency = inconsistency(gradients, std::ldexp(1.0, -exponent), z, cols, rows);
   result.statistics.peak_to_valley = std::ldexp(high - low, exponent);
   return result;
+}
+
+Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
+                            uint32_t cols, SurfaceSolver solver) {
+  return integrate_gradients(context, gradients, rows, cols,
+                             choose_solve(solver, SolveBy::Auto, {.processor = context.is_software()}));
 }
 
 }  // namespace palpate

@@ -154,10 +154,9 @@ std::vector<double> left_over(const WeightedFaces& faces, std::span<const double
 }  // namespace
 
 WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float> gradients,
-                                   std::span<const float> weights, uint32_t rows, uint32_t cols,
-                                   SurfaceSolver solver, bool kinks) {
+                                   std::span<const float> weights, uint32_t rows, uint32_t cols, Solve solver,
+                                   bool kinks) {
   check(gradients, weights, rows, cols);
-  if (solver == SurfaceSolver::Auto) solver = SurfaceSolver::Converged;
   const size_t cells = weights.size();
   // Only ratios of weights matter, and of gradients: both are scaled to at most 1, so that nothing over- or
   // underflows.
@@ -181,14 +180,14 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
   if (kinks) result.kinks = cut_kinks(faces, g, w);
   std::vector<double> z(cells, 0.0);
   WeightedStatistics& statistics = result.statistics;
-  if (solver == SurfaceSolver::Exact) {
+  if (solver == Solve::Exact) {
     WeightedSolution exact = solve_weighted(faces);
     z = std::move(exact.z);
     statistics.residual = exact.residual;
     statistics.iterations = exact.iterations;
     statistics.converged = exact.converged;
   } else {
-    const bool live = solver != SurfaceSolver::Converged;
+    const bool live = solver == Solve::Live;
     const std::vector<double> right = right_side(faces);
     const double whole = norm(right);
     HostSolve gpu(context, rows, cols,
@@ -223,6 +222,16 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
   result.values.reserve(cells);
   for (const double value : z) result.values.push_back(static_cast<float>(value - mean));
   return result;
+}
+
+WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float> gradients,
+                                   std::span<const float> weights, uint32_t rows, uint32_t cols,
+                                   SurfaceSolver solver, bool kinks) {
+  const bool live = solver == SurfaceSolver::Live;
+  WeightedHeights found = integrate_weighted(context, gradients, weights, rows, cols,
+                                             live ? Solve::Live : Solve::Converged, kinks);
+  if (live || found.statistics.converged) return found;
+  return integrate_weighted(context, gradients, weights, rows, cols, Solve::Exact, kinks);
 }
 
 }  // namespace palpate

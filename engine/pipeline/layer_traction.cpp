@@ -79,7 +79,7 @@ std::vector<float> friction_ratios(const TractionMaps& maps) {
 }
 
 LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                             const SurfaceMethod& surface, TractionBy by)
+                             const SurfaceMethod& surface, bool on_host)
     : context_(context),
       sensor_(sensor),
       surface_(surface),
@@ -91,8 +91,7 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
   const size_t cells = size_t{grid_.width} * grid_.height;
   for (std::vector<float>* map : {&depth_, &pressure_, &shift_x_, &shift_y_, &weight_}) map->resize(cells);
   for (std::vector<uint8_t>* map : {&contact_, &known_, &shift_known_}) map->assign(cells, 1);
-  const bool device = by == TractionBy::Device || (by == TractionBy::Auto && !context.is_software());
-  if (device && !surface.pressure())
+  if (!on_host && !surface.pressure())
     stage_.emplace(context, pad_of(layer_), grid_, options_of(sensor, layer_, grid_));
 }
 

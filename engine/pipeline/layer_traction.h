@@ -21,7 +21,7 @@ class LayerTraction {
  public:
   /// `sensor`, which has a layer, and `surface` live longer than this.
   LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                const SurfaceMethod& surface, TractionBy by);
+                const SurfaceMethod& surface, bool on_host);
 
   /// Buffers of a slot, and what is submitted apart from its own commands.
   void make(FrameSlot& slot) const;

@@ -2,21 +2,17 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <chrono>
 #include <stdexcept>
 #include <utility>
 
-#include "engine/gpu/commands.h"
-#include "engine/gpu/context.h"
 #include "engine/gpu/device_access.h"
-#include "engine/gpu/tuning.h"
 #include "engine/measure/picture_check.h"
-#include "engine/pipeline/choose_solver.h"
+#include "engine/pipeline/frames.h"
 #include "engine/pipeline/history.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/specks.h"
 #include "engine/pipeline/steady_light.h"
-#include "engine/pipeline/windowed_frame.h"
 #include "engine/sensor/fit.h"
 #include "palpate/error.h"
 
@@ -25,42 +21,44 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::unique_ptr<Frames> make_frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                                    const FramePlan& plan, const Tuning& tuning) {
-  if (plan.windowed) return std::make_unique<WindowedFrame>(context, sensor, format, plan, tuning);
-  return std::make_unique<WholeFrame>(context, sensor, format, plan, tuning);
-}
-
-// Whether the surface has weights decides on the solver, and the solver on how traction is solved.
-FramePlan plan_for(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                   PipelineOptions options) {
-  const FramePlan plan = make_plan(sensor, format, options);
-  options.solver = choose_solver(options.solver, plan, context.is_software());
-  return make_plan(sensor, format, options);
-}
-
 std::string described(const FrameFormat& format) {
   return std::to_string(format.width) + " x " + std::to_string(format.height);
 }
 
+const Sensor& checked(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {
+  validate(sensor, sensor.name);
+  check_fit(sensor, format, options.outputs);
+  return sensor;
+}
+
 }  // namespace
 
-/// Whether a slot is taken, from `submit` to the end of its result. Memory of touches goes from one frame to
-/// the next, so that frames allocate nothing.
+/// What a slot lends to the result of its frame, from `submit` to the end of that result. Memory goes from
+/// one frame to the next, so that frames allocate nothing.
 struct Result::Hold {
   std::atomic<bool> taken = false;
   std::vector<ContactTouch> contacts;
   std::vector<SkinPoint> skin_points;
-  std::shared_ptr<const std::vector<uint16_t>> confidence;  ///< of specks
+  std::shared_ptr<const std::vector<uint16_t>> of_specks;  ///< their confidence
+  SurfaceMap surface;
+  uint32_t slot = 0;
+  const Frames* frames = nullptr;  ///< null: the pipeline is gone
+  // What was read back of this frame.
+  bool has_depth = false, has_confidence = false;
+  std::vector<float> depth_mm;
+  std::vector<uint16_t> confidence;
+
+  const Frames& held() const {
+    if (!frames) throw std::logic_error("a Result's maps cannot be read after the end of its Pipeline");
+    return *frames;
+  }
 };
 
 Result& Result::operator=(Result&& other) noexcept {
   if (this == &other) return *this;
   give_back();
   touch = std::move(other.touch);
-  surface = other.surface;
   traction = other.traction;
-  slot = other.slot;
   turnaround_ms = other.turnaround_ms;
   copies = other.copies;
   hold_ = std::move(other.hold_);
@@ -73,6 +71,21 @@ void Result::give_back() noexcept {
   hold_->skin_points.swap(touch.skin_points);
   hold_->taken.store(false, std::memory_order_release);
   hold_.reset();
+}
+
+std::span<const float> Result::depth_mm() const {
+  if (!hold_ || !hold_->surface.buffer) return {};
+  if (!hold_->has_depth)
+    hold_->held().read_depth_mm(hold_->slot, touch.surface->depth_offset_mm, hold_->depth_mm);
+  hold_->has_depth = true;
+  return hold_->depth_mm;
+}
+
+std::span<const uint16_t> Result::confidence() const {
+  if (!hold_) return {};
+  if (!hold_->has_confidence) hold_->confidence = hold_->held().read_confidence(hold_->slot);
+  hold_->has_confidence = true;
+  return hold_->confidence;
 }
 
 struct Pipeline::Impl {
@@ -89,12 +102,11 @@ struct Pipeline::Impl {
   };
 
   Impl(gpu::Context& context, const Sensor& with_sensor, const FrameFormat& frame_format,
-       const PipelineOptions& options)
-      : sensor(with_sensor),
+       const PipelineOptions& options, const Tuning& tuning)
+      : sensor(checked(with_sensor, frame_format, options)),
         format(frame_format),
-        plan(plan_for(context, sensor, format, options)),
-        frames(make_frames(context, sensor, format, plan,
-                           options.tuning ? *options.tuning : load_tuning(context).tuning)),
+        plan(make_plan(sensor, format, options, context.is_software())),
+        frames(context, sensor, format, plan, tuning),
         history(sensor, format, plan.regions, plan.separate),
         picture(format, sensor.saturation_gray, sensor.pad),
         any_picture(options.any_picture),
@@ -103,7 +115,15 @@ struct Pipeline::Impl {
     if (plan.specks) specks.emplace(format, dead_gray(sensor));
     if (plan.steady_light) light.emplace(format, sensor.saturation_gray, plan.separate);
     in_flight.reserve(plan.slots);
-    for (Slot& slot : slots) slot.hold->contacts.reserve(plan.regions ? ContactTracker::kMostContacts : 0);
+    for (uint32_t i = 0; i < slots.size(); ++i) {
+      Result::Hold& hold = *slots[i].hold;
+      hold.contacts.reserve(plan.regions ? ContactTracker::kMostContacts : 0);
+      hold.slot = i;
+      hold.frames = &frames;
+    }
+  }
+  ~Impl() {
+    for (Slot& slot : slots) slot.hold->frames = nullptr;
   }
 
   // A frame that the device has finished: measured by itself, then followed from those before it.
@@ -111,7 +131,6 @@ struct Pipeline::Impl {
     Slot& slot = slots[index];
     Result result;
     result.hold_ = slot.hold;
-    result.slot = index;
     Touch& touch = result.touch;
     touch.contacts.swap(slot.hold->contacts);
     touch.contacts.clear();
@@ -121,8 +140,10 @@ struct Pipeline::Impl {
     touch.light = slot.light;
     touch.repeated = slot.repeated;
     touch.picture = PictureFault::None;
-    const FrameMeasurement measured = frames->measure(index, touch);
-    result.surface = measured.surface;
+    const FrameMeasurement measured = frames.measure(index, touch);
+    SurfaceMap& surface = slot.hold->surface;
+    surface = measured.surface;
+    slot.hold->has_depth = slot.hold->has_confidence = false;
     if (slot.fault == PictureFault::None) {
       history.follow(touch, slot.after_gap || std::exchange(unseen, 0) > kMostUnseen, measured.skin_sd_px);
       if (touch.light && touch.light->state == LightState::Unknown) doubt_light(touch);
@@ -131,10 +152,10 @@ struct Pipeline::Impl {
       unseen += slot.after_gap ? kMostUnseen + 1 : 1;
       forget_measured(touch, slot.fault);
     }
-    if (specks && result.surface.confidence.empty() && specks->confidence()) {
-      slot.hold->confidence = specks->confidence();
-      result.surface.confidence = *slot.hold->confidence;
-      result.surface.confidence_pitch = format.width;
+    if (specks && surface.confidence.empty() && specks->confidence()) {
+      slot.hold->of_specks = specks->confidence();
+      surface.confidence = *slot.hold->of_specks;
+      surface.confidence_pitch = format.width;
     }
     result.copies = measured.copies;
     result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
@@ -144,7 +165,7 @@ struct Pipeline::Impl {
   Sensor sensor;
   FrameFormat format;
   FramePlan plan;
-  std::unique_ptr<Frames> frames;
+  Frames frames;
   TouchHistory history;
   std::optional<Specks> specks;
   std::optional<SteadyLight> light;
@@ -159,18 +180,18 @@ struct Pipeline::Impl {
   std::vector<uint32_t> in_flight;  ///< slots, the oldest frame first
 };
 
-Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                   const PipelineOptions& options) {
-  validate(sensor, sensor.name);
-  check_fit(sensor, format, options.outputs);
-  if (options.tuning) validate(*options.tuning, context.properties().limits);
-  impl_ = std::make_unique<Impl>(context, sensor, format, options);
-}
-
 Pipeline::Pipeline(Device& device, const Sensor& sensor, const FrameFormat& format,
                    const PipelineOptions& options)
-    : Pipeline(DeviceAccess::context(device), sensor, format, options) {}
+    : impl_(std::make_unique<Impl>(DeviceAccess::context(device), sensor, format, options,
+                                   load_tuning(DeviceAccess::context(device)).tuning)) {}
 
+Pipeline PipelineAccess::tuned(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                               const PipelineOptions& options, const Tuning& tuning) {
+  validate(tuning, context.properties().limits);
+  return Pipeline(std::make_unique<Pipeline::Impl>(context, sensor, format, options, tuning));
+}
+
+Pipeline::Pipeline(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
 
@@ -192,7 +213,7 @@ void Pipeline::set_background(const Frame& frame) {
   impl_->picture.set_reference(frame);
   impl_->compares = true;
   const Frame& whole = impl_->specks ? impl_->specks->set_background(frame) : frame;
-  impl_->frames->set_background(whole);
+  impl_->frames.set_background(whole);
   if (impl_->light) impl_->light->set_background(whole);
   impl_->ready = true;
 }
@@ -215,7 +236,7 @@ bool Pipeline::submit(const Frame& frame) {
   const bool spoilt = free->fault != PictureFault::None;
   const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
   // A spoilt picture teaches nothing about the light.
-  impl_->frames->submit(index, impl_->light && !spoilt ? impl_->light->steady(whole) : whole);
+  impl_->frames.submit(index, impl_->light && !spoilt ? impl_->light->steady(whole) : whole);
   if (impl_->light)
     free->light = spoilt ? LightSummary{.state = LightState::Unknown} : impl_->light->summary();
   free->sequence = frame.sequence;
@@ -227,54 +248,54 @@ bool Pipeline::submit(const Frame& frame) {
 }
 
 std::optional<Result> Pipeline::poll() {
-  if (impl_->in_flight.empty() || !impl_->frames->finished(impl_->in_flight.front())) return std::nullopt;
+  if (impl_->in_flight.empty() || !impl_->frames.finished(impl_->in_flight.front())) return std::nullopt;
   return wait();
 }
 
 std::optional<Result> Pipeline::wait() {
   if (impl_->in_flight.empty()) return std::nullopt;
   const uint32_t index = impl_->in_flight.front();
-  impl_->frames->wait(index);
+  impl_->frames.wait(index);
   impl_->in_flight.erase(impl_->in_flight.begin());
   return impl_->finish(index);
 }
 
-Touch Pipeline::process(const Frame& frame) {
+Result Pipeline::process(const Frame& frame) {
   if (!submit(frame)) throw std::logic_error("Pipeline::process needs a free slot: end a Result first");
-  return std::move(wait()->touch);
-}
-
-std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
-  assert(result.surface.buffer != nullptr);
-  return impl_->frames->read_depth_mm(result.slot, result.touch.surface->depth_offset_mm);
-}
-
-std::vector<uint16_t> Pipeline::read_confidence(const Result& result) const {
-  return impl_->frames->read_confidence(result.slot);
-}
-
-std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
-  return impl_->frames->times(result.slot);
-}
-
-std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
-  return impl_->frames->traffic();
+  return *wait();
 }
 
 uint64_t Pipeline::memory_bytes() const {
-  return impl_->frames->memory_bytes();
+  return impl_->frames.memory_bytes();
 }
 
 const FrameFormat& Pipeline::format() const {
   return impl_->format;
 }
 
-SurfaceSolver Pipeline::solver() const {
-  return impl_->plan.solver;
+SolveBy Pipeline::solved_by() const {
+  return impl_->plan.solve == Solve::Exact ? SolveBy::Host : SolveBy::Device;
 }
 
 const Sensor& Pipeline::sensor() const {
   return impl_->sensor;
+}
+
+std::vector<gpu::ScopeTime> PipelineAccess::times(const Pipeline& pipeline, const Result& result) {
+  return pipeline.impl_->frames.times(result.hold_->slot);
+}
+
+std::vector<gpu::ScopeTraffic> PipelineAccess::traffic(const Pipeline& pipeline) {
+  return pipeline.impl_->frames.traffic();
+}
+
+const SurfaceMap& PipelineAccess::surface(const Result& result) {
+  static const SurfaceMap kNone;
+  return result.hold_ ? result.hold_->surface : kNone;
+}
+
+const SurfaceMap& surface_of(const Result& result) {
+  return PipelineAccess::surface(result);
 }
 
 }  // namespace palpate

@@ -1,17 +1,17 @@
-// Plan of a pipeline: which stages exist for a sensor, a format and the options. Decided here once; nothing
-// else asks the options again.
+// Plan of a pipeline: which stages exist for a sensor, a format and the options, decided once for all of
+// them.
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
+#include "engine/stages/surface/solve.h"
 #include "palpate/frame.h"
 #include "palpate/options.h"
 #include "palpate/sensor.h"
 
 namespace palpate {
 
-/// How a frame becomes heights (engine/pipeline/surface_*.h).
+/// How a frame becomes heights (engine/pipeline/surface/surface_*.h).
 enum class SurfaceKind {
   None,
   Gradient,  ///< slopes, integrated: Reconstruction::Shading and Photometric
@@ -20,7 +20,6 @@ enum class SurfaceKind {
 };
 
 struct FramePlan {
-  bool windowed = false;      ///< WindowedFrame, else WholeFrame
   bool background = false;    ///< an untouched image is subtracted
   bool regions = false;       ///< contacts are told apart
   bool gel_contacts = false;  ///< by the change over its noise: colour gels
@@ -34,27 +33,16 @@ struct FramePlan {
   bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
   SurfaceKind surface = SurfaceKind::None;
   bool traction = false;  ///< by the layer
-  TractionBy traction_by = TractionBy::Auto;
+  bool traction_on_host = false;
   bool weights = false;  ///< the surface counts each pixel by its confidence
-  SurfaceSolver solver = SurfaceSolver::Live;
-  bool warm_start = false;
+  Solve solve = Solve::Live;
   Upload upload = Upload::Auto;
   uint32_t slots = 1;
 };
 
 /// `sensor` is valid, and fits format and outputs (check_fit).
-FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
-
-/// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far away
-/// (Reconstruction::Elastic) or is absolute (Reconstruction::Lookup), where pixels are weighted, where
-/// heights are solved on the host, and where everything is contact (a threshold of 0) or nothing is
-/// subtracted or filtered.
-bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
-
-/// Windows begin at multiples of it.
-inline constexpr uint32_t kWindowStep_px = 8;
-
-/// Sizes of windows for frames of one format, smallest first: squares of growing shares of the shorter side.
-std::vector<PixelRect> window_sizes(const FrameFormat& format);
+/// `processor`: the device is the processor's own driver.
+FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options,
+                    bool processor);
 
 }  // namespace palpate

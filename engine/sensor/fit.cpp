@@ -43,7 +43,7 @@ void require_rectified(const Sensor& sensor, const FrameFormat& format) {
 
 }  // namespace
 
-void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs) {
+void check_fit(const Sensor& sensor, const FrameFormat& format, Outputs outputs) {
   const uint64_t pixels = uint64_t{format.width} * format.height;
   require(
       pixels > 0 && pixels <= kMaxPixels && format.width <= kMaxSide_px && format.height <= kMaxSide_px,

@@ -20,8 +20,8 @@ inline bool follows_skin(const Sensor& sensor, bool wants_skin, bool wants_force
 }
 
 /// Whether each pixel's confidence is measured: where it is asked for, and where a surface may have to do
-/// without some pixels. `outputs` is a sum of Output values.
-inline bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
+/// without some pixels.
+inline bool needs_confidence(const Sensor& sensor, Outputs outputs) {
   return wants(outputs, Output::Confidence) ||
          (wants(outputs, Output::Surface) && (sensor.pad || sensor.shadow_gray));
 }
@@ -32,7 +32,7 @@ inline bool follows_light(const Sensor& sensor) {
   return has_gel_contacts(sensor) && !(sensor.skin && sensor.skin->kind == SkinKind::Markers);
 }
 
-/// Throws Error(Failure::Sensor), which says what would do. `outputs` is a sum of Output values.
-void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs);
+/// Throws Error(Failure::Sensor), which says what would do.
+void check_fit(const Sensor& sensor, const FrameFormat& format, Outputs outputs);
 
 }  // namespace palpate

@@ -9,8 +9,6 @@
 namespace palpate::perf {
 namespace {
 
-constexpr uint32_t kMoved_px = 2;  // a moving contact from one frame to the next
-
 void run(gpu::Commands& commands) {
   commands.submit();
   commands.wait();
@@ -37,14 +35,13 @@ GpuSlopes::GpuSlopes(gpu::Context& context, const FrameSize& size)
   load_.end();
 }
 
-void GpuSlopes::load(const Truth& truth, uint32_t moved_px) {
+void GpuSlopes::load(const Truth& truth) {
   const std::span<float> x = up_x_.as<float>(), y = up_y_.as<float>();
   std::fill(x.begin(), x.end(), 0.0f);
   std::fill(y.begin(), y.end(), 0.0f);
   for (size_t row = 0; row < size_.height_px; ++row) {
     for (size_t column = 0; column < size_.width_px; ++column) {
-      const size_t seen = std::min<size_t>(column + moved_px, size_.width_px - 1);
-      const size_t from = 2 * (row * size_.width_px + seen), to = row * pitch_of(grid_) + column;
+      const size_t from = 2 * (row * size_.width_px + column), to = row * pitch_of(grid_) + column;
       x[to] = truth.gradients[from];
       y[to] = truth.gradients[from + 1];
     }
@@ -73,12 +70,9 @@ SurfaceErrors GpuHeights::errors(const Truth& truth) {
   return errors_of(truth, slopes_.size(), [&](uint32_t x, uint32_t y) { return z[y * pitch + x]; });
 }
 
-MultigridSolver::MultigridSolver(gpu::Context& context, GpuSlopes& slopes, SurfaceSolver solver,
-                                 bool warm_start)
+MultigridSolver::MultigridSolver(gpu::Context& context, const GpuSlopes& slopes, Solve solve)
     : slopes_(slopes),
-      warm_start_(warm_start),
-      surface_(context, slopes.size().width_px, slopes.size().height_px, solver, load_tuning(context).tuning,
-               false, warm_start),
+      surface_(context, slopes.size().width_px, slopes.size().height_px, solve, load_tuning(context).tuning),
       slope_(context, slopes.size().width_px, slopes.size().height_px, surface_.right_sides(),
              load_tuning(context).tuning),
       heights_(context, slopes),
@@ -108,12 +102,6 @@ void MultigridSolver::solve() {
 }
 
 SurfaceErrors MultigridSolver::errors(const Truth& truth) {
-  if (warm_start_) {
-    slopes_.load(truth, kMoved_px);
-    prepare();
-    solve();
-    slopes_.load(truth);
-  }
   prepare();
   solve();
   return heights_.errors(truth);

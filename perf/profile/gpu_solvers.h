@@ -16,8 +16,7 @@ namespace palpate::perf {
 class GpuSlopes {
  public:
   GpuSlopes(gpu::Context& context, const FrameSize& size);
-  /// `moved_px`: as the surface lay that many pixels to the left.
-  void load(const Truth& truth, uint32_t moved_px = 0);
+  void load(const Truth& truth);
 
   const FrameSize& size() const { return size_; }
   const Grid& grid() const { return grid_; }
@@ -49,18 +48,17 @@ class GpuHeights {
 /// Surface: full multigrid.
 class MultigridSolver {
  public:
-  MultigridSolver(gpu::Context& context, GpuSlopes& slopes, SurfaceSolver solver, bool warm_start = false);
+  MultigridSolver(gpu::Context& context, const GpuSlopes& slopes, Solve solve);
   void prepare();  ///< makes the right side of the slopes that are loaded
   /// Uses the coarser right sides up: every solve wants its own `prepare`.
   void solve();
-  /// Of a solve that is well prepared; with a warm start, from the heights of a surface 2 px away.
+  /// Of a solve that is well prepared.
   SurfaceErrors errors(const Truth& truth);
   /// Height x width, as solvers on the CPU take it; after `prepare`, only of solvers on pixels.
   std::vector<float> right_side();
 
  private:
-  GpuSlopes& slopes_;
-  bool warm_start_;
+  const GpuSlopes& slopes_;
   Surface surface_;
   Slope slope_;
   GpuHeights heights_;

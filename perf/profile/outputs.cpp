@@ -18,32 +18,26 @@ struct Choice {
   PipelineOptions options;
 };
 
-PipelineOptions options_for(uint32_t outputs, SurfaceSolver solver = SurfaceSolver::Live) {
-  PipelineOptions options;
-  options.outputs = outputs;
-  options.solver = solver;
-  return options;
+PipelineOptions options_for(Outputs outputs, SurfaceSolver solver = SurfaceSolver::Live,
+                            SolveBy by = SolveBy::Auto) {
+  return {.outputs = outputs, .solver = solver, .solve_by = by};
 }
 
 /// The first choice of each reading is its full frame.
 std::vector<Choice> choices_for(Reconstruction reading) {
-  const auto force = static_cast<uint32_t>(Output::Force);
-  const uint32_t all = Output::Force | Output::Surface;
+  const Outputs all = Output::Force | Output::Surface;
   PipelineOptions one_slot = options_for(all);
   one_slot.slots = 1;
-  PipelineOptions warm = options_for(all, SurfaceSolver::Converged);
-  warm.warm_start = true;
   std::vector<Choice> choices{
       {"force + surface", reading, 1, options_for(all)},
-      {"force only", reading, 1, options_for(force)},
+      {"force only", reading, 1, options_for(Output::Force)},
       {"force + surface (10 % touched)", reading, 0.1, options_for(all)},
-      {"force only (10 % touched)", reading, 0.1, options_for(force)},
+      {"force only (10 % touched)", reading, 0.1, options_for(Output::Force)},
       {"force + surface (one frame in flight)", reading, 1, one_slot},
-      {"force + surface (exact)", reading, 1, options_for(all, SurfaceSolver::Exact)}};
+      {"force + surface (exact)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Host)}};
   if (reading == Reconstruction::Elastic) return choices;  // a convolution: no cycles, no weights
-  choices.push_back({"force + surface (fine)", reading, 1, options_for(all, SurfaceSolver::Fine)});
-  choices.push_back({"force + surface (converged)", reading, 1, options_for(all, SurfaceSolver::Converged)});
-  choices.push_back({"force + surface (converged, warm start)", reading, 1, warm});
+  choices.push_back(
+      {"force + surface (converged)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Device)});
   choices.push_back({"force + surface + confidence", reading, 1, options_for(all | Output::Confidence)});
   return choices;
 }

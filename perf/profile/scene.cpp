@@ -4,15 +4,13 @@ namespace palpate::perf {
 
 namespace {
 
-Scene scene_of(const SyntheticOptions& options, bool moving) {
+Scene scene_of(const SyntheticOptions& options) {
   const SyntheticSensor sensor(options);
   Scene scene;
   scene.sensor = synthetic_sensor(options);
   scene.background = *sensor.own_background();
   const uint64_t count = sensor.frame_count().value_or(100);
-  const uint64_t frames = moving ? 8 : 4;
-  for (uint64_t i = 0; i < frames; ++i)
-    sensor.render(moving ? count / 2 + i : count * (i + 2) / 8, scene.frames.emplace_back());
+  for (uint64_t i = 0; i < 4; ++i) sensor.render(count * (i + 2) / 8, scene.frames.emplace_back());
   return scene;
 }
 
@@ -27,14 +25,14 @@ SyntheticOptions options_for(const char* name, const Size& size, SyntheticMode m
 
 }  // namespace
 
-Scene scene_for(const Size& size, SyntheticMode mode, bool moving, uint32_t bits) {
+Scene scene_for(const Size& size, SyntheticMode mode, uint32_t bits) {
   SyntheticOptions options = options_for("slide", size, mode);
   options.bit_depth = bits;
-  return scene_of(options, moving);
+  return scene_of(options);
 }
 
 Scene fingers_for(const Size& size, SyntheticMode mode) {
-  return scene_of(options_for("fingers", size, mode), false);
+  return scene_of(options_for("fingers", size, mode));
 }
 
 }  // namespace palpate::perf

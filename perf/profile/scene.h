@@ -27,8 +27,8 @@ struct Scene {
   size_t turn_ = 0;
 };
 
-/// Four frames with contact from all over a slide; with `moving` eight in a row, as a camera sees them.
-Scene scene_for(const Size& size, SyntheticMode mode, bool moving = false, uint32_t bits = 8);
+/// Four frames with contact from all over a slide.
+Scene scene_for(const Size& size, SyntheticMode mode, uint32_t bits = 8);
 /// Four frames with several contacts each.
 Scene fingers_for(const Size& size, SyntheticMode mode);
 

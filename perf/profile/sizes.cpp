@@ -9,6 +9,7 @@
 #include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "perf/profile/frames.h"
@@ -100,11 +101,11 @@ class SizeMeter {
       pipeline.submit(scene.next());
       const auto result = pipeline.wait();
       std::map<std::string, double> frame_ms;
-      for (const gpu::ScopeTime& t : pipeline.times(*result)) frame_ms[t.name] += t.ms;
+      for (const gpu::ScopeTime& t : PipelineAccess::times(pipeline, *result)) frame_ms[t.name] += t.ms;
       if (i >= 0)  // the first one is cold
         for (const auto& [name, ms] : frame_ms) samples[name].push_back(ms);
     }
-    for (const gpu::ScopeTraffic& traffic : pipeline.traffic())
+    for (const gpu::ScopeTraffic& traffic : PipelineAccess::traffic(pipeline))
       add_stage(traffic, samples[traffic.name], figure);
     return true;
   }

@@ -16,10 +16,8 @@ class Ways {
   Ways(gpu::Context& context, const FrameSize& size)
       : size_(size),
         slopes_(context, size),
-        live_(context, slopes_, SurfaceSolver::Live),
-        fine_(context, slopes_, SurfaceSolver::Fine),
-        converged_(context, slopes_, SurfaceSolver::Converged),
-        warm_(context, slopes_, SurfaceSolver::Converged, true),
+        live_(context, slopes_, Solve::Live),
+        converged_(context, slopes_, Solve::Converged),
         weighted_live_(context, slopes_, WeightedSurface::kLiveIterations),
         weighted_(context, slopes_, WeightedSurface::kConvergedIterations),
         exact_(size.width_px, size.height_px) {}
@@ -82,9 +80,7 @@ class Ways {
 
   void add_all(const Truth& truth) {
     add_gpu("live", live_, truth);
-    add_gpu("fine", fine_, truth);
     add_gpu("converged", converged_, truth);
-    add_gpu("warm start", warm_, truth);
     add_gpu("weighted live", weighted_live_, truth);
     add_gpu("weighted", weighted_, truth);
     add_cpu("exact", truth, [this](float* z) { exact_.solve(right_.data(), z, size_.width_px); });
@@ -95,7 +91,7 @@ class Ways {
 
   FrameSize size_;
   GpuSlopes slopes_;
-  MultigridSolver live_, fine_, converged_, warm_;
+  MultigridSolver live_, converged_;
   WeightedSolver weighted_live_, weighted_;
   PoissonDct exact_;
   bool cold_ = true;

@@ -33,7 +33,7 @@ void run(const char* scene, uint64_t frames) {
   const int64_t start_ns = monotonic_ns();
   const uint64_t done = run_recording(*source, pipeline, frames, {}, [&](const Result& result, const Frame&) {
     const double before_s = thread_cpu_s();
-    sum_mm += double{pipeline.read_depth_mm(result)[0]};
+    sum_mm += double{result.depth_mm()[0]};
     reading_s += thread_cpu_s() - before_s;
   });
   const double wall_s = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);

@@ -61,7 +61,6 @@ struct RestLevelPush {
   uint tiles_y;
   uint tile_texels;  // width of a tile, texels of four px
   uint tile_rows;
-  uint edges;  // 1: four more records, of the first and last column and row
 };
 
 // Heights of one tile at rest.

@@ -23,14 +23,10 @@ struct SlopePush {
   float gain;       // shading: scale on the slopes
   float wx[9];      // photometric: [channel][1, X, Y], for a change of one gray level
   float wy[9];
-  float frame_x;  // photometric: of the whole frame in which this one lies, px: where its first pixel is,
-  float frame_y;
-  float frame_width;  // and the size, over which the weights vary
-  float frame_height;
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(SlopePush) == 128);
+static_assert(sizeof(SlopePush) == 112);
 }  // namespace palpate::shared
 #endif
 #endif

@@ -30,9 +30,6 @@ struct SurfacePush {
   // Lowest bit 0: plain colours, to be read against the colour bar. Above it the texels from a pixel's own to
   // those its slope is taken from, where it covers several; else 0.
   uint lit_spread;
-  // Part of the map that the buffer holds, x in the lower half and y in the upper; beyond it depth is 0.
-  uint window_place;
-  uint window_size;
 };
 
 // The raw image in a rectangle of the screen.
@@ -55,7 +52,7 @@ struct ImagePush {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(SurfacePush) == 128);
+static_assert(sizeof(SurfacePush) == 120);
 static_assert(sizeof(ImagePush) == 60);
 }  // namespace palpate::viz
 #endif

@@ -1,6 +1,5 @@
 // The finest level of a live solve: the heights of cells of two by two pixels, interpolated. A sweep here would cost two thirds of the
 // solve and sharpen nothing but what is narrower than four pixels.
-// With ADD they are the change of a present solution.
 // An invocation owns eight columns and streams down push.rows rows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -12,12 +11,7 @@ layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
 TEXELS(0, vec4, coarse_texels);
 TEXELS(1, vec2, coarse_pairs);
-#ifdef ADD
-TEXELS(2, vec4, present_texels);
-layout(binding = 3) writeonly buffer Out { vec4 result[]; };
-#else
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
-#endif
 
 // One coarse row at eight fine columns.
 Eight row_at(int tx, int k, Cubics even, Cubics odd) {
@@ -39,11 +33,6 @@ Eight row_at(int tx, int k, Cubics even, Cubics odd) {
 
 void put(Eight row, int y, int y1, int tx) {
   uint texel = uint(y) * push.pitch + 2 * uint(tx);
-#ifdef ADD
-  int present = min(y, int(push.height) - 1) * int(push.pitch) + 2 * tx;
-  row.a += texelFetch(present_texels, present);
-  row.b += texelFetch(present_texels, present + (2 * tx + 1 < int(push.pitch) ? 1 : 0));
-#endif
   if (y < y1) {
     result[texel] = row.a;
     if (2 * uint(tx) + 1 < push.pitch) result[texel + 1] = row.b;

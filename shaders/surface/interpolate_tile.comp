@@ -1,5 +1,4 @@
-// The finest level of a live solve, as interpolate.comp, for GPUs: a workgroup owns a tile. With ADD the heights are the change of a
-// present solution.
+// The finest level of a live solve, as interpolate.comp, for GPUs: a workgroup owns a tile.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/texels.glsl"
@@ -10,9 +9,6 @@ layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
 TEXELS(0, float, coarse_words);
 layout(binding = 1) writeonly buffer Out { float result[]; };
-#ifdef ADD
-TEXELS(2, float, present_words);
-#endif
 
 #include "shaders/surface/tile.glsl"
 #define HALO 0
@@ -24,9 +20,6 @@ void main() {
   FOR_TILE(0) {
     ivec2 place = origin + inner_of(n, 0), cell = framed(place);
     float height = interpolated(origin, cell);
-#ifdef ADD
-    height += texelFetch(present_words, word_of(cell)).x;
-#endif
     if (in_texels(place)) result[word_of(place)] = height;
   }
 }

@@ -15,19 +15,11 @@ layout(binding = 2) writeonly buffer Out { RestLevelRecord records[]; };
 void main() {
   uint tile = gl_GlobalInvocationID.x;
   uint tiles = push.tiles_x * push.tiles_y;
-  if (tile >= tiles + 4 * push.edges) return;
-  bool edge = tile >= tiles;
-  uint side = tile - tiles;  // of an edge: left, right, top, bottom
+  if (tile >= tiles) return;
   uint tile_x = tile % push.tiles_x, tile_y = tile / push.tiles_x;
   int t0 = int(tile_x * push.tile_texels), y0 = int(tile_y * push.tile_rows);
   bool border = tile_x == 0 || tile_y == 0 || tile_x + 1 == push.tiles_x || tile_y + 1 == push.tiles_y;
-  int rows = border || contact[min(tile, tiles - 1)].area > 0 ? int(push.tile_rows) : 1, texels = int(push.tile_texels);
-  if (edge) {
-    t0 = side == 1 ? int(push.pitch) - 1 : 0;
-    y0 = side == 3 ? int(push.height) - 1 : 0;
-    texels = side < 2 ? 1 : int(push.pitch);
-    rows = side < 2 ? int(push.height) : 1;
-  }
+  int rows = border || contact[tile].area > 0 ? int(push.tile_rows) : 1, texels = int(push.tile_texels);
   int y1 = min(y0 + rows, int(push.height));
   vec4 sum = vec4(0.0), highest = vec4(-3.4e38);
   for (int t = 0; t < texels; ++t) {
@@ -44,6 +36,6 @@ void main() {
   RestLevelRecord record;
   record.mean = (sum.x + sum.y + sum.z + sum.w) / max(float(columns * (y1 - y0)), 1.0);
   record.highest = max(max(highest.x, highest.y), max(highest.z, highest.w));
-  record.pixels = uint(columns * max(0, min(edge ? rows : int(push.tile_rows), int(push.height) - y0)));
+  record.pixels = uint(columns * max(0, min(int(push.tile_rows), int(push.height) - y0)));
   records[tile] = record;
 }

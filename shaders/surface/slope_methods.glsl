@@ -180,7 +180,7 @@ void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, ve
   int at = word_at(plane * int(push.height) + row, tx);
   uvec3 image = twelve_at(frame_pairs, frame_words, at), rest = twelve_at(rest_pairs, rest_words, at);
   vec4 a = unpack(image.x) - unpack(rest.x), b = unpack(image.y) - unpack(rest.y), c = unpack(image.z) - unpack(rest.z);
-  float group = 8.0 / push.frame_width;
+  float group = 8.0 / float(push.width);
   vec4 weight_x = wx.x + wx.z * y + wx.y * x, weight_y = wy.x + wy.z * y + wy.y * x;
   float step_x = wx.y * group, step_y = wy.y * group;
   n.x_a += weight_x * a;
@@ -224,9 +224,9 @@ void lean(vec4 nx, vec4 ny, out vec4 across2, out vec4 p, out vec4 q) {
 
 Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   int row = clamp(y, 0, int(push.height) - 1);
-  vec4 column = vec4(-2, -1, 0, 1) + (float(8 * tx) + push.frame_x);
-  vec4 x_at = (2.0 * column + 1.0) / push.frame_width - 1.0;
-  float y_at = (2.0 * (float(row) + push.frame_y) + 1.0) / push.frame_height - 1.0;
+  vec4 column = vec4(-2, -1, 0, 1) + float(8 * tx);
+  vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
+  float y_at = (2.0 * float(row) + 1.0) / float(push.height) - 1.0;
   const vec4 none = vec4(0.0);
   Normals n = Normals(none, none, none, none, none, none);
   add_plane(n, 0, vec3(push.wx[0], push.wx[1], push.wx[2]), vec3(push.wy[0], push.wy[1], push.wy[2]), row, tx, x_at, y_at);

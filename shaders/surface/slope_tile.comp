@@ -43,9 +43,9 @@ uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
 }
 #else
 uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
-  vec4 column = vec4(0, 1, 2, 3) + (float(x) + push.frame_x);
-  vec4 x_at = (2.0 * column + 1.0) / push.frame_width - 1.0;
-  float y_at = (2.0 * (float(y) + push.frame_y) + 1.0) / push.frame_height - 1.0;
+  vec4 column = vec4(0, 1, 2, 3) + float(x);
+  vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
+  float y_at = (2.0 * float(y) + 1.0) / float(push.height) - 1.0;
   vec4 nx = vec4(0.0), ny = vec4(0.0), across2;
   for (int plane = 0; plane < 3; ++plane) {
     int at = (plane * int(push.height) + y) * int(push.in_pitch) * 4 + 4 + x / 4;

@@ -167,9 +167,9 @@ TEST_F(GaugedRecordingTest, ClocksAreComparedByTheBestSignal) {
   table.close();
   MeasuredInput input = find_input(1, gel, {});
   for (const auto signal : {ForceSignal::Layer, ForceSignal::GraySum, ForceSignal::Area})
-    EXPECT_TRUE(force_outputs(input, signal) & static_cast<uint32_t>(Output::Gradient));
+    EXPECT_TRUE(wants(force_outputs(input, signal), Output::Gradient));
   const MeasuredInput waveguide = find_input(1, "synthetic:press?size=96x72", {});
-  EXPECT_FALSE(force_outputs(waveguide, ForceSignal::Layer) & static_cast<uint32_t>(Output::Gradient));
+  EXPECT_FALSE(wants(force_outputs(waveguide, ForceSignal::Layer), Output::Gradient));
   input.outputs = force_outputs(input, ForceSignal::Layer);
   const GaugedRecording own = measured(input);
   ASSERT_TRUE(own.alignment);

@@ -143,7 +143,7 @@ class LiveCaptureTest : public GpuTest {
   }
   /// A camera gives `group` frames while one is measured: the engine gets the first, and the last of each
   /// group. 0: all frames come at once.
-  LiveReport run(const FakeCamera::Script& script, uint64_t group, const Sensor& sensor, uint32_t outputs) {
+  LiveReport run(const FakeCamera::Script& script, uint64_t group, const Sensor& sensor, Outputs outputs) {
     Pace pace(script.frames);
     const auto heard = std::exchange(options_.on_result, {});
     options_.on_result = [&](const Touch& touch) {
@@ -171,11 +171,11 @@ class LiveCaptureTest : public GpuTest {
     Pipeline pipeline(context(), measured_with, session.format(),
                       {.outputs = session.info().outputs,
                        .solver = session.info().solver,
-                       .skip_untouched = session.info().skip_untouched});
+                       .solve_by = session.info().solve_by});
     pipeline.set_background(*session.own_background());
     RecordedCheck check;
     Frame frame;
-    while (frames.next(frame)) check.add(session, pipeline.process(frame));
+    while (frames.next(frame)) check.add(session, pipeline.process(frame).touch);
     return check;
   }
 
@@ -360,7 +360,7 @@ TEST_F(LiveCaptureTest, WhatTheRecorderHasNoRoomForIsNotMeasuredEither) {
 TEST_F(LiveCaptureTest, AnUncalibratedCameraIsMeasuredInPixels) {
   SessionInfo uncalibrated = info();
   uncalibrated.sensor.reset();
-  uncalibrated.outputs = static_cast<uint32_t>(Output::Force);
+  uncalibrated.outputs = Output::Force;
   Recording recording([&] { return folder_ / "session"; }, uncalibrated, {.no_drop = true});
   recording.start();
   options_.recording = &recording;

@@ -105,7 +105,7 @@ TEST_F(LiveLoop, AFailingViewerEndsTheSession) {
 
 TEST_F(LiveLoop, ARecordingRunsToItsLimitOrToAFrame) {
   Pipeline pipeline(context(), synthetic_sensor(scene()), SyntheticSensor(scene()).format(),
-                    {.outputs = static_cast<uint32_t>(Output::Force), .slots = 1});
+                    {.outputs = Output::Force, .slots = 1});
   pipeline.set_background(*SyntheticSensor(scene()).own_background());
   const auto frames_of = [&](uint64_t limit, uint64_t end, const std::function<bool()>& stop) {
     seen_.clear();

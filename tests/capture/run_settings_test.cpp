@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <set>
@@ -50,21 +51,24 @@ TEST(RunSettingsTable, RangesHaveWords) {
 }
 
 TEST(RunSettings, ContactsAndSkinNeedTheForce) {
-  EXPECT_EQ(outputs_of({Output::Contacts}), Output::Contacts | Output::Force);
-  EXPECT_EQ(outputs_of({Output::Skin}), Output::Skin | Output::Force);
-  EXPECT_EQ(outputs_of({Output::Surface}), static_cast<uint32_t>(Output::Surface));
+  EXPECT_EQ(outputs_of(std::array{Output::Contacts}), Output::Contacts | Output::Force);
+  EXPECT_EQ(outputs_of(std::array{Output::Skin}), Output::Skin | Output::Force);
+  EXPECT_EQ(outputs_of(std::array{Output::Surface}), Outputs(Output::Surface));
 }
 
 TEST(RunSettings, OfASessionOnlyWhatIsLeftOpenIsAsItWasRecorded) {
   SessionInfo session;
-  session.solver = SurfaceSolver::Exact;
+  session.solver = SurfaceSolver::Best;
+  session.solve_by = SolveBy::Host;
   session.fixed_light = true;
   RunSettings open, chosen;
-  chosen.solver = SurfaceSolver::Fine;
+  chosen.solver = SurfaceSolver::Live;
   as_recorded(open, session);
   as_recorded(chosen, session);
-  EXPECT_EQ(open.solver, SurfaceSolver::Exact);
-  EXPECT_EQ(chosen.solver, SurfaceSolver::Fine);
+  EXPECT_EQ(open.solver, SurfaceSolver::Best);
+  EXPECT_EQ(open.solve_by, SolveBy::Host);
+  EXPECT_EQ(chosen.solver, SurfaceSolver::Live);
+  EXPECT_EQ(chosen.solve_by, SolveBy::Auto);
   EXPECT_TRUE(open.fixed_light && chosen.fixed_light);
 }
 

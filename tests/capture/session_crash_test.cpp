@@ -39,7 +39,7 @@ constexpr uint64_t kPictures = 8;
   std::vector<Frame> frames;
   for (uint64_t n = 0; n < kPictures; ++n) frames.push_back(noise_frame(format, n));
   SessionInfo info = plain_info(format);
-  info.outputs = static_cast<uint32_t>(Output::Force);
+  info.outputs = Output::Force;
   SessionWriter writer(folder, info);
   auto next = Clock::now();
   for (uint64_t n = 0;; ++n) {

@@ -205,7 +205,7 @@ TEST_F(SessionDamage, ABlockOfZerosCostsTheFramesThatItLiesOn) {
 fs::path whole_session(const fs::path& folder) {
   SessionInfo info = plain_info(kSmall);
   info.background = noise_frame(kSmall, 50);
-  info.outputs = static_cast<uint32_t>(Output::Force);
+  info.outputs = Output::Force;
   Sensor sensor;
   sensor.name = "small";
   sensor.pitch_mm_per_px = 0.1;
@@ -383,7 +383,6 @@ TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   refuse(changed("\"outputs\": [", "\"outputs\": [1,"), "outputs");
   refuse(changed("\"force\"", "\"farce\""), "one of force, surface, confidence");
   refuse(changed("\"solver\": \"live\"", "\"solver\": \"slow\""), "solver");
-  refuse(changed("\"warm_start\": false", "\"warm_start\": 0"), "warm_start");
   refuse(changed("\"details\": [", "\"details\": [[\"a\"],"), "details");
   refuse(changed("\"pitch_mm_per_px\": 0.1", "\"pitch_mm_per_px\": -1"), "pitch_mm_per_px", 4);
   refuse(changed("\"complete\": true", "\"complete\": 3"), "complete");

@@ -38,7 +38,7 @@ void write_sample(const fs::path& folder) {
   info.format = kFormat;
   info.rate_Hz = 25;
   info.background = sample_frame(1000);
-  info.outputs = static_cast<uint32_t>(Output::Force);
+  info.outputs = Output::Force;
   info.program_version = "0.1.0";
   info.device = "llvmpipe";
   info.details = {{"driver", "vivid"}, {"exposure", "8 ms"}};
@@ -66,7 +66,7 @@ void expect_sample(const fs::path& folder) {
   EXPECT_EQ(session.frame_count(), std::size(kNumbers));
   const SessionInfo& info = session.info();
   EXPECT_EQ(info.input, "camera:/dev/video0?format=Y12");
-  EXPECT_EQ(info.outputs, static_cast<uint32_t>(Output::Force));
+  EXPECT_EQ(info.outputs, Output::Force);
   EXPECT_EQ(info.solver, SurfaceSolver::Live);
   EXPECT_EQ(info.program_version, "0.1.0");
   EXPECT_EQ(info.device, "llvmpipe");

@@ -94,9 +94,8 @@ TEST_F(SessionTest, KeepsSensorSettingsAndDetails) {
   info.sensor->background.image = "/nowhere/untouched.png";
   info.background = noise_frame(kGray, 5);
   info.outputs = Output::Force | Output::Confidence;
-  info.solver = SurfaceSolver::Converged;
-  info.skip_untouched = true;
-  info.warm_start = true;
+  info.solver = SurfaceSolver::Best;
+  info.solve_by = SolveBy::Host;
   info.device = "llvmpipe";
   info.details = {{"driver", "vivid"}, {"exposure", "8 ms"}, {"a", "1"}};
   const fs::path folder = record("s", info, 2);
@@ -106,8 +105,7 @@ TEST_F(SessionTest, KeepsSensorSettingsAndDetails) {
   EXPECT_EQ(found.rate_Hz, 60);
   EXPECT_EQ(found.outputs, info.outputs);
   EXPECT_EQ(found.solver, info.solver);
-  EXPECT_TRUE(found.skip_untouched);
-  EXPECT_TRUE(found.warm_start);
+  EXPECT_EQ(found.solve_by, info.solve_by);
   EXPECT_EQ(found.program_version, "0.1.0");
   EXPECT_EQ(found.device, "llvmpipe");
   EXPECT_EQ(found.details, info.details);
@@ -128,7 +126,7 @@ TEST_F(SessionTest, KeepsSensorSettingsAndDetails) {
 
 TEST_F(SessionTest, OneRowAFrameInOrderWithWhatWasMeasured) {
   SessionInfo info = plain_info(kGray);
-  info.outputs = static_cast<uint32_t>(Output::Force);
+  info.outputs = Output::Force;
   {
     SessionWriter writer(folder_ / "s", info, {.no_drop = true});
     for (const uint64_t n : {0, 1, 2, 4, 5, 6}) {

@@ -11,8 +11,10 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/pipeline.h"
 #include "tests/support/leased_memory.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -51,17 +53,16 @@ TEST_F(Discrete, MemoryOfItsOwnIsNotMapped) {
 TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
   for (const char* scene :
        {"synthetic:press?size=161x120&mode=gel", "synthetic:slide?size=160x121&bits=12"}) {
-    for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
+    for (const Solve solve : {Solve::Live, Solve::Exact}) {
       SCOPED_TRACE(scene);
       const SyntheticOptions synthetic = parse_synthetic(scene);
       SyntheticSensor source(synthetic);
       const Sensor sensor = synthetic_sensor(synthetic);
-      PipelineOptions options;
-      options.solver = solver;
-      options.tuning = default_tuning(*plain_);  // the same tiles: the same order of sums
+      PipelineOptions options = solved(solve);
+      const Tuning tuning = default_tuning(*plain_);  // the same tiles: the same order of sums
       const auto make = [&](gpu::Context& context, Upload upload) {
         options.upload = upload;
-        Pipeline pipeline(context, sensor, source.format(), options);
+        Pipeline pipeline = PipelineAccess::tuned(context, sensor, source.format(), options, tuning);
         pipeline.set_background(*source.own_background());
         return pipeline;
       };
@@ -79,10 +80,10 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
         EXPECT_EQ(c.copies, card_->host_import_alignment() ? 0u : 1u) << "cards read in place by default";
         EXPECT_EQ(a.touch.gray_sum, b.touch.gray_sum);
         EXPECT_EQ(a.touch.gray_sum, c.touch.gray_sum);
-        const std::vector<float> depth = wanted.read_depth_mm(a);
-        EXPECT_EQ(depth, staged.read_depth_mm(b)) << "frame " << k;
-        EXPECT_EQ(depth, automatic.read_depth_mm(c)) << "frame " << k;
-        EXPECT_EQ(staged.times(b).front().name, "upload");
+        const std::vector<float> depth = depth_map(a);
+        EXPECT_EQ(depth, depth_map(b)) << "frame " << k;
+        EXPECT_EQ(depth, depth_map(c)) << "frame " << k;
+        EXPECT_EQ(PipelineAccess::times(staged, b).front().name, "upload");
       }
       // Frames that are not leased, after some that were: the staged pixels are these.
       Frame image;
@@ -90,7 +91,7 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
       ASSERT_TRUE(wanted.submit(image) && automatic.submit(image));
       const Result a = *wanted.wait(), c = *automatic.wait();
       EXPECT_EQ(c.copies, 1u);
-      EXPECT_EQ(wanted.read_depth_mm(a), automatic.read_depth_mm(c));
+      EXPECT_EQ(depth_map(a), depth_map(c));
     }
   }
 }

@@ -12,11 +12,13 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "engine/stages/frame/contact.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/json.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text_file.h"
 #include "tests/support/thorough.h"
@@ -141,9 +143,8 @@ TEST_F(TuningTest, RefusesWhatIsOutOfRange) {
   small = limits;
   small.maxComputeWorkGroupCount[0] = 65535;
   expect_refused(thin, small, "surface");
-  PipelineOptions options;
-  options.tuning = Tuning{};
-  EXPECT_THROW(Pipeline(context(), synthetic_sensor({}), SyntheticSensor({}).format(), options), Error);
+  EXPECT_THROW(PipelineAccess::tuned(context(), synthetic_sensor({}), SyntheticSensor({}).format(), {}, {}),
+               Error);
 }
 
 TEST_F(TuningTest, CacheComesBackAndKeepsOtherDevices) {
@@ -308,15 +309,13 @@ TEST_F(TuningTest, SurfacesAgreeWithinTheStatedError) {
     Frame image;
     ASSERT_TRUE(source.render(*source.frame_count() / 2, image));
     const auto measure = [&](const Tuning& tuning, Touch& touch) {
-      PipelineOptions options;
-      options.slots = 1;
-      options.tuning = tuning;
-      Pipeline pipeline(context(), synthetic_sensor(scene), image.format, options);
+      Pipeline pipeline =
+          PipelineAccess::tuned(context(), synthetic_sensor(scene), image.format, {.slots = 1}, tuning);
       pipeline.set_background(*source.own_background());
       pipeline.submit(image);
       const Result result = *pipeline.wait();
       touch = result.touch;
-      std::vector<float> depth = pipeline.read_depth_mm(result);
+      std::vector<float> depth = depth_map(result);
       double mean = 0;
       for (const float d : depth) mean += double{d};
       for (float& d : depth) d -= static_cast<float>(mean / static_cast<double>(depth.size()));

@@ -111,14 +111,8 @@ TEST(Allocation, IsCounted) {
 }
 
 TEST(Allocation, NoneInAFrameWithContactsSkinAndSurface) {
-  constexpr uint32_t kAll = Output::Force | Output::Surface | Output::Contacts | Output::Skin;
+  constexpr Outputs kAll = Output::Force | Output::Surface | Output::Contacts | Output::Skin;
   expect_no_allocation({"synthetic:fingers?size=320x240&skin=markers&mode=gel", {.outputs = kAll}});
-}
-
-TEST(Allocation, NoneInAWindowThatStaysWhereItIs) {
-  expect_no_allocation({.input = "synthetic:press?size=640x480&radius=3",
-                        .options = {.outputs = Output::Force | Output::Surface, .skip_untouched = true},
-                        .frames = 300});
 }
 
 TEST(Allocation, NoneWhereOnlyPartOfTheFrameIsKnown) {

@@ -336,9 +336,9 @@ class DamagedPicture : public GpuTest {
       if (std::ranges::find(spoilt, i) != spoilt.end()) {
         Frame green = frame;
         spoilers().at("green below").second(frame, frame, green);
-        touches.push_back(pipeline.process(green));
+        touches.push_back(pipeline.process(green).touch);
       } else {
-        touches.push_back(pipeline.process(frame));
+        touches.push_back(pipeline.process(frame).touch);
       }
     }
     return touches;

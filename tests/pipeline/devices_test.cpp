@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/surface_map.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/second_driver.h"
 
 namespace palpate {
@@ -35,7 +37,7 @@ Measured measure(gpu::Context& context, SyntheticRun& scene, const PipelineOptio
     EXPECT_TRUE(pipeline.submit(scene.frame(k)));
     const std::optional<Result> result = pipeline.wait();
     measured.touches.push_back(result->touch);
-    if (result->surface.buffer) measured.depth_mm.push_back(pipeline.read_depth_mm(*result));
+    if (surface_of(*result).buffer) measured.depth_mm.push_back(depth_map(*result));
   }
   return measured;
 }
@@ -159,11 +161,11 @@ TEST_F(Devices, AgreeOnAGel) {
 }
 TEST_F(Devices, AgreeOnAGelWithMarkersAndItsSkin) {
   PipelineOptions options{Output::Force | Output::Surface | Output::Confidence | Output::Skin,
-                          SurfaceSolver::Converged};
+                          SurfaceSolver::Best};
   expect_agreement("drag?size=320x240&mode=gel&skin=markers", options, 2e-5);
 }
 TEST_F(Devices, AgreeOnSixteenBits) {
-  expect_agreement("press?size=641x479&bits=12", {static_cast<uint32_t>(Output::Force)}, 1);
+  expect_agreement("press?size=641x479&bits=12", {Output::Force}, 1);
 }
 
 }  // namespace

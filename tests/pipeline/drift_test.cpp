@@ -1,5 +1,4 @@
-// Long runs: what is carried from frame to frame (the shear's anchor, the slots, the last height) must not
-// creep.
+// Long runs: what is carried from frame to frame (the shear's anchor, the slots) must not creep.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -10,6 +9,7 @@
 #include "engine/measure/shear.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate {
@@ -206,103 +206,11 @@ TEST_F(DriftOnGpu, TheSameFramesGiveTheSameBits) {
     ASSERT_EQ(result.touch.centroid_x_px, wanted.centroid_x_px) << i;
     ASSERT_EQ(result.touch.surface->depth_max_mm, wanted.surface->depth_max_mm) << i;
     if (look) {
-      std::vector<float> depth = pipeline.read_depth_mm(result);
+      std::vector<float> depth = depth_map(result);
       if (i < 4) depths.push_back(depth);
       ASSERT_EQ(depth, depths[i % 4]) << i;
     }
   }
-}
-
-// Frames of a long run: `usual`, or what the environment variable PALPATE_DRIFT_FRAMES asks for.
-int frames_of_a_run(int usual) {
-  const char* wanted = std::getenv("PALPATE_DRIFT_FRAMES");
-  return wanted && *wanted ? std::max(std::atoi(wanted), usual) : usual;
-}
-
-// A round contact on a circle around the middle of 48 x 32 px.
-Frame circling(const Frame& rest, double turn_rad) {
-  const double cx = 24 + 4 * std::sin(turn_rad), cy = 16 + 2 * std::cos(turn_rad);
-  Frame frame = rest;
-  for (uint32_t y = 0; y < rest.format.height; ++y)
-    for (uint32_t x = 0; x < rest.format.width; ++x)
-      frame.set(
-          0, x, y,
-          static_cast<uint32_t>(10 + 170 * std::exp(-(std::pow(x - cx, 2) + std::pow(y - cy, 2)) / 60)));
-  return frame;
-}
-
-// Thousands of frames of a contact that circles and slips, each solve from the last one's heights: the errors
-// of heights and shear stay where a few frames left them.
-TEST_F(DriftOnGpu, WarmStartDoesNotCreep) {
-  const FrameFormat format{48, 32, 1, 8};
-  Sensor sensor = shaded_sensor();
-  sensor.shear = springs(0.03);
-  PipelineOptions options;
-  options.solver = SurfaceSolver::Converged;
-  constexpr int kUsual = 3000;
-  const int wanted_frames = frames_of_a_run(kUsual);
-  std::optional<gpu::Context> plain;  // long runs do without the validation layer
-  if (wanted_frames > kUsual) plain.emplace(gpu::ContextOptions{});
-  gpu::Context& on = plain ? *plain : context();
-  Pipeline cold(on, sensor, format, options);
-  options.warm_start = true;
-  Pipeline warm(on, sensor, format, options);
-  const Frame rest = uniform_frame(format, 10);
-  cold.set_background(rest);
-  warm.set_background(rest);
-  constexpr int kTurn = 40, kSettled = 16;  // turns until the slipping anchor repeats itself
-  const int turns = wanted_frames / kTurn, solves = turns * kTurn;
-  std::vector<Frame> frames;
-  std::vector<std::vector<float>> wanted;
-  for (int k = 0; k < kTurn; ++k) {
-    const Frame frame = circling(rest, 2 * std::numbers::pi * k / kTurn);
-    frames.push_back(frame);
-    ASSERT_TRUE(cold.submit(frame));
-    const Result result = *cold.wait();
-    wanted.push_back(cold.read_depth_mm(result));
-  }
-  // Worst differences: of heights from the cold solve, relative to its range, in the second turn, in looks at
-  // turns 2, 4, 8 ... and in the last; of shear from what it settled at, as a shift of the contact.
-  double early = 0, between = 0, late = 0, shear_px = 0;
-  int slips = 0;
-  std::vector<Touch> settled;
-  const double px_per_N = 1 / (sensor.shear->kx_N_per_mm * kPitch_mm);
-  for (int submitted = 0, i = 0; i < solves; ++i) {
-    while (submitted < solves && warm.submit(frames[static_cast<size_t>(submitted % kTurn)])) ++submitted;
-    const Result result = *warm.wait();
-    const auto at = static_cast<size_t>(i % kTurn);
-    const int turn = i / kTurn;
-    if (turn == kSettled) settled.push_back(result.touch);
-    if (turn > kSettled) {
-      const Touch &got = result.touch, &before = settled[at];
-      ASSERT_EQ(got.gray_sum, before.gray_sum) << i;
-      ASSERT_EQ(got.centroid_x_px, before.centroid_x_px) << i;
-      ASSERT_EQ(got.slip, before.slip) << i;
-      slips += got.slip == Slip::Slip;
-      shear_px = std::max(shear_px, px_per_N * std::hypot(got.shear_x_N.value - before.shear_x_N.value,
-                                                          got.shear_y_N.value - before.shear_y_N.value));
-    }
-    if (turn > 0 && ((turn & (turn - 1)) == 0 || turn == turns - 1)) {
-      const std::vector<float> depth = warm.read_depth_mm(result);
-      const auto [low, high] = std::minmax_element(wanted[at].begin(), wanted[at].end());
-      double& worst = turn == 1 ? early : turn == turns - 1 ? late : between;
-      for (size_t k = 0; k < depth.size(); ++k) {
-        ASSERT_TRUE(std::isfinite(depth[k])) << i;
-        worst = std::max(worst,
-                         std::abs(double{depth[k]} - double{wanted[at][k]}) / (double{*high} - double{*low}));
-      }
-    }
-  }
-  std::printf("worst difference from a cold solve %.4e in the second turn, %.4e on the way, %.4e after %d\n",
-              early, between, late, solves);
-  std::printf("shear moved by %.1e px over %d slips\n", shear_px, slips);
-  RecordProperty("early", std::to_string(early));
-  RecordProperty("late", std::to_string(late));
-  // Where the reading breaks off at the contact's rim one warm cycle leaves more than on smooth slopes.
-  EXPECT_LT(late, 5e-2);
-  EXPECT_LT(std::max(between, late), 1.01 * early + 1e-5);
-  EXPECT_GT(slips, solves / 2);
-  EXPECT_LT(shear_px, 1e-9);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "engine/numeric/poisson_dct.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/specks.h"
 #include "engine/stages/surface/surface.h"
 #include "palpate/error.h"
@@ -13,6 +14,7 @@
 #include "tests/pipeline/fuzz_gel.h"
 #include "tests/reference/contact.h"
 #include "tests/reference/slope.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate::fuzz {
@@ -147,7 +149,7 @@ std::string slope_difference(gpu::Context& context, const Case& c) {
   const Contact contact(context, c.sensor, c.format, shading, c.tuning);
   const Slope both(context, c.sensor, c.format, contact, RightSides::Pixels, c.tuning);
   const Slope cells_only(context, c.sensor, c.format, contact, RightSides::Cells, c.tuning);
-  const Surface surface(context, w, h, SurfaceSolver::Exact, c.tuning, true);
+  const Surface surface(context, w, h, Solve::Exact, c.tuning, true);
   FrameOnGpu images(context, c.format);
   const Grid grid = grid_for(w, h), half = coarser(grid);
   const gpu::DeviceBuffer records(context, "records", contact.record_bytes(), gpu::Memory::Readback);
@@ -217,7 +219,7 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
     const double value = double(shape.at(0, x, y)) / c.format.max_gray() - 0.3;
     g[i] = static_cast<float>(scale * (i % 2 ? value * value : value));
   }
-  const Heights exact = integrate_gradients(context, g, h, w, SurfaceSolver::Exact);
+  const Heights exact = integrate_gradients(context, g, h, w, Solve::Exact);
   reference::Slopes slopes;
   for (size_t i = 0; i < g.size(); i += 2) {
     slopes.p.push_back(double{g[i]} / scale);
@@ -225,16 +227,14 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
   }
   std::vector<double> wanted = reference::right_side(slopes, w, h, 1);
   PoissonDct(w, h).solve(wanted.data(), wanted.data(), w);
-  const Heights got = integrate_gradients(context, g, h, w, c.solver);
+  const Heights got = integrate_gradients(context, g, h, w, c.solve);
   const auto [low, high] = std::minmax_element(wanted.begin(), wanted.end());
   // A field that nearly cancels leaves a surface of rounding: judged against the slopes then.
   const double range = std::max(*high - *low, 1e-3);
   // A solve that stops early flattens shapes as narrow as pixels: judged on smooth shapes only.
-  const bool early = c.solver == SurfaceSolver::Live || c.solver == SurfaceSolver::Fine;
+  const bool early = c.solve == Solve::Live;
   const bool smooth = c.image == Pattern::Ramp || c.image == Pattern::Blob || c.image == Pattern::Gray;
-  const double tolerance = early                                  ? (smooth ? 0.15 : 10.0)
-                           : c.solver == SurfaceSolver::Converged ? 1e-3
-                                                                  : 1e-4;
+  const double tolerance = early ? (smooth ? 0.15 : 10.0) : c.solve == Solve::Converged ? 1e-3 : 1e-4;
   for (const auto& [values, limit] : {std::pair{&exact.values, 1e-4}, {&got.values, tolerance}}) {
     for (size_t i = 0; i < wanted.size(); ++i) {
       const double found = double{(*values)[i]} / scale;
@@ -251,14 +251,13 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
 
 std::string pipeline_difference(gpu::Context& context, const Case& c) {
   PipelineOptions options;
-  options.outputs = c.sensor.reconstruction == Reconstruction::None ? static_cast<uint32_t>(Output::Force)
-                                                                    : Output::Force | Output::Surface;
-  options.solver = c.solver;
+  options.outputs =
+      c.sensor.reconstruction == Reconstruction::None ? Output::Force : Output::Force | Output::Surface;
+  options = solved(c.solve, options);
   options.slots = 2;
-  options.tuning = c.tuning;
   options.fixed_light = true;  // noise has no light
   options.any_picture = true;  // and no picture
-  Pipeline pipeline(context, c.sensor, c.format, options);
+  Pipeline pipeline = PipelineAccess::tuned(context, c.sensor, c.format, options, c.tuning);
   const Frame untouched = background_of(c);
   pipeline.set_background(untouched);
   // A gel's specks are filled before anything is summed: their own test says with what.
@@ -291,8 +290,8 @@ std::string pipeline_difference(gpu::Context& context, const Case& c) {
       for (const double axis : {t.ellipse.major_mm, t.ellipse.minor_mm, t.ellipse.angle_rad})
         if (!std::isfinite(axis)) return place + unequal("ellipse", axis, "a number");
     }
-    if (options.outputs & static_cast<uint32_t>(Output::Surface)) {
-      const std::vector<float> depth = pipeline.read_depth_mm(result);
+    if (wants(options.outputs, Output::Surface)) {
+      const std::vector<float> depth = depth_map(result);
       for (size_t k = 0; k < depth.size(); ++k)
         if (!std::isfinite(depth[k]))
           return at(i, static_cast<uint32_t>(k % c.format.width), static_cast<uint32_t>(k / c.format.width)) +
@@ -375,8 +374,7 @@ Case make_case(uint64_t seed, const Tuning& defaults, Stage stage) {
       s.threshold_gray = std::floor(128 * 0.1 * top) / 128;
     }
   }
-  c.solver = dice.pick(
-      std::array{SurfaceSolver::Live, SurfaceSolver::Fine, SurfaceSolver::Converged, SurfaceSolver::Exact});
+  c.solve = dice.pick(std::array{Solve::Live, Solve::Converged, Solve::Exact});
   c.exponent = dice.one_in(2) ? 0 : static_cast<int>(dice.between(0, 60)) - 30;
   return c;
 }
@@ -392,7 +390,7 @@ std::string describe(const Case& c) {
       << c.tuning.contact_workgroup << (c.tuning.contact_tiles ? ", contact in tiles" : "")
       << (c.tuning.slope_tiles ? ", slopes in tiles" : "")
       << (c.tuning.surface_tiles ? ", surface in tiles" : "") << (c.keep_filtered ? ", keeping" : "")
-      << ", solver " << static_cast<int>(c.solver) << ", exponent " << c.exponent << ", seed " << c.seed;
+      << ", solver " << static_cast<int>(c.solve) << ", exponent " << c.exponent << ", seed " << c.seed;
   return out.str();
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/gpu/tuning.h"
+#include "engine/stages/surface/solve.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
@@ -32,8 +33,8 @@ struct Case {
   uint32_t images = 1;         ///< one after the other through the same kernels
   Pattern image = Pattern::Noise;
   Pattern background = Pattern::Black;
-  SurfaceSolver solver = SurfaceSolver::Live;  ///< surface and pipeline
-  int exponent = 0;                            ///< surface: gradients times ten to this power
+  Solve solve = Solve::Live;  ///< surface and pipeline
+  int exponent = 0;           ///< surface: gradients times ten to this power
 };
 
 Case make_case(uint64_t seed, const Tuning& defaults);

@@ -6,7 +6,9 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/pipeline/pipeline_access.h"
 #include "tests/pipeline/dice.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate::fuzz {
 namespace {
@@ -101,16 +103,14 @@ void make_gel(Case& c) {
     for (auto& row : *weights)
       for (double& weight : row) weight = dice.unit() - 0.5;
   s.max_slope = 3;
-  c.solver = dice.one_in(2) ? SurfaceSolver::Live : SurfaceSolver::Converged;
+  c.solve = dice.one_in(2) ? Solve::Live : Solve::Converged;
 }
 
 std::string gel_trouble(gpu::Context& context, const Case& c) {
   Gel gel(c);
   PipelineOptions options;
   options.outputs = Output::Force | Output::Contacts | (c.seed % 2 == 0 ? Output::Surface : Output::Force);
-  options.solver = c.solver;
-  options.tuning = c.tuning;
-  Pipeline pipeline(context, c.sensor, c.format, options);
+  Pipeline pipeline = PipelineAccess::tuned(context, c.sensor, c.format, solved(c.solve, options), c.tuning);
   pipeline.set_background(gel.untouched());
   for (uint32_t i = 1; i < c.images; ++i) {
     const bool touched = i > kUntouched && i <= kUntouched + kTouched;
@@ -126,7 +126,7 @@ std::string gel_trouble(gpu::Context& context, const Case& c) {
     if (!right && i != kUntouched + 1)
       return place + std::to_string(t.contacts.size()) + " contacts, light " + to_string(t.light->state);
     if (t.surface) {  // of random weights: it may split the contact
-      for (const float depth : pipeline.read_depth_mm(result))
+      for (const float depth : result.depth_mm())
         if (!std::isfinite(depth)) return place + "a depth that is no number";
       continue;
     }

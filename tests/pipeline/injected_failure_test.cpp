@@ -14,6 +14,7 @@
 #include "tests/support/failing_layer.h"
 #include "tests/support/json.h"
 #include "tests/support/leased_memory.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/program_fixture.h"
 #include "tests/support/stage_run.h"
 #include "tests/support/thorough.h"
@@ -120,15 +121,15 @@ TEST_F(FailingDevice, EveryCallOfAPipelineMayFail) {
       pipeline.poll();
     }
     while (const auto result = pipeline.wait()) {
-      if (result->surface.buffer) pipeline.read_depth_mm(*result);
+      result->depth_mm();
     }
   };
   PipelineOptions options;
-  options.outputs = static_cast<uint32_t>(Output::Force);
+  options.outputs = Output::Force;
   EXPECT_GT(fail_everywhere([&] { record(options); }), 50u);
   options.outputs = Output::Force | Output::Surface;
   options.slots = 1;
-  options.solver = SurfaceSolver::Exact;
+  options = solved(Solve::Exact, options);
   if (thorough()) {  // each failure compiles the kernels of a pipeline again
     EXPECT_GT(fail_everywhere([&] { record(options); }), 90u);
     options.solver = SurfaceSolver::Live;
@@ -147,7 +148,7 @@ TEST_F(FailingDevice, EveryDescriptorSetMayFail) {
   sensor.name = "test";
   sensor.pitch_mm_per_px = 0.1;
   PipelineOptions options;
-  options.outputs = static_cast<uint32_t>(Output::Force);
+  options.outputs = Output::Force;
   options.slots = 1;
   const auto record = [&] {
     Pipeline pipeline(*context_, sensor, format, options);
@@ -168,7 +169,7 @@ class FailingImport : public FailingDevice {
     if (context_->host_import_alignment() == 0) GTEST_SKIP() << "the device imports no host memory";
     sensor_.name = "test";
     sensor_.pitch_mm_per_px = 0.1;
-    options_.outputs = static_cast<uint32_t>(Output::Force);
+    options_.outputs = Output::Force;
     options_.upload = Upload::Import;
   }
 
@@ -184,7 +185,7 @@ TEST_F(FailingImport, IsACopy) {
   arm_("", 0, true);
   Pipeline pipeline(*context_, sensor_, format_, options_);
   pipeline.set_background(dark_);
-  const double wanted = pipeline.process(bright_).gray_sum;
+  const double wanted = pipeline.process(bright_).touch.gray_sum;
   const auto measure = [&](const std::shared_ptr<MappedPages>& pages, uint32_t copies) {
     std::atomic<int> returned = 0;
     ASSERT_TRUE(pipeline.submit(lease(bright_, pages, 16, &returned)));
@@ -235,19 +236,18 @@ TEST_F(FailingImport, EveryCallOfItMayFail) {
 
 TEST_F(FailingDevice, EveryCallOfAnIntegrationMayFail) {
   const NpyArray slopes = gaussian_slopes(40, 56, 9, 12);
-  const auto solve = [&](SurfaceSolver solver) {
+  const auto solve = [&](Solve solver) {
     return [&slopes, solver] { integrate_gradients(*context_, slopes.values, 40, 56, solver); };
   };
-  EXPECT_GT(fail_everywhere(solve(SurfaceSolver::Exact)), 40u);
-  for (const char* call : kTelling)
-    EXPECT_GT(fail_each(call, true, solve(SurfaceSolver::Converged)), 0u) << call;
+  EXPECT_GT(fail_everywhere(solve(Solve::Exact)), 40u);
+  for (const char* call : kTelling) EXPECT_GT(fail_each(call, true, solve(Solve::Converged)), 0u) << call;
 }
 
 // After a failed allocation the same context works on, with the same numbers.
 TEST_F(FailingDevice, AFailedAllocationHarmsNothingElse) {
   const NpyArray slopes = gaussian_slopes(40, 56, 9, 12);
   const auto solve = [&] {
-    return integrate_gradients(*context_, slopes.values, 40, 56, SurfaceSolver::Live).values;
+    return integrate_gradients(*context_, slopes.values, 40, 56, Solve::Live).values;
   };
   arm_("", 0, true);
   const std::vector<float> wanted = solve();

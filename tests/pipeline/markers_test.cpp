@@ -6,6 +6,7 @@
 #include "shaders/shared/confidence.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/pits.h"
 
 namespace palpate {
@@ -22,13 +23,13 @@ class MarkedGel : public GpuTest {
   // Error of the depth map, with markers where the untouched image is darker than without them.
   static Error error_of(const SyntheticRun& scene, const Frame& frame, const Truth& truth,
                         const std::vector<uint8_t>& markers, const Sensor& sensor) {
-    PipelineOptions options{Output::Force | Output::Surface, SurfaceSolver::Converged, 1};
+    PipelineOptions options{Output::Force | Output::Surface, SurfaceSolver::Best, 1};
     options.fixed_light = true;
     Pipeline pipeline(context(), sensor, frame.format, options);
     pipeline.set_background(scene.background);
     EXPECT_TRUE(pipeline.submit(frame));
     const std::optional<Result> result = pipeline.wait();
-    std::vector<float> depth_mm = pipeline.read_depth_mm(*result);
+    std::vector<float> depth_mm = depth_map(*result);
     double squares = 0;
     for (size_t i = 0; i < depth_mm.size(); ++i) {
       depth_mm[i] -= truth.depth_mm[i];
@@ -91,7 +92,7 @@ TEST_F(MarkedGel, SaysWhatMarkersCover) {
     for (uint32_t y = 0; y < 240; ++y)
       for (uint32_t x = 0; x < 320; ++x)
         if (std::hypot(x % 16 - 7.5, y % 16 - 7.5) > 2) frame.set(c, x, y, frame.at(c, x, y) / 5);
-  PipelineOptions options{Output::Force | Output::Surface | Output::Confidence, SurfaceSolver::Converged, 1};
+  PipelineOptions options{Output::Force | Output::Surface | Output::Confidence, SurfaceSolver::Best, 1};
   Pipeline pipeline(context(), scene.sensor, frame.format, options);
   pipeline.set_background(scene.background);
   ASSERT_TRUE(pipeline.submit(frame));
@@ -100,7 +101,7 @@ TEST_F(MarkedGel, SaysWhatMarkersCover) {
   const uint64_t unknown = result->touch.markers->unknown_px;
   EXPECT_GT(unknown, 320u * 240 / 2);
   uint64_t covered = 0;
-  for (const uint16_t pixel : pipeline.read_confidence(*result)) {
+  for (const uint16_t pixel : result->confidence()) {
     const bool is_covered = pixel >> shared::kReasonShift & shared::kCovered;
     EXPECT_TRUE(!is_covered || (pixel & 0xff) == 0);
     covered += is_covered;
@@ -127,7 +128,7 @@ TEST_F(MarkedGel, MovedMarkersAreNoContacts) {
     std::set<uint32_t> ids;
     size_t touched = 0, one = 0;
     for (uint64_t k = 0; k < scene.count(); k += 4) {
-      const Touch touch = pipeline.process(scene.frame(k));
+      const Touch touch = pipeline.process(scene.frame(k)).touch;
       for (const ContactTouch& contact : touch.contacts) ids.insert(contact.id);
       EXPECT_LE(touch.contacts.size(), 1u) << "frame " << k;
       if (!scene.truth(k).contact) continue;
@@ -151,7 +152,7 @@ TEST_F(MarkedGel, SkinIsFollowedAsBefore) {
     pipeline.set_background(scene.background);
     Touch touch;
     for (uint64_t k = scene.count() / 2; k < scene.count() / 2 + 4; ++k)
-      touch = pipeline.process(scene.frame(k));
+      touch = pipeline.process(scene.frame(k)).touch;
     points.push_back(touch.skin_points);
   }
   ASSERT_GT(points[0].size(), 100u);

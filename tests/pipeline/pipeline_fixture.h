@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-inline constexpr auto kForceOnly = static_cast<uint32_t>(Output::Force);
+inline constexpr auto kForceOnly = Output::Force;
 
 inline PipelineOptions force_only(uint32_t slots = 1) {
   return {kForceOnly, SurfaceSolver::Live, slots};

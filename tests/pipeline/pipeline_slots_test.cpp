@@ -8,9 +8,12 @@
 #include <vector>
 
 #include "engine/gpu/commands.h"
+#include "engine/pipeline/pipeline_access.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -32,13 +35,13 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
     ASSERT_TRUE(force.submit(scene.frame(k)));
     const Result with = *both.wait(), without = *force.wait();
     EXPECT_TRUE(with.touch.surface.has_value());
-    EXPECT_NE(with.surface.buffer, nullptr);
-    EXPECT_EQ(with.surface.width, 640u);
+    EXPECT_NE(surface_of(with).buffer, nullptr);
+    EXPECT_EQ(surface_of(with).width, 640u);
     EXPECT_FALSE(without.touch.surface.has_value());
-    EXPECT_EQ(without.surface.buffer, nullptr);
+    EXPECT_EQ(surface_of(without).buffer, nullptr);
     expect_identical(with.touch, without.touch, "frame " + std::to_string(k));
     std::vector<std::string> names;
-    for (const gpu::ScopeTime& time : force.times(without)) names.push_back(time.name);
+    for (const gpu::ScopeTime& time : PipelineAccess::times(force, without)) names.push_back(time.name);
     EXPECT_EQ(std::count(names.begin(), names.end(), "surface"), 0);
     EXPECT_EQ(std::count(names.begin(), names.end(), "slope"), 0);
     EXPECT_EQ(std::count(names.begin(), names.end(), "contact"), 1);
@@ -63,12 +66,10 @@ TEST_F(PipelineTest, FullSlotsRefuseAndResultsComeInOrder) {
   }
   EXPECT_FALSE(pipeline.wait());
   EXPECT_FALSE(pipeline.submit(scene.frame(106))) << "all held";
-  const uint32_t freed = held[1].slot;
   held.erase(held.begin() + 1);
   EXPECT_TRUE(pipeline.submit(scene.frame(106)));
   EXPECT_FALSE(pipeline.submit(scene.frame(107)));
   const Result next = *pipeline.wait();
-  EXPECT_EQ(next.slot, freed);
   EXPECT_EQ(next.touch.sequence, 106u);
 }
 
@@ -95,20 +96,21 @@ TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
 
 // One held result among many frames: its map must not change, its buffer must not be given to another.
 TEST_F(PipelineTest, HeldMapStaysIntact) {
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
+  for (const Solve solve : {Solve::Live, Solve::Exact}) {
     SyntheticRun scene("press?mode=gel&size=320x240&force=0.5");
-    Pipeline pipeline = scene.pipeline(context(), {Output::Force | Output::Surface, solver, 3});
-    ASSERT_TRUE(pipeline.submit(scene.frame(130)));
-    const Result held = *pipeline.wait();
-    const std::vector<float> before = pipeline.read_depth_mm(held);
+    const std::vector<float> alone = [&] {
+      Pipeline other = scene.pipeline(context(), solved(solve));
+      return depth_map(other.process(scene.frame(130)));
+    }();
+    Pipeline pipeline = scene.pipeline(context(), solved(solve));
+    const Result held = pipeline.process(scene.frame(130));
     uint64_t next = 30;
     for (int i = 0; i < 12; ++i) {
       while (pipeline.submit(scene.frame(next))) ++next;
       const Result passing = *pipeline.wait();
-      EXPECT_NE(passing.slot, held.slot);
-      EXPECT_NE(passing.surface.buffer, held.surface.buffer);
-      EXPECT_EQ(pipeline.read_depth_mm(held), before) << "after frame " << passing.touch.sequence;
+      EXPECT_NE(surface_of(passing).buffer, surface_of(held).buffer);
     }
+    EXPECT_EQ(depth_map(held), alone) << "read after twelve other frames";
   }
 }
 
@@ -168,7 +170,7 @@ TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
     std::optional<Result> last;
     for (uint32_t i = 0; i < slots; ++i) last = pipeline.wait();
     EXPECT_EQ(last->touch.sequence, 120u);
-    return pipeline.read_depth_mm(*last);
+    return depth_map(*last);
   };
   const std::vector<float> first = run(1);
   EXPECT_EQ(run(1), first);
@@ -180,7 +182,7 @@ TEST_F(PipelineTest, BackgroundCanBeTakenAnew) {
   SyntheticRun scene("press?size=320x240");
   Pipeline pipeline = scene.pipeline(context(), force_only(3));
   const Frame pressed = scene.frame(130);
-  const double gray_sum = pipeline.process(pressed).gray_sum;
+  const double gray_sum = pipeline.process(pressed).touch.gray_sum;
   ASSERT_TRUE(pipeline.submit(pressed));
   pipeline.set_background(pressed);
   ASSERT_TRUE(pipeline.submit(pressed));
@@ -223,7 +225,7 @@ TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
                    [&] { pipeline.submit(other); });
   }
   // A refused frame costs no slot.
-  EXPECT_TRUE(pipeline.process(scene.frame(130)).contact);
+  EXPECT_TRUE(pipeline.process(scene.frame(130)).touch.contact);
 }
 
 TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {

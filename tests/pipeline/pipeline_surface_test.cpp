@@ -9,6 +9,7 @@
 
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -47,11 +48,11 @@ struct Solved {
   std::vector<float> depth_mm;
 };
 
-Solved solve(gpu::Context& context, SyntheticRun& scene, uint64_t k, SurfaceSolver solver) {
-  Pipeline pipeline = scene.pipeline(context, {Output::Force | Output::Surface, solver, 1});
+Solved solve(gpu::Context& context, SyntheticRun& scene, uint64_t k, Solve way) {
+  Pipeline pipeline = scene.pipeline(context, solved(way, {.slots = 1}));
   if (!pipeline.submit(scene.frame(k))) throw std::runtime_error("no free slot");
   const std::optional<Result> result = pipeline.wait();
-  return {result->touch, pipeline.read_depth_mm(*result)};
+  return {result->touch, depth_map(*result)};
 }
 
 void expect_solvers_agree(const std::array<Solved, 3>& solved, double live_mm, double converged_mm,
@@ -77,7 +78,7 @@ TEST_F(PipelineTest, PhotometricDepthIsTheTruth) {
     constexpr uint64_t kDeepest = 130;
     const Truth truth = scene.truth(kDeepest);
     std::array<Solved, 3> solved;
-    const std::array solvers{SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact};
+    const std::array solvers{Solve::Live, Solve::Converged, Solve::Exact};
     for (size_t i = 0; i < 3; ++i) {
       solved[i] = solve(context(), scene, kDeepest, solvers[i]);
       const Misfit m = compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, scene.options.width,
@@ -114,7 +115,7 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
       return std::hypot(x - truth.center_x_px, y - truth.center_y_px) < radius_px - 3;
     };
     std::array<Solved, 3> solved;
-    const std::array solvers{SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact};
+    const std::array solvers{Solve::Live, Solve::Converged, Solve::Exact};
     for (size_t i = 0; i < 3; ++i) {
       solved[i] = solve(context(), scene, kDeepest, solvers[i]);
       const Misfit m =

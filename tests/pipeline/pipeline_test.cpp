@@ -9,6 +9,7 @@
 #include "engine/calibrate/force/fit.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate {
@@ -26,7 +27,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
     Pipeline reading = scene.pipeline(context(), force_only());
     std::vector<double> gray, force;
     for (uint64_t k = 0; k < scene.count(); k += 2 * step) {
-      const Touch t = reading.process(scene.frame(k));
+      const Touch t = reading.process(scene.frame(k)).touch;
       if (!t.contact) continue;
       gray.push_back(t.gray_sum);
       force.push_back(scene.truth(k).force_N);
@@ -37,7 +38,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
     int frames = 0;
     for (uint64_t k = step; k < scene.count(); k += 2 * step) {
       const Truth truth = scene.truth(k);
-      const Touch t = judged.process(scene.frame(k));
+      const Touch t = judged.process(scene.frame(k)).touch;
       ASSERT_EQ(t.contact, truth.force_N > 0.002) << text << " frame " << k << ", " << truth.force_N << " N";
       if (!t.contact) continue;
       const double error_N = t.force_N.value - truth.force_N;
@@ -78,7 +79,7 @@ TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
   int frames = 0, inside = 0;
   for (uint64_t k = 0; k < scene.count(); k += 7) {
     const Truth truth = scene.truth(k);
-    const Touch t = pipeline.process(scene.frame(k));
+    const Touch t = pipeline.process(scene.frame(k)).touch;
     if (truth.force_N < 0.15) continue;
     ++frames;
     worst = std::max(worst, std::abs(t.force_N.value / truth.force_N - 1));
@@ -99,7 +100,7 @@ TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
   int judged = 0, slip_frames = 0, wrong = 0, wrong_far = 0;
   for (uint64_t k = 0; k < scene.count(); ++k) {
     const Truth truth = scene.truth(k);
-    const Touch t = pipeline.process(scene.frame(k));
+    const Touch t = pipeline.process(scene.frame(k)).touch;
     if (!t.contact) {
       EXPECT_EQ(t.slip, Slip::NoContact);
       EXPECT_LT(truth.force_N, 0.003);
@@ -147,7 +148,7 @@ TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
     }
     Pipeline pipeline = scene.pipeline(context(), force_only());
     for (uint64_t k = 0; k < 40; ++k) {
-      const Touch t = pipeline.process(scene.frame(k));
+      const Touch t = pipeline.process(scene.frame(k)).touch;
       EXPECT_FALSE(t.contact) << "noise of frame " << k << " taken for a contact";
       EXPECT_EQ(t.force_N.validity, calibrated ? Validity::NoContact : Validity::NotCalibrated);
       EXPECT_EQ(t.force_N.value, 0);
@@ -169,7 +170,7 @@ TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
   int seen[3] = {};
   for (uint64_t k = 0; k < scene.count(); k += 5) {
     const double force_N = scene.truth(k).force_N;
-    const Touch t = pipeline.process(scene.frame(k));
+    const Touch t = pipeline.process(scene.frame(k)).touch;
     if (force_N < 0.05 || std::abs(force_N - 0.4) < 0.02 || std::abs(force_N - 1.2) < 0.03) continue;
     const Validity wanted = force_N < 0.4   ? Validity::BelowRange
                             : force_N > 1.2 ? Validity::AboveRange
@@ -195,7 +196,7 @@ TEST_F(PipelineTest, ClippedImagesAreMarked) {
       for (uint32_t y = 0; y < frame.format.height; ++y)
         for (uint32_t x = 0; x < frame.format.width; ++x)
           at_limit += frame.at(0, x, y) >= scene.sensor.saturation_gray;
-      const Touch t = pipeline.process(frame);
+      const Touch t = pipeline.process(frame).touch;
       EXPECT_EQ(t.saturated_px, at_limit) << text << " frame " << k;
       if (!t.contact) continue;
       // A few pixels widen the interval, many are said.
@@ -241,15 +242,14 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
     }
     return frame;
   };
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Fine, SurfaceSolver::Exact}) {
+  for (const Solve solve : {Solve::Live, Solve::Converged, Solve::Exact}) {
     for (const bool confidence : {false, true}) {
       Sensor sensor = steep_gel();
-      PipelineOptions options;
-      options.solver = solver;
+      PipelineOptions options = solved(solve);
       if (confidence) options.outputs = options.outputs | Output::Confidence;
       Pipeline pipeline(context(), sensor, format, options);
       pipeline.set_background(rest);
-      const Touch wall = pipeline.process(punch(100)), shallow = pipeline.process(punch(17));
+      const Touch wall = pipeline.process(punch(100)).touch, shallow = pipeline.process(punch(17)).touch;
       EXPECT_EQ(wall.surface->clipped_px, 160u);
       EXPECT_EQ(wall.surface->validity, Validity::Clipped);
       EXPECT_EQ(shallow.surface->clipped_px, 0u);
@@ -257,7 +257,7 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
       // A few stray pixels, here 3 of 2600, do not make a depth doubtful.
       Frame stray = punch(17);
       for (const uint32_t x : {60u, 70u, 159u}) stray.set(1, x, 50, 200);
-      const Touch few = pipeline.process(stray);
+      const Touch few = pipeline.process(stray).touch;
       EXPECT_EQ(few.surface->clipped_px, 3u);
       EXPECT_EQ(few.surface->validity, Validity::Valid);
     }
@@ -287,7 +287,7 @@ TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
   };
   Pipeline pipeline(context(), sensor, format, {});
   pipeline.set_background(rest);
-  const Touch shallow = pipeline.process(press(0)), steep = pipeline.process(press(12));
+  const Touch shallow = pipeline.process(press(0)).touch, steep = pipeline.process(press(12)).touch;
   EXPECT_GT(shallow.surface->clipped_px, 100u) << "the rim";
   EXPECT_EQ(shallow.surface->validity, Validity::Valid);
   EXPECT_GT(steep.surface->clipped_px, 2000u);
@@ -295,7 +295,7 @@ TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
   sensor.max_slope = 100;
   Pipeline lenient(context(), sensor, format, {});
   lenient.set_background(rest);
-  EXPECT_EQ(lenient.process(press(12)).surface->clipped_px, 0u);
+  EXPECT_EQ(lenient.process(press(12)).touch.surface->clipped_px, 0u);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kOutputs = Output::Force | Output::Contacts | Output::Surface;
+constexpr Outputs kOutputs = Output::Force | Output::Contacts | Output::Surface;
 
 class SeparatePictures : public GpuTest {
  protected:
@@ -22,7 +22,7 @@ class SeparatePictures : public GpuTest {
   static std::vector<Touch> measured(SyntheticRun& run, const std::vector<uint64_t>& frames, bool separate) {
     Pipeline pipeline = run.pipeline(context(), {.outputs = kOutputs, .slots = 2, .separate = separate});
     std::vector<Touch> touches;
-    for (const uint64_t k : frames) touches.push_back(pipeline.process(run.frame(k)));
+    for (const uint64_t k : frames) touches.push_back(pipeline.process(run.frame(k)).touch);
     return touches;
   }
   /// A dragged object, with a force that goes with the gray sum.
@@ -93,10 +93,10 @@ TEST_F(SeparatePictures, LearnNothingOfTheLight) {
   for (uint8_t& gray : brighter.bytes) gray = static_cast<uint8_t>(std::min(gray + 12, 250));
   const uint64_t press = touched(run)[2];
   Pipeline alone = run.pipeline(context(), {.outputs = kOutputs, .separate = true});
-  const Touch expected = alone.process(run.frame(press));
+  const Touch expected = alone.process(run.frame(press)).touch;
   Pipeline after = run.pipeline(context(), {.outputs = kOutputs, .separate = true});
-  for (int i = 0; i < 20; ++i) EXPECT_EQ(after.process(brighter).light->state, LightState::Changed);
-  const Touch found = after.process(run.frame(press));
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(after.process(brighter).touch.light->state, LightState::Changed);
+  const Touch found = after.process(run.frame(press)).touch;
   EXPECT_EQ(found.light->state, expected.light->state);
   EXPECT_EQ(found.area_px, expected.area_px);
   EXPECT_EQ(found.surface->depth_max_mm, expected.surface->depth_max_mm);
@@ -125,7 +125,7 @@ TEST_F(AnotherUnit, DepthAndForceSayThatTheLightIsUnknown) {
                       {.outputs = kOutputs, .separate = separate});
     pipeline.set_background(other);
     for (const uint64_t k : {uint64_t{0}, run.count() / 2}) {
-      const Touch touch = pipeline.process(run.frame(k));
+      const Touch touch = pipeline.process(run.frame(k)).touch;
       ASSERT_TRUE(touch.light.has_value());
       EXPECT_EQ(touch.light->state, LightState::Unknown);
       EXPECT_EQ(touch.surface->validity, Validity::LightUnknown);
@@ -136,7 +136,7 @@ TEST_F(AnotherUnit, DepthAndForceSayThatTheLightIsUnknown) {
     }
     // With its own the same frames are as good as they were.
     pipeline.set_background(run.background);
-    const Touch touch = pipeline.process(run.frame(run.count() / 2));
+    const Touch touch = pipeline.process(run.frame(run.count() / 2)).touch;
     EXPECT_NE(touch.light->state, LightState::Unknown);
     EXPECT_EQ(touch.surface->validity, Validity::Valid);
     EXPECT_EQ(touch.force_N.validity, Validity::Valid);

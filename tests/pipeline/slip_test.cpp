@@ -239,7 +239,7 @@ TEST_F(CentroidError, IsBelowATwentiethPixelAtTwentyDecibels) {
   sensor.pitch_mm_per_px = kPitch_mm;
   sensor.threshold_gray = 4;
   const FrameFormat format{320, 240, 1, 8};
-  Pipeline pipeline(context(), sensor, format, {.outputs = static_cast<uint32_t>(Output::Force)});
+  Pipeline pipeline(context(), sensor, format, {.outputs = Output::Force});
   Frame frame;
   frame.reshape(format);
   std::fill(frame.bytes.begin(), frame.bytes.end(), uint8_t{30});
@@ -259,7 +259,7 @@ TEST_F(CentroidError, IsBelowATwentiethPixelAtTwentyDecibels) {
             0, x, y,
             static_cast<uint32_t>(std::lround(30 + 20 * std::sqrt(std::max(0.0, 1 - r2)) + noise(random))));
       }
-    const Touch touch = pipeline.process(frame);
+    const Touch touch = pipeline.process(frame).touch;
     squares += std::pow(touch.centroid_x_px - cx, 2) + std::pow(touch.centroid_y_px - cy, 2);
   }
   const double rms = std::sqrt(squares / (2 * trials));
@@ -277,7 +277,7 @@ struct SkinScene : GpuTest {
     Pipeline pipeline = run.pipeline(context(), {.outputs = Output::Force | Output::Skin});
     std::vector<Seen> seen;
     for (uint64_t k = first; k < std::min(last, run.count()); ++k) {
-      seen.push_back({pipeline.process(run.frame(k)), run.truth(k)});
+      seen.push_back({pipeline.process(run.frame(k)).touch, run.truth(k)});
       seen.back().truth.depth_mm = {};
     }
     return seen;

@@ -8,9 +8,11 @@
 #include <cmath>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
 #include "shaders/shared/confidence.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -72,16 +74,15 @@ TEST_F(SpecksInAGel, LeaveNoPits) {
       for (uint32_t c = 0; c < 3; ++c) rest.set(c, x, y, 255), frame.set(c, x, y, 255);
     }
   ASSERT_GT(specks, 20u);
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged}) {
+  for (const Solve solve : {Solve::Live, Solve::Converged}) {
     const auto depth = [&](const Frame& background, const Frame& image, bool unknown) {
-      Pipeline pipeline(context(), sensor, image.format,
-                        {.outputs = Output::Force | Output::Surface, .solver = solver});
+      Pipeline pipeline(context(), sensor, image.format, solved(solve));
       pipeline.set_background(background);
       EXPECT_TRUE(pipeline.submit(image));
       const Result result = *pipeline.wait();
       EXPECT_EQ(result.touch.saturated_px, 0u);
-      EXPECT_EQ(!result.surface.confidence.empty(), unknown);
-      return pipeline.read_depth_mm(result);
+      EXPECT_EQ(!surface_of(result).confidence.empty(), unknown);
+      return depth_map(result);
     };
     const std::vector<float> with = depth(rest, frame, true), without = depth(clean_rest, clean, false);
     double worst = 0;

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kOutputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction;
+constexpr Outputs kOutputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction;
 
 class TractionTest : public GpuTest {
  protected:
@@ -85,7 +85,7 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
 TEST_F(TractionTest, FindsItsContacts) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
   std::vector<double> force;
-  for (const uint32_t outputs : {kOutputs, Output::Force | Output::Surface | Output::Traction})
+  for (const Outputs outputs : {kOutputs, Output::Force | Output::Surface | Output::Traction})
     run(scene, sensor_of(scene), {.outputs = outputs}, 110,
         [&](const Result& result, const Truth&) { force.push_back(result.touch.traction->force_z_N.value); });
   ASSERT_EQ(force.size() % 2, 0u);
@@ -99,9 +99,9 @@ TEST_F(TractionTest, DeviceAndHostAgree) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
   const Sensor sensor = sensor_of(scene);
   std::vector<double> force[2], moment[2], sd[2];
-  for (const TractionBy by : {TractionBy::Host, TractionBy::Device})
-    run(scene, sensor, {.outputs = kOutputs, .traction = by}, 15, [&](const Result& result, const Truth&) {
-      const size_t k = by == TractionBy::Device;
+  for (const SolveBy by : {SolveBy::Host, SolveBy::Device})
+    run(scene, sensor, {.outputs = kOutputs, .solve_by = by}, 15, [&](const Result& result, const Truth&) {
+      const size_t k = by == SolveBy::Device;
       force[k].push_back(result.touch.traction->force_z_N.value);
       sd[k].push_back(result.touch.traction->force_z_N.standard_error);
       moment[k].push_back(result.touch.traction->moment_x_Nmm.value);

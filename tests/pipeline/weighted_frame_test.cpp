@@ -10,12 +10,13 @@
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kPlain = Output::Force | Output::Surface;
-constexpr uint32_t kWithConfidence = kPlain | Output::Confidence;
+constexpr Outputs kPlain = Output::Force | Output::Surface;
+constexpr Outputs kWithConfidence = kPlain | Output::Confidence;
 
 struct Press {
   explicit Press(const std::string& text) : source(parse_synthetic("synthetic:" + text)) {
@@ -49,17 +50,18 @@ struct Answer {
 };
 
 /// Parts of the frames are painted in one colour, which no camera sees.
-Answer measure(gpu::Context& context, const Press& press, uint32_t outputs, SurfaceSolver solver) {
+Answer measure(gpu::Context& context, const Press& press, Outputs outputs, Solve solve) {
   Pipeline pipeline(context, press.sensor, press.frame.format,
-                    {.outputs = outputs, .solver = solver, .slots = 2, .any_picture = true});
+                    solved(solve, {.outputs = outputs, .slots = 2, .any_picture = true}));
   pipeline.set_background(press.background);
   EXPECT_TRUE(pipeline.submit(press.frame));
   EXPECT_TRUE(pipeline.submit(press.frame));  // the second one must not disturb what the first one leaves
   const Result result = *pipeline.wait();
-  Answer answer{result.touch, pipeline.read_depth_mm(result), pipeline.read_confidence(result)};
+  const std::span<const uint16_t> pixels = result.confidence();
+  Answer answer{result.touch, depth_map(result), {pixels.begin(), pixels.end()}};
   const Result second = *pipeline.wait();
   EXPECT_EQ(second.touch.surface->weighted->residual, answer.touch.surface->weighted->residual);
-  EXPECT_EQ(pipeline.read_depth_mm(second), answer.depth_mm);
+  EXPECT_EQ(depth_map(second), answer.depth_mm);
   return answer;
 }
 
@@ -82,16 +84,15 @@ using WeightedFrameTest = GpuTest;
 // A highlight in the contact spoils the surface around it; masked it does not.
 TEST_F(WeightedFrameTest, SaturatedPixelsDoNoHarm) {
   Press press("press?mode=gel&size=320x240");
-  const double clean =
-      error_mm(measure(context(), press, kPlain, SurfaceSolver::Converged), press.truth.depth_mm,
-               std::vector<uint16_t>(press.truth.depth_mm.size(), 255));
+  const double clean = error_mm(measure(context(), press, kPlain, Solve::Converged), press.truth.depth_mm,
+                                std::vector<uint16_t>(press.truth.depth_mm.size(), 255));
   const double x0 = press.truth.center_x_px + press.truth.radius_px * 0.6, y0 = press.truth.center_y_px;
   uint64_t painted = 0;
   press.paint([&](double x, double y) { return std::hypot(x - x0, y - y0) < 9; }, 255, false);
   for (uint32_t y = 0; y < 240; ++y)
     for (uint32_t x = 0; x < 320; ++x)
       painted += press.frame.at(0, x, y) == 255 && press.frame.at(1, x, y) == 255;
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact}) {
+  for (const Solve solver : {Solve::Live, Solve::Converged, Solve::Exact}) {
     const Answer masked = measure(context(), press, kWithConfidence, solver);
     const Answer plain = measure(context(), press, kPlain, solver);
     const double with = error_mm(masked, press.truth.depth_mm, masked.confidence);
@@ -114,8 +115,8 @@ TEST_F(WeightedFrameTest, SaturatedPixelsDoNoHarm) {
 // twice.
 TEST_F(WeightedFrameTest, NothingUnknownNothingSolved) {
   const Press press("press?mode=gel&size=160x120");
-  const Answer plain = measure(context(), press, kPlain, SurfaceSolver::Live);
-  const Answer got = measure(context(), press, kWithConfidence, SurfaceSolver::Live);
+  const Answer plain = measure(context(), press, kPlain, Solve::Live);
+  const Answer got = measure(context(), press, kWithConfidence, Solve::Live);
   EXPECT_TRUE(got.touch.confidence.has_value());
   EXPECT_EQ(got.touch.confidence->unknown_px, 0u);
   EXPECT_FALSE(got.touch.surface->weighted.has_value());
@@ -136,7 +137,7 @@ TEST_F(WeightedFrameTest, OutsideOfThePadDoesNotMatter) {
   Answer last;
   for (const uint32_t room : {90u, 200u}) {
     press.paint(outside, room, false);
-    const Answer got = measure(context(), press, kPlain, SurfaceSolver::Converged);
+    const Answer got = measure(context(), press, kPlain, Solve::Converged);
     EXPECT_TRUE(got.touch.surface->weighted.has_value());
     EXPECT_EQ(got.touch.confidence->outside_px, got.touch.confidence->unknown_px);
     EXPECT_NEAR(static_cast<double>(got.touch.confidence->unknown_px),
@@ -165,7 +166,7 @@ TEST_F(WeightedFrameTest, AFrameDoesNotDependOnTheOneBefore) {
       Pipeline pipeline(context(), clean.sensor, frame.format, {.outputs = kPlain});
       pipeline.set_background(clean.background);
       EXPECT_TRUE(pipeline.submit(frame));
-      return pipeline.read_depth_mm(*pipeline.wait());
+      return depth_map(*pipeline.wait());
     };
     const std::vector<float> of_clean = alone(clean.frame), of_spoiled = alone(spoiled.frame);
     for (const uint32_t slots : {1u, 3u}) {
@@ -176,7 +177,7 @@ TEST_F(WeightedFrameTest, AFrameDoesNotDependOnTheOneBefore) {
         while (sent < spoils.size() && pipeline.submit(spoils[sent] ? spoiled.frame : clean.frame)) ++sent;
         const Result result = *pipeline.wait();
         EXPECT_EQ(result.touch.surface->weighted->residual.has_value(), spoils[got]) << scene << ' ' << got;
-        EXPECT_EQ(pipeline.read_depth_mm(result), spoils[got] ? of_spoiled : of_clean) << scene << ' ' << got;
+        EXPECT_EQ(depth_map(result), spoils[got] ? of_spoiled : of_clean) << scene << ' ' << got;
       }
     }
   }
@@ -186,7 +187,7 @@ TEST_F(WeightedFrameTest, AFrameDoesNotDependOnTheOneBefore) {
 TEST_F(WeightedFrameTest, IslandsAreSaid) {
   Press press("press?mode=gel&size=160x120");
   press.paint([](double x, double) { return x >= 20 && x < 23; }, 0, true);
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
+  for (const Solve solver : {Solve::Live, Solve::Exact}) {
     const Answer got = measure(context(), press, kWithConfidence, solver);
     EXPECT_EQ(got.touch.confidence->shadowed_px, 3u * 120);
     EXPECT_EQ(got.touch.surface->weighted->islands, 2u);
@@ -199,7 +200,7 @@ TEST_F(WeightedFrameTest, ShadingMasksWhatTheFilterReaches) {
   Press press("press?mode=lambert&size=160x120");
   press.sensor.saturation_gray = 255;
   press.paint([](double x, double y) { return x == 40 && y == 30; }, 255, false);
-  const Answer got = measure(context(), press, kWithConfidence, SurfaceSolver::Live);
+  const Answer got = measure(context(), press, kWithConfidence, Solve::Live);
   EXPECT_EQ(got.touch.saturated_px, 1u);
   EXPECT_EQ(got.touch.confidence->unknown_px, 25u);
   EXPECT_TRUE(got.touch.surface->weighted.has_value());

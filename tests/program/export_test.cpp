@@ -14,6 +14,7 @@
 #include "palpate/pipeline.h"
 #include "tests/support/eventually.h"
 #include "tests/support/json.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
@@ -121,7 +122,7 @@ class Export : public Program {
     while (frames.next(frame)) {
       EXPECT_TRUE(pipeline.submit(frame));
       const Result result = *pipeline.wait();
-      depths[frame.sequence] = pipeline.read_depth_mm(result);
+      depths[frame.sequence] = depth_map(result);
     }
     return depths;
   }

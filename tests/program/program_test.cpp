@@ -76,7 +76,7 @@ TEST_F(Program, WordsThatAreNearlyRightAreUnderstood) {
       {{"calibrate", "forse", "x"}, "did you mean 'force'?"},
       {{"process", "x", "--out", "o", "--sensr", "s.json"}, "did you mean '--sensor'?"},
       {{"process", "x", "--outpts=o"}, "did you mean '--outputs'?"},
-      {{"process", "x", "--out", "o", "--solver", "convergd"}, "did you mean 'converged'?"},
+      {{"process", "x", "--out", "o", "--solver", "bets"}, "did you mean 'best'?"},
       {{"help", "simulat"}, "did you mean 'simulate'?"}};
   for (const auto& [arguments, words] : cases) expect_refusal(arguments, 2, {words, "try: palpate"});
   expect_refusal({"process", "synthetic:palpaton", "--out", (folder_ / "o").string()}, 3,
@@ -196,7 +196,7 @@ TEST_F(Program, GradientsBecomeHeights) {
   constexpr double kSigma = 9, kDepth = 12;
   const NpyArray slopes = gaussian_slopes(kRows, kColumns, kSigma, kDepth);
   write_npy(folder_ / "slopes.npy", slopes.values, slopes.shape);
-  for (const std::string solver : {"converged", "exact"}) {
+  for (const std::string solver : {"live", "best"}) {
     const fs::path out = folder_ / solver;
     const Ended ended = run(
         {"integrate", folder_ / "slopes.npy", "--out", out, "--solver", solver, "--json", "--validation"});
@@ -214,7 +214,7 @@ TEST_F(Program, GradientsBecomeHeights) {
         true_high = std::max(true_high, z);
       }
     }
-    EXPECT_NEAR(*high - *low, true_high - true_low, 0.001 * kDepth) << solver;
+    EXPECT_NEAR(*high - *low, true_high - true_low, (solver == "live" ? 0.003 : 0.001) * kDepth) << solver;
   }
 }
 

@@ -29,7 +29,7 @@ TEST_F(Program, IntegratesWithWeights) {
     if (i % kColumns >= 40 && i % kColumns < 43) weights[i] = 0;
   write_npy(folder_ / "slopes.npy", slopes_with_gap(), {kRows, kColumns, 2});
   write_npy(folder_ / "weights.npy", weights, {kRows, kColumns});
-  for (const std::string solver : {"live", "converged", "exact"}) {
+  for (const std::string solver : {"live", "best"}) {
     const Ended ended = run({"integrate", folder_ / "slopes.npy", "--weights", folder_ / "weights.npy",
                              "--out", folder_ / "out", "--solver", solver, "--json", "--validation"});
     ASSERT_EQ(ended.exit_code, 0) << ended.err;

@@ -20,7 +20,7 @@ BAD = {
     "weights' shape": (lambda: pp.integrate(GOOD, GOOD, weights=GOOD[1:]), pp.ArgumentError, r"weights of the shape"),
     "negative weights": (lambda: pp.integrate(GOOD, GOOD, weights=GOOD - 1), pp.ArgumentError, r"at least 0"),
     "NaN weights": (lambda: pp.integrate(GOOD, GOOD, weights=GOOD * np.nan), pp.ArgumentError, r"NaN at index \(0, 0\)"),
-    "solver": (lambda: pp.integrate(GOOD, GOOD, solver="exakt"), pp.ArgumentError, r"did you mean 'exact'"),
+    "solver": (lambda: pp.integrate(GOOD, GOOD, solver="bets"), pp.ArgumentError, r"did you mean 'best'"),
     "points' axes": (lambda: pp.match(np.zeros((5, 4)), POINTS), pp.ArgumentError, r"points x 2 or points x 3"),
     "NaN point": (lambda: pp.match(POINTS * np.inf, POINTS), pp.ArgumentError, r"infinity at index \(0, 0\)"),
     "few points": (lambda: pp.match(POINTS[:2], POINTS), pp.InputError, r"points"),

@@ -98,7 +98,7 @@ def random_slopes(side):
 WORK = {
     "waiting": lambda: wait_for_second,
     "measuring": lambda: partial(pp.measure, "synthetic:press?size=320x240&rate=10"),
-    "solving": lambda: partial(pp.integrate, *random_slopes(900), solver="exact"),
+    "solving": lambda: partial(pp.integrate, *random_slopes(900), solver="best"),
     "matching": lambda: partial(pp.match, *np.random.default_rng(1).uniform(0, 9, (2, 300, 2))),
 }
 

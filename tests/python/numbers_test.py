@@ -94,7 +94,7 @@ def test_a_stream_gives_the_same_numbers(scene, outputs):
     _palpate = importlib.import_module("palpate._palpate")
     run = pp.measure(scene, outputs=outputs)
     compared = set()
-    with pp.open(scene, outputs=outputs, drop=False, solver="auto") as stream:
+    with pp.open(scene, outputs=outputs, drop=False, solver="best") as stream:
         for i, t in enumerate(stream):
             for column, error, state, attribute, older in _palpate.quantities():
                 if not attribute:

@@ -50,7 +50,7 @@ def test_a_scene_with_its_truth():
 
 
 def test_a_session_is_measured_to_the_same_digits(tmp_path, program):
-    written = pp.record(SLIDE, tmp_path / "session", frames=40, solver="auto")
+    written = pp.record(SLIDE, tmp_path / "session", frames=40, solver="best")
     assert (written.recorded, written.dropped, written.measured) == (40, 0, 40)
     run, direct = pp.measure(tmp_path / "session"), pp.measure(SLIDE, frames=40)
     for name in run.columns:

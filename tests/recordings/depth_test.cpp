@@ -24,6 +24,7 @@
 #include "engine/calibrate/lookup_fit.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "palpate/pipeline.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/recordings.h"
 
 namespace palpate {
@@ -67,12 +68,12 @@ class DepthRecordings : public RecordingsTest {
   };
   static Depth depth_of(const Frame& frame, const Frame& background, const Sensor& sensor) {
     PipelineOptions options;
-    options.solver = SurfaceSolver::Converged;
+    options.solver = SurfaceSolver::Best;
     Pipeline pipeline(context(), for_rectified_frames(sensor), frame.format, options);
     pipeline.set_background(background);
     EXPECT_TRUE(pipeline.submit(frame));
     const auto result = pipeline.wait();
-    Depth depth{result->touch, frame.format.width, pipeline.read_depth_mm(*result)};
+    Depth depth{result->touch, frame.format.width, depth_map(*result)};
     return depth;
   }
   static ShapeErrors shape_errors(const fs::path& folder, const Sensor& sensor);

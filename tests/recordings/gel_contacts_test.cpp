@@ -14,8 +14,10 @@
 
 #include "capture/files/gauge.h"
 #include "capture/open_source.h"
+#include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
 #include "tests/recordings/wedge_clips.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -44,7 +46,7 @@ class GelContactRecordings : public WedgeClips {
     std::set<uint32_t> ids;
     Frame frame;
     for (size_t i = 0; source->next(frame) && i < gauge.force_N.size(); ++i) {
-      const Touch touch = pipeline.process(frame);
+      const Touch touch = pipeline.process(frame).touch;
       for (const ContactTouch& contact : touch.contacts) ids.insert(contact.id);
       counts.saturated += touch.saturated_px > 0;
       if (gauge.force_N[i] > 1) {
@@ -108,7 +110,7 @@ TEST_F(GelContactRecordings, OneObjectIsOneContactHoweverClear) {
         const double gray = rest + kClearer * (frame.pixels()[k] - rest);
         clearer.bytes[k] = static_cast<uint8_t>(std::clamp(std::lround(gray), 0l, 255l));
       }
-      const Touch touch = pipeline.process(clearer);
+      const Touch touch = pipeline.process(clearer).touch;
       if (gauge.force_N[i] <= 1) continue;
       ++of_clip;
       several_of_clip += touch.contacts.size() > 1;
@@ -147,7 +149,7 @@ TEST_F(GelContactRecordings, TheAreaInContactIsThatOfTheCircle) {
     }
     Frame frame;
     ASSERT_TRUE(source->next(frame));
-    const Touch touch = pipeline->process(frame);
+    const Touch touch = pipeline->process(frame).touch;
     ASSERT_EQ(touch.contacts.size(), 1u) << name;
     const double circle_mm2 = std::numbers::pi * std::pow(radius_px * sensor.pitch_mm_per_px, 2);
     shares.push_back(touch.area_mm2 / circle_mm2);
@@ -218,7 +220,7 @@ TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
     Frame from_left, from_right;
     size_t of_pair = 0, two_of_pair = 0;
     for (size_t i = 0; left.source->next(from_left) && right.source->next(from_right); ++i) {
-      const Touch touch = pipeline.process(side_by_side(from_left, from_right));
+      const Touch touch = pipeline.process(side_by_side(from_left, from_right)).touch;
       if (i >= left.gauge.force_N.size() || i >= right.gauge.force_N.size()) break;
       if (left.gauge.force_N[i] <= 1 || right.gauge.force_N[i] <= 1) continue;
       ++of_pair;
@@ -255,10 +257,10 @@ TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
     while (source->next(frame)) {
       ASSERT_TRUE(pipeline.submit(frame));
       const std::optional<Result> result = pipeline.wait();
-      const Touch outline = outlines.process(frame);
+      const Touch outline = outlines.process(frame).touch;
       if (result->touch.surface->depth_max_mm <= deepest_mm || result->touch.contacts.empty()) continue;
       deepest_mm = result->touch.surface->depth_max_mm;
-      depth_mm = pipeline.read_depth_mm(*result);
+      depth_mm = depth_map(*result);
       contacts = outline.contacts;
     }
     // Beyond a circle of each outline's area.

@@ -13,6 +13,7 @@
 #include "capture/open_source.h"
 #include "palpate/pipeline.h"
 #include "tests/support/csv_table.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/pits.h"
 #include "tests/support/recordings.h"
 #include "tests/support/text_file.h"
@@ -29,13 +30,13 @@ class MarkedGelRecordings : public RecordingsTest {
   static std::vector<float> depth_of(const Frame& frame, const Frame& untouched, const Sensor& sensor) {
     PipelineOptions options;
     options.outputs = Output::Force | Output::Surface;
-    options.solver = SurfaceSolver::Converged;
+    options.solver = SurfaceSolver::Best;
     Pipeline pipeline(context(), for_rectified_frames(sensor), frame.format, options);
     pipeline.set_background(untouched);
     EXPECT_TRUE(pipeline.submit(frame));
     const std::optional<Result> result = pipeline.wait();
     EXPECT_EQ(result->touch.markers.has_value(), sensor.skin.has_value());
-    return pipeline.read_depth_mm(*result);
+    return depth_map(*result);
   }
 };
 
@@ -67,7 +68,7 @@ TEST_F(MarkedGelRecordings, MovedMarkersAreNoContacts) {
   Frame frame;
   constexpr uint64_t kStill = 13;  // frames before anything moves
   while (source->next(frame)) {
-    const Touch touch = pipeline.process(frame);
+    const Touch touch = pipeline.process(frame).touch;
     for (const ContactTouch& contact : touch.contacts) ids.insert(contact.id);
     most = std::max(most, touch.contacts.size());
     (frame.sequence < kStill ? early : touched) += touch.contacts.size() == 1;

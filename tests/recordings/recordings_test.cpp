@@ -12,6 +12,7 @@
 #include "palpate/pipeline.h"
 #include "tests/reference/regions.h"
 #include "tests/support/csv_table.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/recordings.h"
 #include "tests/support/text_file.h"
 
@@ -25,10 +26,10 @@ class RealRecordings : public RecordingsTest {
   RealRecordings() : RecordingsTest("NOT CHECKED AGAINST REAL SENSORS") {}
 };
 
-PipelineOptions options_for(uint32_t outputs) {
+PipelineOptions options_for(Outputs outputs) {
   PipelineOptions options;
   options.outputs = outputs;
-  options.solver = SurfaceSolver::Converged;
+  options.solver = SurfaceSolver::Best;
   return options;
 }
 
@@ -51,8 +52,7 @@ DepthMap depth_of(gpu::Context& context, const fs::path& file, const Sensor& sen
     if (!source->next(frame)) throw std::runtime_error("too short: " + file.string());
   if (!pipeline.submit(frame)) throw std::runtime_error("no free slot");
   const std::optional<Result> result = pipeline.wait();
-  DepthMap map{result->touch, source->format().width, source->format().height,
-               pipeline.read_depth_mm(*result)};
+  DepthMap map{result->touch, source->format().width, source->format().height, depth_map(*result)};
   return map;
 }
 
@@ -103,11 +103,10 @@ TEST_F(RealRecordings, WedgeSignalFollowsTheForceGauge) {
       "clip                      frames   largest force   Spearman   Pearson   (gray sum against gauge)\n");
   for (const fs::path& clip : clips) {
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
-    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
-                      options_for(static_cast<uint32_t>(Output::Force)));
+    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(), options_for(Output::Force));
     pipeline.set_background(load_background(clip.string(), sensor, *source));
     std::vector<double> gray;
-    for (Frame frame; source->next(frame);) gray.push_back(pipeline.process(frame).gray_sum);
+    for (Frame frame; source->next(frame);) gray.push_back(pipeline.process(frame).touch.gray_sum);
     fs::path table = clip;
     const std::vector<double> force = column(table.replace_extension(".csv"), "force_N");
     ASSERT_EQ(gray.size(), force.size()) << clip;
@@ -208,7 +207,7 @@ TEST_F(RealRecordings, WaveguideShowsFiveFingers) {
   int frames = 0, five = 0, touched = 0;
   std::set<uint32_t> ids;
   for (Frame frame; source->next(frame); ++frames) {
-    const Touch touch = pipeline.process(frame);
+    const Touch touch = pipeline.process(frame).touch;
     std::vector<uint64_t> sizes;
     for (const Region& part : reference::regions(frame, background, sensor))
       sizes.push_back(part.moments.area);

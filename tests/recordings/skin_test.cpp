@@ -31,7 +31,7 @@ TEST_F(RealMarkers, AreFoundRestAndAreFollowedThroughAPressAndDrag) {
   uint32_t most_lost = 0, frames = 0, points = 0;
   Frame frame;
   while (source->next(frame)) {
-    const Touch touch = pipeline.process(frame);
+    const Touch touch = pipeline.process(frame).touch;
     std::vector<double> shifts;
     for (const SkinPoint& p : touch.skin_points)
       if (p.correlation > 0) shifts.push_back(std::hypot(double{p.shift_x_px}, double{p.shift_y_px}));

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
 
 namespace palpate {
-
 /// A synthetic sensor with its calibration, untouched image, frames and truth.
 struct SyntheticRun {
   /// `text`: a scene and its parameters, press?size=320x240.

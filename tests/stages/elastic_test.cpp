@@ -16,6 +16,7 @@
 #include "palpate/pipeline.h"
 #include "tests/reference/elastic.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -298,14 +299,12 @@ struct Seen {
   std::vector<float> depth_mm;
 };
 Seen see(gpu::Context& context, const Sensor& sensor, const Frame& background, const Frame& frame,
-         SurfaceSolver solver = SurfaceSolver::Live) {
-  PipelineOptions options;
-  options.solver = solver;
-  Pipeline pipeline(context, sensor, frame.format, options);
+         Solve solve = Solve::Live) {
+  Pipeline pipeline(context, sensor, frame.format, solved(solve));
   pipeline.set_background(background);
   pipeline.submit(frame);
   const auto result = pipeline.wait();
-  return {result->touch, pipeline.read_depth_mm(*result)};
+  return {result->touch, depth_map(*result)};
 }
 Frame flat(uint32_t width, uint32_t height, uint32_t gray) {
   Frame frame;
@@ -378,7 +377,7 @@ TEST_F(ElasticTest, ExactIsTheConvolution) {
   source.render(sequence, frame);
   const Sensor sensor = synthetic_sensor(options);
   const Seen live = see(context(), sensor, *source.own_background(), frame);
-  const Seen exact = see(context(), sensor, *source.own_background(), frame, SurfaceSolver::Exact);
+  const Seen exact = see(context(), sensor, *source.own_background(), frame, Solve::Exact);
   const Difference d =
       compare({live.depth_mm.begin(), live.depth_mm.end()}, {exact.depth_mm.begin(), exact.depth_mm.end()});
   EXPECT_LT(d.peak, 3e-4);
@@ -412,7 +411,7 @@ TEST_F(ElasticTest, WaveguideSceneAgainstItsTruth) {
       const Truth truth = *source.truth(frame.sequence);
       pipeline.submit(frame);
       const auto result = pipeline.wait();
-      const std::vector<float> depth = pipeline.read_depth_mm(*result);
+      const std::vector<float> depth = depth_map(*result);
       double squares = 0;
       for (size_t k = 0; k < depth.size(); ++k) {
         ASSERT_TRUE(std::isfinite(depth[k]));

@@ -24,17 +24,13 @@ namespace {
 
 using Gradients = std::vector<float>;
 
-const char* name_of(SurfaceSolver solver) {
-  return solver == SurfaceSolver::Live        ? "live"
-         : solver == SurfaceSolver::Fine      ? "fine"
-         : solver == SurfaceSolver::Converged ? "converged"
-                                              : "exact";
+const char* name_of(Solve solver) {
+  return solver == Solve::Live ? "live" : solver == Solve::Converged ? "converged" : "exact";
 }
-constexpr std::array kSolvers = {SurfaceSolver::Live, SurfaceSolver::Fine, SurfaceSolver::Converged,
-                                 SurfaceSolver::Exact};
+constexpr std::array kSolvers = {Solve::Live, Solve::Converged, Solve::Exact};
 /// Stops before it has converged: less time for some error, more on what is as narrow as pixels.
-constexpr bool stops_early(SurfaceSolver solver) {
-  return solver == SurfaceSolver::Live || solver == SurfaceSolver::Fine;
+constexpr bool stops_early(Solve solver) {
+  return solver == Solve::Live;
 }
 
 template <typename Slope>
@@ -92,7 +88,7 @@ void expect_finite(const std::vector<float>& values, const std::string& what) {
 
 class ExtremeSurface : public GpuTest {
  protected:
-  static Heights solve(const Gradients& g, uint32_t cols, uint32_t rows, SurfaceSolver solver) {
+  static Heights solve(const Gradients& g, uint32_t cols, uint32_t rows, Solve solver) {
     const Heights heights = integrate_gradients(context(), g, rows, cols, solver);
     expect_finite(heights.values, std::string(name_of(solver)) + " heights");
     EXPECT_TRUE(std::isfinite(heights.statistics.residual) &&
@@ -101,8 +97,7 @@ class ExtremeSurface : public GpuTest {
     return heights;
   }
   /// One line of the table, on paper and in the test's record.
-  static void tell(const std::string& what, SurfaceSolver solver, const Misfit& m,
-                   const SurfaceStatistics& e) {
+  static void tell(const std::string& what, Solve solver, const Misfit& m, const SurfaceStatistics& e) {
     const std::string line = text("rms %.1e worst %.1e of range %.3g, residual %.1e, inconsistency %.1e",
                                   m.rms, m.worst, m.range, e.residual, e.inconsistency);
     std::printf("  %-34s %-9s %s\n", what.c_str(), name_of(solver), line.c_str());
@@ -142,7 +137,7 @@ TEST_F(ExtremeSurface, FramesOfOneToThreePixelsASide) {
       const Eigen::VectorXd z =
           a.completeOrthogonalDecomposition().solve(Eigen::Map<const Eigen::VectorXd>(f.data(), n));
       const std::vector<double> truth(z.begin(), z.end());
-      for (const SurfaceSolver solver : kSolvers) {
+      for (const Solve solver : kSolvers) {
         const Heights got = solve(g, cols, rows, solver);
         const Misfit m = misfit(got.values, truth);
         if (rows == cols)
@@ -174,9 +169,9 @@ TEST_F(ExtremeSurface, Strips) {
     const Gradients noise = field(cols, rows, [&](double, double) {
       return std::pair{normal(random), normal(random)};
     });
-    const Heights exact = solve(noise, cols, rows, SurfaceSolver::Exact);
+    const Heights exact = solve(noise, cols, rows, Solve::Exact);
     const std::string size = std::to_string(cols) + " x " + std::to_string(rows);
-    for (const SurfaceSolver solver : kSolvers) {
+    for (const Solve solver : kSolvers) {
       const Heights got = solve(slow, cols, rows, solver);
       const Misfit m = misfit(got.values, truth);
       tell(size + " half cosine", solver, m, got.statistics);
@@ -215,7 +210,7 @@ TEST_F(ExtremeSurface, LargestFrame) {
   // validation layer, which is left out here. A GPU that states less than it would need refuses the frame
   // (Commands::dispatch).
   gpu::Context plain(gpu::ContextOptions{});
-  const Heights got = integrate_gradients(plain, g, kSide, kSide, SurfaceSolver::Converged);
+  const Heights got = integrate_gradients(plain, g, kSide, kSide, Solve::Converged);
   expect_finite(got.values, "heights");
   double squares = 0, worst = 0;
   for (uint32_t y = 0; y < kSide; ++y) {
@@ -226,7 +221,7 @@ TEST_F(ExtremeSurface, LargestFrame) {
     }
   }
   const Misfit m{std::sqrt(squares) / kSide / (2 * kPeak), worst / (2 * kPeak), 2 * kPeak};
-  tell("8192 x 8192 broad press", SurfaceSolver::Converged, m, got.statistics);
+  tell("8192 x 8192 broad press", Solve::Converged, m, got.statistics);
   EXPECT_LT(m.worst, 1e-3);
 }
 
@@ -238,7 +233,7 @@ TEST_F(ExtremeSurface, SteepestWalls) {
     const Gradients g = field(kCols, kRows, [&](double x, double) {
       return std::pair{x == kWall ? height : 0.0, 0.0};
     });
-    for (const SurfaceSolver solver : kSolvers) {
+    for (const Solve solver : kSolvers) {
       const Heights got = solve(g, kCols, kRows, solver);
       double worst = 0;
       for (uint32_t y = 0; y < kRows; ++y) {
@@ -265,8 +260,8 @@ TEST_F(ExtremeSurface, SteepestWalls) {
                                             : 0.0)
                               : 0.0};
   });
-  const Heights exact = solve(pit, kCols, kRows, SurfaceSolver::Exact);
-  for (const SurfaceSolver solver : kSolvers) {
+  const Heights exact = solve(pit, kCols, kRows, Solve::Exact);
+  for (const Solve solver : kSolvers) {
     const Heights got = solve(pit, kCols, kRows, solver);
     const double depth = double{got.values[110 * kCols + 150]} - double{got.values[20 * kCols + 20]};
     const Misfit apart = misfit(got.values, exact.values);
@@ -280,7 +275,7 @@ TEST_F(ExtremeSurface, SteepestWalls) {
 // power of two.
 TEST_F(ExtremeSurface, TinyAndHugeGradients) {
   constexpr uint32_t kCols = 203, kRows = 151;
-  for (const SurfaceSolver solver : kSolvers) {
+  for (const Solve solver : kSolvers) {
     const Heights plain = solve(gaussian(kCols, kRows), kCols, kRows, solver);
     for (const int exponent : {-100, 100}) {  // 1e-30 and 1e30
       const double scale = std::ldexp(1.0, exponent);
@@ -303,12 +298,12 @@ TEST_F(ExtremeSurface, TinyAndHugeGradients) {
   // One gigantic gradient among tiny ones: the tiny ones are below its rounding, nothing is worse than that.
   Gradients mixed = gaussian(kCols, kRows, 1e-30);
   mixed[2 * (75 * kCols + 100)] = 1e30f;
-  for (const SurfaceSolver solver : kSolvers) solve(mixed, kCols, kRows, solver);
+  for (const Solve solver : kSolvers) solve(mixed, kCols, kRows, solver);
 }
 
 TEST_F(ExtremeSurface, HeightsBeyondSinglePrecisionAreRefused) {
   const Gradients g(size_t{2} * 64 * 64, 3e38f);
-  for (const SurfaceSolver solver : kSolvers) {
+  for (const Solve solver : kSolvers) {
     try {
       integrate_gradients(context(), g, 64, 64, solver);
       ADD_FAILURE() << name_of(solver) << " gave heights that do not fit";
@@ -322,7 +317,7 @@ TEST_F(ExtremeSurface, HeightsBeyondSinglePrecisionAreRefused) {
 TEST_F(ExtremeSurface, NanAndInfinityAreRefusedWithTheirPlace) {
   for (const float bad :
        {std::nanf(""), std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()}) {
-    for (const SurfaceSolver solver : kSolvers) {
+    for (const Solve solver : kSolvers) {
       Gradients g = gaussian(30, 20);
       g[2 * (7 * 30 + 11) + 1] = bad;
       try {
@@ -369,7 +364,7 @@ TEST_F(ExtremeSurface, FieldsThatTurnSaySo) {
     return std::sqrt(sum);
   };
   for (const auto& [what, g, least] : {std::tuple{"turning plate", turning, 0.3}, {"vortex", vortex, 0.99}}) {
-    const Heights exact = solve(g, kCols, kRows, SurfaceSolver::Exact);
+    const Heights exact = solve(g, kCols, kRows, Solve::Exact);
     double explained = 0;
     for (uint32_t y = 0; y < kRows; ++y) {
       for (uint32_t x = 0; x < kCols; ++x) {
@@ -380,7 +375,7 @@ TEST_F(ExtremeSurface, FieldsThatTurnSaySo) {
     }
     EXPECT_NEAR(std::pow(exact.statistics.inconsistency, 2) + explained / std::pow(rms_step(g), 2), 1, 1e-4)
         << what;
-    for (const SurfaceSolver solver : kSolvers) {
+    for (const Solve solver : kSolvers) {
       const Heights got = solve(g, kCols, kRows, solver);
       const Misfit m = misfit(got.values, exact.values);
       tell(std::string(what) + ", against exact", solver, m, got.statistics);
@@ -390,8 +385,7 @@ TEST_F(ExtremeSurface, FieldsThatTurnSaySo) {
       }
     }
   }
-  EXPECT_LT(solve(gaussian(kCols, kRows), kCols, kRows, SurfaceSolver::Converged).statistics.inconsistency,
-            1e-3);
+  EXPECT_LT(solve(gaussian(kCols, kRows), kCols, kRows, Solve::Converged).statistics.inconsistency, 1e-3);
 }
 
 // Slopes that change sign from pixel to pixel: between two pixels they cancel, and so does the surface.
@@ -401,8 +395,8 @@ TEST_F(ExtremeSurface, CheckerboardGradients) {
     const double sign = std::fmod(x + y, 2) == 0 ? 1 : -1;
     return std::pair{sign, -sign};
   });
-  const Heights exact = solve(g, kCols, kRows, SurfaceSolver::Exact);
-  for (const SurfaceSolver solver : kSolvers) {
+  const Heights exact = solve(g, kCols, kRows, Solve::Exact);
+  for (const Solve solver : kSolvers) {
     const Heights got = solve(g, kCols, kRows, solver);
     const Misfit m = misfit(got.values, exact.values);
     tell("checkerboard, against exact", solver, m, got.statistics);

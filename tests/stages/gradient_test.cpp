@@ -64,7 +64,7 @@ TEST_F(GradientStage, EqualsPlainLoops) {
               for (uint32_t y = 0; y < height; ++y)
                 for (uint32_t x = 0; x < width; ++x) image.set(c, x, y, x / 4 % 2 ^ y / 5 % 2 ? 255 : 0);
           pipeline.set_background(rest);
-          const Touch t = pipeline.process(image);
+          const Touch t = pipeline.process(image).touch;
           ASSERT_TRUE(t.gradient_sum.has_value());
           const uint64_t plain =
               reference::gradient_sum(image, &rest, static_cast<uint32_t>(limit * shared::kGradientUnits));
@@ -82,7 +82,7 @@ TEST_F(GradientStage, FramesThatAreTheChange) {
   const FrameFormat format{100, 70, 1, 8};
   Pipeline pipeline(context(), sensor, format, wanted());
   const Frame image = random_frame(format, random, 0, 255);
-  EXPECT_EQ(pipeline.process(image).gradient_sum.value() * shared::kGradientUnits,
+  EXPECT_EQ(pipeline.process(image).touch.gradient_sum.value() * shared::kGradientUnits,
             static_cast<double>(reference::gradient_sum(image, nullptr, 256)));
 }
 
@@ -97,7 +97,7 @@ TEST_F(GradientStage, EvenLightIsNoTouch) {
       for (uint32_t x = 0; x < 160; ++x) brighter.set(c, x, y, rest.at(c, x, y) + 10 + 5 * c);
   Pipeline pipeline(context(), sensor_for(3, 0), format, wanted());
   pipeline.set_background(rest);
-  const Touch t = pipeline.process(brighter);
+  const Touch t = pipeline.process(brighter).touch;
   EXPECT_GT(t.gray_sum, 15.0 * 160 * 120);
   EXPECT_EQ(t.gradient_sum, 0);
 }
@@ -107,7 +107,7 @@ TEST_F(GradientStage, GrowsWithThePressOnAGel) {
   Pipeline pipeline = run.pipeline(context(), wanted());
   std::vector<std::pair<double, double>> seen;
   for (uint64_t i = 0; i < run.count(); i += 10)
-    seen.emplace_back(run.truth(i).force_N, pipeline.process(run.frame(i)).gradient_sum.value());
+    seen.emplace_back(run.truth(i).force_N, pipeline.process(run.frame(i)).touch.gradient_sum.value());
   std::sort(seen.begin(), seen.end());
   ASSERT_GT(seen.back().first, 1);
   for (size_t i = 1; i < seen.size(); ++i) {
@@ -121,13 +121,13 @@ TEST_F(GradientStage, OnlyWhereItIsWanted) {
   std::mt19937 random(6);
   const Frame rest = random_frame(format, random, 100, 120);
   Sensor sensor = sensor_for(3, 1);
-  Pipeline without(context(), sensor, format, {.outputs = static_cast<uint32_t>(Output::Force)});
+  Pipeline without(context(), sensor, format, {.outputs = Output::Force});
   without.set_background(rest);
-  EXPECT_FALSE(without.process(rest).gradient_sum.has_value());
+  EXPECT_FALSE(without.process(rest).touch.gradient_sum.has_value());
   sensor.force = ForceCalibration{.c1_N_per_gray = 1e-3, .gray_max = 1e6, .signal = ForceSignal::Gradient};
-  Pipeline by_force(context(), sensor, format, {.outputs = static_cast<uint32_t>(Output::Force)});
+  Pipeline by_force(context(), sensor, format, {.outputs = Output::Force});
   by_force.set_background(rest);
-  EXPECT_TRUE(by_force.process(rest).gradient_sum.has_value());
+  EXPECT_TRUE(by_force.process(rest).touch.gradient_sum.has_value());
   sensor.force.reset();
   sensor.channels = 1;
   sensor.bit_depth = 16;

@@ -7,9 +7,11 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/leased_memory.h"
+#include "tests/support/pipelines.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate {
@@ -241,8 +243,8 @@ TEST_F(LeasedFrames, AreMeasuredLikeCopies) {
     EXPECT_EQ(b.copies, 0u);
     EXPECT_EQ(a.touch.gray_sum, b.touch.gray_sum);
     EXPECT_EQ(a.touch.force_N.value, b.touch.force_N.value);
-    EXPECT_EQ(copying.read_depth_mm(a), importing.read_depth_mm(b)) << "frame " << k;
-    EXPECT_EQ(importing.times(b).front().name, "upload");
+    EXPECT_EQ(depth_map(a), depth_map(b)) << "frame " << k;
+    EXPECT_EQ(PipelineAccess::times(importing, b).front().name, "upload");
   }
   // Frames that are not leased go the other way, in between too.
   const Frame plain = image(3);
@@ -307,41 +309,11 @@ TEST_F(LeasedFrames, ReuseOfABufferHarmsNoFrame) {
     while (!(result = importing.poll())) EXPECT_EQ(returned, 0);
     EXPECT_EQ(returned, 1);
     std::memset(const_cast<uint8_t*>(pages->begin()), 255, pages->bytes());
-    const std::vector<float> depth = importing.read_depth_mm(*result);
+    const std::vector<float> depth = depth_map(*result);
     ASSERT_TRUE(copying.submit(plain));
     const Result wanted = *copying.wait();
-    EXPECT_EQ(depth, copying.read_depth_mm(wanted));
+    EXPECT_EQ(depth, depth_map(wanted));
   }
-}
-
-class LeasedWindows : public LeasedFrames {
- protected:
-  LeasedWindows() : LeasedFrames("synthetic:press?size=640x480&radius=3") {}
-};
-
-TEST_F(LeasedWindows, AreCutOutByTheProcessor) {
-  PipelineOptions options;
-  options.outputs = static_cast<uint32_t>(Output::Force);
-  options.upload = Upload::Import;
-  options.skip_untouched = true;
-  Pipeline skipping = pipeline(options);
-  // Backgrounds may be leased too, and are not kept.
-  std::atomic<int> returned = 0;
-  const auto pages = map_pages(frame_bytes());
-  skipping.set_background(lease(background_, pages, 0, &returned));
-  EXPECT_EQ(returned, 1);
-  bool untouched = false, touched = false;
-  for (uint64_t k = 0; k < 40; ++k) {
-    ASSERT_TRUE(skipping.submit(lease(image(k), pages, 0, &returned)));
-    const Result result = *skipping.wait();
-    if (result.touch.contact)
-      EXPECT_TRUE(result.copies == 2 || result.copies == 0) << result.copies;
-    else
-      EXPECT_EQ(result.copies, 0u);
-    (result.copies == 2 ? touched : untouched) = true;
-  }
-  EXPECT_TRUE(touched && untouched);
-  EXPECT_EQ(returned, 41);
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ struct Mask {
 class KnownPartTest : public GpuTest {
  protected:
   /// Heights of a right side, height x width, by the plain solver; of a part where `known` is not empty.
-  std::vector<float> solve(uint32_t width, uint32_t height, SurfaceSolver solver,
-                           const std::vector<double>& right, const std::vector<uint8_t>& known) {
+  std::vector<float> solve(uint32_t width, uint32_t height, Solve solver, const std::vector<double>& right,
+                           const std::vector<uint8_t>& known) {
     Surface surface(context(), width, height, solver, load_tuning(context()).tuning);
     if (!known.empty()) {
       EXPECT_TRUE(surface.set_known(context(), known));
@@ -111,8 +111,8 @@ TEST_F(KnownPartTest, EqualsDoublePrecisionOfThePartAlone) {
       const std::vector<double> exact = solve_weighted(faces).z, right = right_side(faces);
       std::vector<uint32_t> label;
       const uint32_t islands = find_islands(known, width, height, {}, &label).count;
-      for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged}) {
-        const bool live = solver == SurfaceSolver::Live;
+      for (const Solve solver : {Solve::Live, Solve::Converged}) {
+        const bool live = solver == Solve::Live;
         const double with = apart(solve(width, height, solver, right, known), exact, label, islands);
         const double without = apart(solve(width, height, solver, right, {}), exact, label, islands);
         std::printf("%u x %u %-12s %-9s %.1e of the exact solve, %.1e without sources\n", width, height,
@@ -126,7 +126,7 @@ TEST_F(KnownPartTest, EqualsDoublePrecisionOfThePartAlone) {
 
 // Known pixels in several parts, or with too long an edge, are refused.
 TEST_F(KnownPartTest, SaysWhatItCannotSolve) {
-  Surface surface(context(), 320, 240, SurfaceSolver::Live, load_tuning(context()).tuning);
+  Surface surface(context(), 320, 240, Solve::Live, load_tuning(context()).tuning);
   std::vector<uint8_t> known(320 * 240, 1);
   EXPECT_TRUE(surface.set_known(context(), known));
   EXPECT_FALSE(surface.solves_known_part());  // all of it

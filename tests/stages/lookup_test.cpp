@@ -10,6 +10,7 @@
 #include "palpate/pipeline.h"
 #include "tests/reference/contact.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/pipelines.h"
 
 namespace palpate {
 namespace {
@@ -37,14 +38,14 @@ struct Measured {
 };
 
 Measured measure(gpu::Context& context, const Sensor& sensor, const Frame& image, const Frame& rest,
-                 uint32_t outputs = Output::Force | Output::Surface) {
+                 Outputs outputs = Output::Force | Output::Surface) {
   PipelineOptions options;
   options.outputs = outputs;
   Pipeline pipeline(context, sensor, image.format, options);
   pipeline.set_background(rest);
   EXPECT_TRUE(pipeline.submit(image));
   const auto result = pipeline.wait();
-  Measured m{result->touch, pipeline.read_depth_mm(*result)};
+  Measured m{result->touch, depth_map(*result)};
   return m;
 }
 

@@ -11,6 +11,7 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/reference/skin.h"
@@ -37,7 +38,7 @@ struct Pad {
   }
   Touch see(uint64_t sequence) {
     EXPECT_TRUE(source.render(sequence, frame));
-    return pipeline.process(frame);
+    return pipeline.process(frame).touch;
   }
   SyntheticSensor source;
   Sensor sensor;
@@ -167,7 +168,7 @@ TEST_F(SkinStage, WhatIsLostIsFoundAgain) {
   EXPECT_EQ(before.skin->lost, 0u);
   Frame black = pad.frame;
   std::fill(black.bytes.begin(), black.bytes.end(), uint8_t{0});
-  const Touch dark = pad.pipeline.process(black);
+  const Touch dark = pad.pipeline.process(black).touch;
   EXPECT_EQ(dark.skin->points, 0u);
   EXPECT_EQ(dark.skin->lost, before.skin->points);
   const Touch after = pad.see(1);
@@ -201,15 +202,15 @@ TEST_F(SkinStage, NothingIsComputedThatIsNotAskedFor) {
   Sensor sensor = synthetic_sensor(o);
   sensor.shear.reset();
   PipelineOptions options;
-  options.outputs = static_cast<uint32_t>(Output::Force);
+  options.outputs = Output::Force;
   Pipeline pipeline(context(), sensor, source.format(), options);
   pipeline.set_background(*source.own_background());
   Frame frame;
   source.render(0, frame);
-  const Touch touch = pipeline.process(frame);
+  const Touch touch = pipeline.process(frame).touch;
   EXPECT_FALSE(touch.skin.has_value());
   EXPECT_TRUE(touch.skin_points.empty());
-  for (const auto& scope : pipeline.traffic()) EXPECT_NE(scope.name, "skin");
+  for (const auto& scope : PipelineAccess::traffic(pipeline)) EXPECT_NE(scope.name, "skin");
 }
 
 }  // namespace

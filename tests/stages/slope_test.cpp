@@ -23,7 +23,7 @@ class SlopeTest : public GpuTest {
     const Slope slope(context(), sensor, format, contact, which, tuning);
     FrameOnGpu images(context(), format);
     images.write(image, rest);
-    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live, tuning, true);
+    const Surface surface(context(), format.width, format.height, Solve::Live, tuning, true);
     const bool pixels = which == RightSides::Pixels;
     const Grid grid = pixels ? surface.grid() : coarser(surface.grid());
     const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);

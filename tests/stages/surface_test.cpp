@@ -69,19 +69,17 @@ TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
     for (const auto& field : fields(cols, rows)) {
       const auto given = scenes::gradients(field, rows, cols);
       const auto truth = heights(field, rows, cols);
-      for (const SurfaceSolver solver :
-           {SurfaceSolver::Exact, SurfaceSolver::Converged, SurfaceSolver::Fine, SurfaceSolver::Live}) {
+      for (const Solve solver : {Solve::Exact, Solve::Converged, Solve::Live}) {
         const Heights got = integrate_gradients(context(), given, rows, cols, solver);
         const Misfit m = misfit(got.values, truth);
-        const char* name = solver == SurfaceSolver::Exact       ? "exact"
-                           : solver == SurfaceSolver::Converged ? "converged"
-                           : solver == SurfaceSolver::Fine      ? "fine"
-                                                                : "live";
+        const char* name = solver == Solve::Exact       ? "exact"
+                           : solver == Solve::Converged ? "converged"
+                                                        : "live";
         std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
                     cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
                     got.statistics.residual);
         // A solve that stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
-        const bool whole = solver == SurfaceSolver::Exact || solver == SurfaceSolver::Converged;
+        const bool whole = solver == Solve::Exact || solver == Solve::Converged;
         const bool kink = field.name == "spherical cap";
         EXPECT_LT(m.peak_to_valley, 1e-3) << field.name << " " << cols << " " << name;
         EXPECT_LT(m.extremes, whole ? 8e-3 : 1.2e-2) << field.name << " " << cols << " " << name;
@@ -112,8 +110,8 @@ TEST_F(SurfaceTest, ConvergedEqualsExactOnNoise) {
                                    {2048u, 16u}}) {
     std::vector<float> given(size_t{2} * rows * cols);
     for (float& g : given) g = normal(random);
-    const Heights exact = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Exact);
-    const Heights converged = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Converged);
+    const Heights exact = integrate_gradients(context(), given, rows, cols, Solve::Exact);
+    const Heights converged = integrate_gradients(context(), given, rows, cols, Solve::Converged);
     const double range = exact.statistics.peak_to_valley;
     double worst = 0;
     for (size_t i = 0; i < exact.values.size(); ++i)
@@ -127,12 +125,9 @@ TEST_F(SurfaceTest, ConvergedEqualsExactOnNoise) {
 // Slopes in, heights out, on one surface stage for frame after frame.
 class Frames {
  public:
-  Frames(gpu::Context& context, uint32_t cols, uint32_t rows, bool warm_start)
-      : Frames(context, cols, rows, SurfaceSolver::Converged, default_tuning(context), warm_start) {}
-  Frames(gpu::Context& context, uint32_t cols, uint32_t rows, SurfaceSolver solver, const Tuning& tuning,
-         bool warm_start)
+  Frames(gpu::Context& context, uint32_t cols, uint32_t rows, Solve solve, const Tuning& tuning)
       : grid_(grid_for(cols, rows)),
-        surface_(context, cols, rows, solver, tuning, false, warm_start),
+        surface_(context, cols, rows, solve, tuning),
         slope_(context, cols, rows, surface_.right_sides(), tuning),
         p_(context, "d/dx", grid_),
         q_(context, "d/dy", grid_),
@@ -192,15 +187,13 @@ TEST_F(SurfaceTest, TilesAndStripsAgree) {
     const scenes::HeightField field = scenes::gaussian(cols * 0.45, rows * 0.55, 12, 9);
     std::vector<float> given = scenes::gradients(field, rows, cols);
     for (float& g : given) g += 0.05f * normal(random);
-    for (const auto& [solver, warm] : {std::pair{SurfaceSolver::Live, false},
-                                       {SurfaceSolver::Converged, false},
-                                       {SurfaceSolver::Converged, true}}) {
+    for (const Solve solver : {Solve::Live, Solve::Converged}) {
       std::array<std::vector<float>, 2> heights;
       for (const uint32_t tiles : {0u, 1u}) {
         Tuning tuning = default_tuning(context());
         tuning.surface_tiles = tiles;
         tuning.coarsest_cells = 40;
-        heights[tiles] = Frames(context(), cols, rows, solver, tuning, warm).solve(given);
+        heights[tiles] = Frames(context(), cols, rows, solver, tuning).solve(given);
       }
       double worst = 0, range = 0;
       for (size_t i = 0; i < heights[0].size(); ++i) {
@@ -213,51 +206,11 @@ TEST_F(SurfaceTest, TilesAndStripsAgree) {
   }
 }
 
-// A moving scene: from the last frame's heights one cycle comes as close as two or three from nothing.
-TEST_F(SurfaceTest, WarmStartFollowsAMovingScene) {
-  for (const auto& [cols, rows] : {std::pair{640u, 480u}, {333u, 251u}}) {
-    Frames cold(context(), cols, rows, false), warm(context(), cols, rows, true);
-    for (int t = 0; t < 8; ++t) {
-      const double shift = 3.0 * t, side = rows;
-      const auto field =
-          scenes::gaussian(0.4 * cols + shift, 0.5 * rows + 0.3 * shift, side / 10, side / 20 + t);
-      const auto given = scenes::gradients(field, rows, cols);
-      const auto truth = heights(field, rows, cols);
-      const double cold_rms = misfit(cold.solve(given), truth).rms,
-                   warm_rms = misfit(warm.solve(given), truth).rms;
-      std::printf("%4u x %4u frame %d: rms cold %.1e, warm %.1e\n", cols, rows, t, cold_rms, warm_rms);
-      EXPECT_LT(warm_rms, t == 0 ? 1e-4 : cols % 2 == 0 ? 2e-6 : 2e-5) << cols << " frame " << t;
-    }
-  }
-}
-
-// Rounding adds up in a heights' mean, which no slope determines; it must stay far below the heights.
-TEST_F(SurfaceTest, WarmStartDoesNotDrift) {
-  constexpr uint32_t kCols = 64, kRows = 48;
-  Frames warm(context(), kCols, kRows, true);
-  std::mt19937 random(6);
-  std::uniform_real_distribution<double> place(0.3, 0.7);
-  double first_mean = 0, mean = 0, worst = 0;
-  constexpr int kFrames = 3000;
-  for (int t = 0; t < kFrames; ++t) {
-    const auto field = scenes::gaussian(kCols * place(random), kRows * place(random), 6, 4);
-    const auto got = warm.solve(scenes::gradients(field, kRows, kCols));
-    mean = 0;
-    for (const float z : got) mean += double{z};
-    mean /= double(got.size());
-    if (t == 0) first_mean = mean;
-    if (t % 100 == 99) worst = std::max(worst, misfit(got, heights(field, kRows, kCols)).rms);
-  }
-  std::printf("after %d frames: mean moved %.1e px, worst rms %.1e\n", kFrames, mean - first_mean, worst);
-  EXPECT_LT(std::abs(mean - first_mean), 1e-2);
-  EXPECT_LT(worst, 5e-3);  // jumps from place to place are not small changes
-}
-
 TEST_F(SurfaceTest, RefusesWhatIsNoField) {
   const std::vector<float> none;
-  EXPECT_THROW(integrate_gradients(context(), none, 0, 0, SurfaceSolver::Live), Error);
+  EXPECT_THROW(integrate_gradients(context(), none, 0, 0, Solve::Live), Error);
   const std::vector<float> few(6);
-  EXPECT_THROW(integrate_gradients(context(), few, 2, 2, SurfaceSolver::Live), Error);
+  EXPECT_THROW(integrate_gradients(context(), few, 2, 2, Solve::Live), Error);
 }
 
 }  // namespace

@@ -158,19 +158,18 @@ TEST_F(WeightedSurfaceTest, HitsTheTruthUnderEveryMask) {
         std::vector<float> given = scenes::gradients(field, rows, cols);
         for (size_t i = 0; i < mask.weights.size(); ++i)
           if (mask.weights[i] == 0) given[2 * i] = given[2 * i + 1] = std::numeric_limits<float>::quiet_NaN();
-        for (const SurfaceSolver solver :
-             {SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact}) {
-          if (solver == SurfaceSolver::Exact && cols > 400) continue;
-          const bool live = solver == SurfaceSolver::Live;
+        for (const Solve solver : {Solve::Live, Solve::Converged, Solve::Exact}) {
+          if (solver == Solve::Exact && cols > 400) continue;
+          const bool live = solver == Solve::Live;
           const WeightedHeights got = integrate_weighted(context(), given, mask.weights, rows, cols, solver);
           const Misfit m = misfit_by_island(got.values, truth, mask.weights, cols, rows);
           std::printf(
               "%4u x %4u %-13s %-20s %-9s rms %.1e worst %.1e residual %.1e misfit %.1e iterations %u "
               "islands %u\n",
               cols, rows, field.name.c_str(), mask.name.c_str(),
-              live                             ? "live"
-              : solver == SurfaceSolver::Exact ? "exact"
-                                               : "converged",
+              live                     ? "live"
+              : solver == Solve::Exact ? "exact"
+                                       : "converged",
               m.rms, m.worst, got.statistics.residual, got.statistics.unexplained, got.statistics.iterations,
               got.islands.count);
           for (const float z : got.values) ASSERT_TRUE(std::isfinite(z));
@@ -212,11 +211,11 @@ TEST_F(WeightedSurfaceTest, EqualsDirectSolverOnInconsistentSlopes) {
       const std::vector<float> wanted = direct(faces, label, islands.count);
       const std::vector<double> exact(wanted.begin(), wanted.end());
       const double left_over = unexplained(faces, exact);
-      for (const SurfaceSolver solver : {SurfaceSolver::Converged, SurfaceSolver::Exact}) {
+      for (const Solve solver : {Solve::Converged, Solve::Exact}) {
         const WeightedHeights got = integrate_weighted(context(), given, mask.weights, rows, cols, solver);
         const Misfit m = misfit_by_island(got.values, exact, mask.weights, cols, rows);
         const std::string scene = std::to_string(cols) + " x " + std::to_string(rows) + ", " + mask.name +
-                                  (solver == SurfaceSolver::Exact ? ", exact" : ", converged");
+                                  (solver == Solve::Exact ? ", exact" : ", converged");
         std::printf("%-45s worst %.1e misfit %.4f residual %.1e iterations %u\n", scene.c_str(), m.worst,
                     got.statistics.unexplained, got.statistics.residual, got.statistics.iterations);
         EXPECT_EQ(got.islands.count, islands.count) << scene;
@@ -304,11 +303,10 @@ TEST_F(WeightedSurfaceTest, StageEqualsCpu) {
 TEST_F(WeightedSurfaceTest, EqualWeightsEqualTheUnweightedSolver) {
   for (const auto& [cols, rows] : {std::pair{640u, 480u}, {101u, 37u}, {3u, 3u}}) {
     const std::vector<float> given = noise(rows, cols, 5);
-    const Heights plain = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Exact);
+    const Heights plain = integrate_gradients(context(), given, rows, cols, Solve::Exact);
     for (const float weight : {1.0f, 1e-30f, 1e30f}) {
       const std::vector<float> weights(size_t{rows} * cols, weight);
-      const WeightedHeights got =
-          integrate_weighted(context(), given, weights, rows, cols, SurfaceSolver::Converged);
+      const WeightedHeights got = integrate_weighted(context(), given, weights, rows, cols, Solve::Converged);
       double worst = 0;
       for (size_t i = 0; i < plain.values.size(); ++i)
         worst = std::max(worst, std::abs(double{plain.values[i]} - double{got.values[i]}));
@@ -328,7 +326,7 @@ TEST_F(WeightedSurfaceTest, ScalesOfSlopesDoNotMatter) {
     std::vector<float> given = scenes::gradients(field, rows, cols);
     for (float& g : given) g *= scale;
     std::vector<float> got =
-        integrate_weighted(context(), given, mask.weights, rows, cols, SurfaceSolver::Converged).values;
+        integrate_weighted(context(), given, mask.weights, rows, cols, Solve::Converged).values;
     for (float& z : got) z /= scale;
     EXPECT_LT(misfit_by_island(got, truth, mask.weights, cols, rows).rms, 1e-4) << scale;
   }
@@ -338,7 +336,7 @@ TEST_F(WeightedSurfaceTest, NothingKnownIsFlat) {
   const uint32_t cols = 33, rows = 21;
   const std::vector<float> given(size_t{2} * rows * cols, std::numeric_limits<float>::infinity());
   const std::vector<float> weights(size_t{rows} * cols, 0.0f);
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact}) {
+  for (const Solve solver : {Solve::Live, Solve::Converged, Solve::Exact}) {
     const WeightedHeights got = integrate_weighted(context(), given, weights, rows, cols, solver);
     for (const float z : got.values) EXPECT_EQ(z, 0.0f);
     EXPECT_EQ(got.islands.count, 0u);
@@ -360,8 +358,8 @@ TEST_F(WeightedSurfaceTest, KinksAreCut) {
     const std::vector<double> truth = heights(field, rows, cols);
     const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
     const double spread = *high - *low;
-    for (const SurfaceSolver solver : {SurfaceSolver::Converged, SurfaceSolver::Exact}) {
-      if (solver == SurfaceSolver::Exact && !kink) continue;
+    for (const Solve solver : {Solve::Converged, Solve::Exact}) {
+      if (solver == Solve::Exact && !kink) continue;
       const WeightedHeights plain = integrate_weighted(context(), given, ones, rows, cols, solver);
       const WeightedHeights cut = integrate_weighted(context(), given, ones, rows, cols, solver, true);
       const auto extremes = [&](const WeightedHeights& h) { return std::abs(h.peak_to_valley / spread - 1); };
@@ -383,9 +381,8 @@ TEST_F(WeightedSurfaceTest, KinksAreCut) {
       }
     }
   }
-  const WeightedHeights rough =
-      integrate_weighted(context(), noise(120, 160, 9), std::vector<float>(120 * 160, 1.0f), 120, 160,
-                         SurfaceSolver::Live, true);
+  const WeightedHeights rough = integrate_weighted(
+      context(), noise(120, 160, 9), std::vector<float>(120 * 160, 1.0f), 120, 160, Solve::Live, true);
   EXPECT_LT(rough.kinks, 20u);
 }
 
@@ -399,7 +396,7 @@ TEST_F(WeightedSurfaceTest, UnknownIsFilledSmoothly) {
   for (uint32_t y = 0; y < rows; ++y)
     for (uint32_t x = 0; x < cols; ++x)
       if (inside(x, y)) weights[size_t{y} * cols + x] = 0;
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact}) {
+  for (const Solve solver : {Solve::Live, Solve::Converged, Solve::Exact}) {
     const WeightedHeights got = integrate_weighted(context(), given, weights, rows, cols, solver);
     const double offset = double{got.values[0]} - field.height(0, 0);
     const double range = 60 * std::hypot(0.1, 0.05);
@@ -418,7 +415,7 @@ TEST_F(WeightedSurfaceTest, RefusesWhatIsNoWeight) {
   const std::vector<float> given(2 * 12, 0.0f);
   const auto refused = [&](std::vector<float> weights, const std::string& what) {
     try {
-      integrate_weighted(context(), given, weights, 3, 4, SurfaceSolver::Live);
+      integrate_weighted(context(), given, weights, 3, 4, Solve::Live);
       ADD_FAILURE() << what << " was taken";
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::Input);
@@ -434,7 +431,7 @@ TEST_F(WeightedSurfaceTest, RefusesWhatIsNoWeight) {
   weights[6] = 1;
   std::vector<float> broken = given;
   broken[13] = std::numeric_limits<float>::infinity();
-  EXPECT_THROW(integrate_weighted(context(), broken, weights, 3, 4, SurfaceSolver::Live), Error);
+  EXPECT_THROW(integrate_weighted(context(), broken, weights, 3, 4, Solve::Live), Error);
 }
 
 TEST(IslandsTest, CountsWhatHangsTogether) {

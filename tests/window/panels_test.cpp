@@ -324,7 +324,7 @@ TEST(PressRows, APressInProgressSaysHowManyLoadsItHas) {
 TEST_F(PanelTest, SettingsOfARunAreThoseOfTheTable) {
   RunSettings run;
   run.rate_Hz = 25;
-  run.solver = SurfaceSolver::Fine;
+  run.solver = SurfaceSolver::Best;
   const std::string words = words_of([&] {
     ImGui::Begin("run");
     ImGui::SetNextItemOpen(true);
@@ -334,7 +334,7 @@ TEST_F(PanelTest, SettingsOfARunAreThoseOfTheTable) {
   for (const char* name : {"rate_Hz", "patience_s", "solver", "sequence", "fixed_light", "loop"})
     EXPECT_EQ(count(words, run_setting(name).option + 2), 1u) << name << " in\n" << words;
   EXPECT_EQ(count(words, "25"), 1u) << words;
-  EXPECT_EQ(count(words, "fine"), 1u) << words;
+  EXPECT_EQ(count(words, "best"), 1u) << words;
   EXPECT_EQ(count(words, "default"), 1u) << "patience\n" << words;
 }
 

@@ -42,7 +42,7 @@ struct GaugedFrame {
 std::vector<GaugedFrame> read_all(gpu::Context& context, const SyntheticOptions& options,
                                   const Sensor& sensor) {
   SyntheticSensor source(options);
-  Pipeline pipeline(context, sensor, source.format(), {.outputs = static_cast<uint32_t>(Output::Force)});
+  Pipeline pipeline(context, sensor, source.format(), {.outputs = Output::Force});
   pipeline.set_background(*source.own_background());
   std::vector<GaugedFrame> readings;
   run_recording(source, pipeline, 0, interrupted, [&](const Result& result, const Frame&) {

@@ -36,25 +36,24 @@ FrameRange chosen_frames(const Options& options) {
 
 // A session is measured with the settings of its recording, for what is asked for.
 void choose_outputs(const MeasuredInput& input, ProcessRequest& request) {
-  const auto surface = static_cast<uint32_t>(Output::Surface);
-  if (!request.depth.empty() && !(input.outputs & surface))
+  if (!request.depth.empty() && !wants(input.outputs, Output::Surface))
     throw Error(Failure::Usage, "a surface for depth files", "a sensor that measures no surface",
                 "--csv, --mp4 or --images, or a sensor file with \"reading\"");
   if (!request.traction.empty() && !layer_of(input.sensor))
     throw Error(Failure::Usage, "an elastic layer for traction files", "a sensor without one",
                 "\"layer\" in the sensor file (young_MPa, poisson, thickness_mm)");
-  request.outputs = request.rows || request.video ? input.outputs : static_cast<uint32_t>(Output::Force);
+  request.outputs = request.rows || request.video ? input.outputs : Output::Force;
   if (input.session) {
     const SessionInfo& info = *input.session;
-    if (info.outputs != 0 && request.rows && !request.video) request.outputs = info.outputs;
+    if (!info.outputs.empty() && request.rows && !request.video) request.outputs = info.outputs;
     as_recorded(request, info);
   }
   if (!request.depth.empty()) {
-    request.outputs |= surface;
-    if (has_gel_contacts(input.sensor))
-      request.outputs |= input.outputs & static_cast<uint32_t>(Output::Contacts);
+    request.outputs |= Output::Surface;
+    if (has_gel_contacts(input.sensor) && wants(input.outputs, Output::Contacts))
+      request.outputs |= Output::Contacts;
   }
-  if (!request.traction.empty()) request.outputs |= input.outputs | static_cast<uint32_t>(Output::Traction);
+  if (!request.traction.empty()) request.outputs |= input.outputs | Output::Traction;
 }
 
 std::string list_of_files(const ProcessRequest& request) {
@@ -146,7 +145,7 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
       *command, request,
       {{"sensor", "Sensor file (default: the session's own)"},
        {"background", "Untouched image (default: the session's, the sensor file's, or the first frames)"},
-       {"solver", "Surface solver: auto, live, fine, converged or exact (default: the session's; auto)"},
+       {"solver", "Surface solver: live or best (default: the session's; best)"},
        {"rate_Hz"}});
   options->look.add(*command);
   add_common(

@@ -27,7 +27,7 @@ struct Options {
   std::filesystem::path gradients;
   std::filesystem::path weights;  ///< empty: none
   bool kinks = false;
-  SurfaceSolver solver = SurfaceSolver::Converged;
+  SurfaceSolver solver = SurfaceSolver::Best;
 };
 
 /// Throws where a height map cannot be made of such a shape.
@@ -105,8 +105,8 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
     spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",
                  heights.islands.count);
   }
-  if (!statistics.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
-    spdlog::warn("not converged: weights of too many orders of magnitude; --solver exact may go further");
+  if (!statistics.converged && options.solver == SurfaceSolver::Best)
+    spdlog::warn("not converged: weights of too many orders of magnitude");
   return {line + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
 }
@@ -178,17 +178,12 @@ void add_integrate(CommandLine& program, Common& common, Command& chosen) {
                     "beside them from ringing");
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
-      ->add_option(
-          "--solver", options->solver,
-          "live (one multigrid pass), fine (one cycle more), converged (default: six) or exact (cosine "
-          "transform, CPU)")
-      ->transform(one_of(std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
-                                                              {"fine", SurfaceSolver::Fine},
-                                                              {"converged", SurfaceSolver::Converged},
-                                                              {"exact", SurfaceSolver::Exact}}));
+      ->add_option("--solver", options->solver,
+                   "best (default), on the device or the processor, or live (one multigrid pass)")
+      ->transform(one_of(kSolverNames));
   add_common(*command, common,
              "  palpate integrate slopes.npy --out out/height\n"
-             "  palpate integrate slopes.npy --out out/height --solver exact --json\n"
+             "  palpate integrate slopes.npy --out out/height --solver live --json\n"
              "  palpate integrate image0*.png --lights lights.json --out out/height\n"
              "height.npy is float32, rows x columns, mean 0, in the gradients' unit times one pixel: the "
              "heights whose\n"

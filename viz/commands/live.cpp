@@ -88,19 +88,17 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
       "snapshots and marks; without it sessions, snapshots and marks go to ~/palpate");
   command->add_flag("--record", request.record,
                     "Write a session from the start; in the window W starts and stops one");
-  add_settings(
-      *command, request,
-      {{"no_drop"},
-       {"solver", "Surface solver: live (default), fine, converged, exact (CPU) or auto; a session's own"},
-       {"skip_untouched"},
-       {"fixed_light"},
-       {"frames"},
-       {"seconds"},
-       {"rate_Hz", "Frames a second of a recording (default: its own times, 10 for images)"},
-       {"sequence"},
-       {"patience_s"},
-       {"loop"},
-       {"close"}});
+  add_settings(*command, request,
+               {{"no_drop"},
+                {"solver", "Surface solver: live (default) or best; a session's own"},
+                {"fixed_light"},
+                {"frames"},
+                {"seconds"},
+                {"rate_Hz", "Frames a second of a recording (default: its own times, 10 for images)"},
+                {"sequence"},
+                {"patience_s"},
+                {"loop"},
+                {"close"}});
   command
       ->add_option("--vsync", request.shown.vsync,
                    "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")

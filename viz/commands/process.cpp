@@ -46,12 +46,12 @@ Report process(const Common& common, Options options) {
     request.outputs = info.outputs;
     request.chosen_outputs.clear();
     request.solver = info.solver;
-    request.skip_untouched = info.skip_untouched;
+    request.solve_by = info.solve_by;
     request.fixed_light = info.fixed_light;
     request.one_sequence = request.one_sequence && !info.separate;
   }
-  if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
-  if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
+  if (!request.confidence.empty()) request.outputs |= Output::Confidence;
+  if (!request.depth.empty() && !wants(request.outputs, Output::Surface)) {
     throw Error(
         Failure::Usage, "a surface for --depth",
         request.chosen_outputs.empty() ? "a sensor that measures no surface" : "--outputs force",
@@ -101,15 +101,11 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
         "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
         "surface leaves out what is not known"},
        {"solver",
-        "Surface solver: auto (default: converged or exact, the faster one here), live, fine, converged or "
-        "exact (CPU)"}});
+        "Surface solver: best (default), on the device or the processor, or live, which is faster"}});
   command->add_flag("--as-recorded", request.as_recorded,
                     "Of a session: measure the frames that were measured live, with the same solver and "
                     "outputs, and check that every digit is as recorded");
-  add_settings(
-      *command, request,
-      {{"skip_untouched", "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)"},
-       {"fixed_light"}});
+  add_settings(*command, request, {{"fixed_light"}});
   command
       ->add_option("--depth", request.depth,
                    "Write each frame's depth map: png16, tiff, npy, ply, obj (repeatable)")

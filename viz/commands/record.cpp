@@ -77,7 +77,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       *command, request,
       {{"outputs",
         "What to measure while recording: force, surface (default: force, and surface where the sensor can)"},
-       {"solver", "Surface solver: live (default), fine, converged, exact (CPU) or auto"},
+       {"solver", "Surface solver: live (default) or best"},
        {"fixed_light"},
        {"frames"},
        {"seconds"},

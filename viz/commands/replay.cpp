@@ -99,14 +99,13 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("RECORDING", request.input, "Session, video or folder of images")
       ->required()
       ->takes_path();
-  add_settings(
-      *command, request,
-      {{"sensor", "Sensor file; a session has its own"},
-       {"background"},
-       {"solver", "Surface solver: live, fine, converged, exact or auto (default: as recorded, else live)"},
-       {"speed"},
-       {"rate_Hz", "Frames a second (default: the recording's own times, 10 for images)"},
-       {"sequence"}});
+  add_settings(*command, request,
+               {{"sensor", "Sensor file; a session has its own"},
+                {"background"},
+                {"solver", "Surface solver: live or best (default: as recorded, else live)"},
+                {"speed"},
+                {"rate_Hz", "Frames a second (default: the recording's own times, 10 for images)"},
+                {"sequence"}});
   command->add_option("--from", options->from_s, "Start that many seconds into the recording")
       ->check(Check::non_negative());
   add_settings(*command, request,

@@ -10,6 +10,7 @@
 
 #include "capture/live/recorder.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/surface_map.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/thumbnails.h"
@@ -86,7 +87,7 @@ void Display::retire(const Finished& finished) {
 /// Whether the picture has stayed for a while, and can be drawn as fine as it was measured.
 bool Display::is_still() const {
   constexpr milliseconds kPatience{300};
-  return software_ && !finest_ && current_ && current_->result.surface.buffer &&
+  return software_ && !finest_ && current_ && surface_of(current_->result).buffer &&
          Clock::now() - drawn_ > kPatience;
 }
 
@@ -99,7 +100,7 @@ bool Display::draw(bool is_new, bool still) {
   d.still = still;
   d.times = current_->times;
   scene_.record(window_.cmd(), window_.extent(),
-                {current_->captured->frame, current_->result.touch, current_->result.surface,
+                {current_->captured->frame, current_->result.touch, surface_of(current_->result),
                  current_->result.traction, still},
                 still ? MeshGovernor::kFinest : governor_.columns(), &stats_, [&] {
                   handle_input();  // between ImGui's begin and end, while its input is fresh

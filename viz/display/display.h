@@ -37,7 +37,7 @@ class Rate {
 struct DisplayedSensor {
   const Sensor& sensor;
   const Frame& background;
-  uint32_t outputs = 0;
+  Outputs outputs = {};
   bool separate = false;  ///< as PipelineOptions::separate
 };
 

@@ -10,6 +10,7 @@
 #include "capture/video/module.h"
 #include "engine/base/readable.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 #include "viz/display/scene.h"
 
@@ -85,7 +86,7 @@ std::function<void(const Frame&, const Result&)> timed_drawer(gpu::Context& cont
   PictureOptions look;
   const auto renderer = std::make_shared<PictureRenderer>(context, sensor, look);
   return [renderer](const Frame& frame, const Result& result) {
-    renderer->render(frame, result.touch, result.surface, result.traction);
+    renderer->render(frame, result.touch, surface_of(result), result.traction);
   };
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/pipeline/surface_map.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"

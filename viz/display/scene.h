@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/pipeline/surface_map.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"

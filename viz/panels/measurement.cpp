@@ -283,8 +283,7 @@ void quantity_row(std::vector<const MeasuredQuantity<Touch>*> parts, const Touch
 
 /// Rows of what this sensor and its outputs measure.
 void quantity_rows(const Touch& t, const HudContent& content, const ViewState& state) {
-  MeasuredColumns columns =
-      MeasuredColumns::of(content.sensor, static_cast<uint32_t>(Output::Force), content.separate);
+  MeasuredColumns columns = MeasuredColumns::of(content.sensor, Output::Force, content.separate);
   columns.groups &= Groups::kOfTouch;
   if (t.skin && !content.separate) columns.groups |= Groups::Slipping;
   // Other quantities are there where the touch has them; of a layer where something presses it.

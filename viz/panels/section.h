@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/pipeline.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/touch.h"
 #include "viz/render/orbit.h"
 #include "viz/render/section_line.h"

@@ -59,12 +59,11 @@ struct Measured {
   py::ssize_t cell_rows = 0, cell_columns = 0;
 };
 
-void collect(const Kept& kept, const Pipeline& pipeline, const Result& result, const Frame& frame,
-             Measured& all) {
+void collect(const Kept& kept, const Result& result, const Frame& frame, Measured& all) {
   all.format = frame.format;
-  if (kept.depth && result.touch.surface) all.depth.add(pipeline.read_depth_mm(result));
+  if (kept.depth && result.touch.surface) all.depth.add(result.depth_mm());
   if (kept.image) all.image.add({frame.pixels(), frame.format.frame_bytes()});
-  if (kept.confidence && result.touch.confidence) all.confidence.add(pipeline.read_confidence(result));
+  if (kept.confidence && result.touch.confidence) all.confidence.add(result.confidence());
   if (!kept.traction) return;
   const TractionMaps& maps = result.traction;
   if (!maps.pressure_kPa.empty()) {
@@ -92,11 +91,11 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
                     "a sensor file with \"surface\""};
     process.input = measured->input = input.input;
     process.outputs = input.outputs;
-    if (kept.confidence) process.outputs |= static_cast<uint32_t>(Output::Confidence);
+    if (kept.confidence) process.outputs |= Output::Confidence;
     measured->sensor = input.sensor;
     process.on_row = [&measured](const std::string& row) { measured->rows.push_back(row); };
-    process.on_result = [&](const Pipeline& pipeline, const Result& result, const Frame& frame) {
-      collect(kept, pipeline, result, frame, *measured);
+    process.on_result = [&](const Pipeline&, const Result& result, const Frame& frame) {
+      collect(kept, result, frame, *measured);
     };
     const std::shared_ptr<gpu::Context> context = shared_device(device);
     measured->summary = process_recording(*context, input.sensor, process, out, watch_of(stop));

@@ -199,8 +199,9 @@ py::object PyTouch::depth_mm() {
                   "a sensor file with \"surface\", or outputs=[\"force\", \"surface\"]"};
   return once(
       depth_, "depth_mm",
-      [](const Pipeline& pipeline, const Result& result, const Frame&) {
-        return pipeline.read_depth_mm(result);
+      [](const Pipeline&, const Result& result, const Frame&) {
+        const std::span<const float> depth = result.depth_mm();
+        return std::vector<float>(depth.begin(), depth.end());
       },
       [this](std::vector<float> depth) { return hand_out(std::move(depth), shape()); });
 }
@@ -220,8 +221,9 @@ py::object PyTouch::confidence() {
                   "outputs=[\"force\", \"surface\", \"confidence\"]"};
   return once(
       confidence_, "confidence",
-      [](const Pipeline& pipeline, const Result& result, const Frame&) {
-        return pipeline.read_confidence(result);
+      [](const Pipeline&, const Result& result, const Frame&) {
+        const std::span<const uint16_t> pixels = result.confidence();
+        return std::vector<uint16_t>(pixels.begin(), pixels.end());
       },
       [this](std::vector<uint16_t> values) { return hand_out(std::move(values), shape()); });
 }

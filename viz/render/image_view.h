@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/gpu/buffer.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/frame.h"
-#include "palpate/pipeline.h"
 #include "viz/render/surface_view.h"
 
 namespace palpate::viz {

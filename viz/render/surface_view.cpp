@@ -327,9 +327,6 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   push.width = map.width;
   push.height = map.height;
   push.row_pitch = map.pitch;
-  const PixelRect held = map.window.value_or(PixelRect{0, 0, map.width, map.height});
-  push.window_place = held.x | held.y << 16;
-  push.window_size = held.width | held.height << 16;
   push.mesh_size = columns | rows << 16;
   push.load_size = std::max(load.width, 1u) | std::max(load.height, 1u) << 16;
   const double texels_per_px = eye.mm_per_px(view.height) / pitch_mm_per_px;

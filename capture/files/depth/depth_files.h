@@ -31,7 +31,7 @@ inline constexpr int kDepthZeroCount = 8192;
 /// depth_mesh.h for TIFF and meshes.
 uint64_t write_depth(const std::filesystem::path& file, const DepthView& map, DepthFormat format);
 
-/// Confidence of pixels, height x width as Pipeline::read_confidence gives it. 16-bit PNG: the counts as they
+/// Confidence of pixels, height x width as Result::confidence gives it. 16-bit PNG: the counts as they
 /// are. NumPy: float32, height x width x 2, confidence 0 to 1 and the sum of reasons. Throws
 /// Error(Failure::Output).
 void write_confidence(const std::filesystem::path& file, std::span<const uint16_t> pixels, uint32_t width,

@@ -37,6 +37,7 @@ class PALPATE_API Device {
  private:
   friend struct DeviceAccess;
   struct PALPATE_HIDDEN Impl;
+  PALPATE_HIDDEN explicit Device(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

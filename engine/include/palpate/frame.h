@@ -25,20 +25,6 @@ struct PixelRect {
   uint32_t height = 0;
 
   bool operator==(const PixelRect&) const = default;
-  bool contains(const PixelRect& other) const {
-    return other.x >= x && other.y >= y && other.x + other.width <= x + width &&
-           other.y + other.height <= y + height;
-  }
-};
-
-/// Where a frame lies in the larger one that it is part of, px.
-struct FramePlace {
-  uint32_t x = 0;
-  uint32_t y = 0;
-  uint32_t frame_width = 0;
-  uint32_t frame_height = 0;
-
-  bool operator==(const FramePlace&) const = default;
 };
 
 /// Shape of every frame of a source; it does not change while the source lives.

@@ -2,13 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-
-#include "palpate/tuning.h"
 
 namespace palpate {
 
-/// Outputs that the caller asks for. Others are not built: no kernels, no memory.
+/// One thing that the caller may ask for.
 enum class Output : uint32_t {
   Force = 1,       ///< contact moments, force, shear
   Surface = 2,     ///< height map on the GPU, depth
@@ -23,25 +20,45 @@ enum class Output : uint32_t {
   /// not asked for.
   Traction = 64,
 };
-constexpr uint32_t operator|(Output a, Output b) {
-  return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);
-}
-constexpr uint32_t operator|(uint32_t a, Output b) {
-  return a | static_cast<uint32_t>(b);
-}
-constexpr bool wants(uint32_t outputs, Output output) {
-  return (outputs & static_cast<uint32_t>(output)) != 0;
+
+/// A set of outputs: Output::Force | Output::Surface. Others are not built: no kernels, no memory.
+class Outputs {
+ public:
+  constexpr Outputs() = default;
+  constexpr Outputs(Output one) : bits_(static_cast<uint32_t>(one)) {}
+
+  constexpr bool empty() const { return bits_ == 0; }
+  constexpr Outputs& operator|=(Outputs more) {
+    bits_ |= more.bits_;
+    return *this;
+  }
+  friend constexpr Outputs operator|(Outputs a, Outputs b) { return a |= b; }
+  friend constexpr bool wants(Outputs outputs, Output one) {
+    return (outputs.bits_ & static_cast<uint32_t>(one)) != 0;
+  }
+  constexpr bool operator==(const Outputs&) const = default;
+
+ private:
+  uint32_t bits_ = 0;
+};
+constexpr Outputs operator|(Output a, Output b) {
+  return Outputs(a) | Outputs(b);
 }
 
 /// How far the surface's equations are solved.
 enum class SurfaceSolver {
-  Live,       ///< full multigrid on cells of 2 x 2 px, interpolated: relative RMS error below 1e-3 on smooth
-              ///< fields; what is narrower than 4 px is flattened
-  Fine,       ///< that and one cycle on the pixels
-  Converged,  ///< that and six cycles on the GPU: down to the rounding of single precision
-  Auto,  ///< the faster one of Converged and Exact, which both come within 3e-6: a rule by the kind of device
-         ///< and the frame's size, so that a recording gives the same digits each time (choose_solver.h)
-  Exact,  ///< discrete cosine transform by FFTW on the CPU; Reconstruction::Elastic: zero-padded convolution
+  Live,  ///< full multigrid on cells of 2 x 2 px, interpolated: relative RMS error below 1e-3 on smooth
+         ///< fields; what is narrower than 4 px is flattened
+  Best,  ///< to 3e-6: on the device or the host, as SolveBy says
+};
+
+/// Who computes what both can: the surface's equations (SurfaceSolver::Best) and the pressure of
+/// Output::Traction. Its errors and shear are always the host's.
+enum class SolveBy {
+  Auto,    ///< the faster one, by a rule: a recording gives the same digits each time
+  Device,  ///< single precision: six cycles of multigrid at full resolution; pressure by twelve iterations a
+           ///< frame from where the last one ended
+  Host,    ///< double precision: a discrete cosine transform; pressure to its tolerance
 };
 
 /// How pixels that lie in a camera driver's buffer (Frame::leased with Frame::pages) reach the device.
@@ -51,27 +68,10 @@ enum class Upload {
   Import,  ///< the device reads the driver's buffer itself, where it can; else as Copy
 };
 
-/// Who solves for the pressure of Output::Traction; its errors and shear are the host's.
-enum class TractionBy {
-  Auto,    ///< Host on the processor's own driver, and with SurfaceSolver::Exact; else Device
-  Device,  ///< single precision, twelve iterations a frame from where the last one ended
-  Host,    ///< double precision, to its tolerance
-};
-
 struct PipelineOptions {
-  uint32_t outputs = Output::Force | Output::Surface;
+  Outputs outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Live;
   uint32_t slots = 3;  ///< frames in flight: recording, finishing, shown
-  /// SurfaceSolver::Converged starts from the last submitted frame's heights and makes one cycle instead of
-  /// six: a quarter of the time, relative RMS error below 1e-6 (odd sizes: 2e-5) where a smooth contact moves
-  /// by up to 3 px a frame. A frame's heights then depend, that closely, on those before it.
-  bool warm_start = false;
-  /// Only a window around the touched tiles is computed; beyond it depth is 0, and without contact
-  /// everywhere. Sums and force are those of the whole frame, to the last bit. Has no effect where the window
-  /// would not do: Reconstruction::Elastic, Output::Gradient, a followed skin, confidence and weights,
-  /// SurfaceSolver::Exact, threshold 0, and frames whose contacts lie too far apart. Each window is solved
-  /// anew: warm_start is then not used.
-  bool skip_untouched = false;
   /// Frames are compared with the untouched image as they are: what a camera or its lamps change by
   /// themselves is not taken out. Without it that is done for colour gels.
   bool fixed_light = false;
@@ -82,9 +82,8 @@ struct PipelineOptions {
   bool separate = false;
   /// Pictures are measured whatever they look like; without it damaged ones are looked for (Touch::picture).
   bool any_picture = false;
-  TractionBy traction = TractionBy::Auto;
-  Upload upload = Upload::Auto;       ///< of leased frames; others are copied
-  std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
+  SolveBy solve_by = SolveBy::Auto;
+  Upload upload = Upload::Auto;  ///< of leased frames; others are copied
 };
 
 }  // namespace palpate

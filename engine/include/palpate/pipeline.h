@@ -17,28 +17,6 @@
 namespace palpate {
 
 class Device;
-namespace gpu {
-class Context;
-class DeviceBuffer;
-struct ScopeTime;
-struct ScopeTraffic;
-}  // namespace gpu
-
-/// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to
-/// the constant SurfaceSummary::depth_offset_mm.
-struct SurfaceMap {
-  const gpu::DeviceBuffer* buffer = nullptr;
-  uint32_t width = 0;   ///< px
-  uint32_t height = 0;  ///< px
-  uint32_t pitch = 0;   ///< floats from one row to the next
-  /// What is known of each pixel (shaders/shared/confidence.h), in host memory, rows confidence_pitch apart;
-  /// empty unless Touch::confidence or pixels are saturated untouched.
-  std::span<const uint16_t> confidence = {};
-  uint32_t confidence_pitch = 0;
-  /// With PipelineOptions::skip_untouched: the buffer holds this part of the frame only, its first row and
-  /// column first; beyond it depth is 0, whatever the constant.
-  std::optional<PixelRect> window = {};
-};
 
 /// Pressure and shear of one finished frame, rows of cells of cell_px x cell_px px from the frame's first
 /// pixel on; empty unless Output::Traction was asked for, and without contact.
@@ -57,8 +35,8 @@ PALPATE_API std::vector<float> friction_ratios(const TractionMaps& maps);
 /// slipping.
 inline constexpr double kSlippingShare = 0.9;
 
-/// A finished frame. Its slot, with all that `surface` refers to, stays untouched as long as this lives; any
-/// thread may end it. It does not keep the pipeline alive.
+/// A finished frame. Its slot stays its own as long as this lives; any thread may end it. It does not keep
+/// the pipeline alive.
 class PALPATE_API Result {
  public:
   Result() = default;
@@ -67,16 +45,23 @@ class PALPATE_API Result {
   ~Result() { give_back(); }
 
   Touch touch;
-  SurfaceMap surface;  ///< buffer is null unless Output::Surface was asked for
   TractionMaps traction;
-  uint32_t slot = 0;
   double turnaround_ms = 0;  ///< from `submit` to collection, host clock
-  /// Times that the processor copied the frame's pixels from Frame::pixels() on (with skip_untouched: those
-  /// of the window). 0: the device read them where they were.
+  /// Times that the processor copied the frame's pixels from Frame::pixels() on. 0: the device read them
+  /// where they were.
   uint32_t copies = 0;
+
+  /// Height x width depths, mm below rest level; empty unless Output::Surface was asked for. Read back from
+  /// the device when first asked for, and kept as long as the result lives; not by two threads at once, and
+  /// not after the pipeline's end.
+  std::span<const float> depth_mm() const;
+  /// Height x width pixels of 16 bits: confidence 0 to 255 in the lower half, the reasons
+  /// (shaders/shared/confidence.h) in the upper; empty unless Touch::confidence. As depth_mm() otherwise.
+  std::span<const uint16_t> confidence() const;
 
  private:
   friend class Pipeline;
+  friend struct PipelineAccess;
   struct PALPATE_HIDDEN Hold;
   void give_back() noexcept;
 
@@ -87,11 +72,10 @@ class PALPATE_API Result {
 /// Result lives.
 class PALPATE_API Pipeline {
  public:
-  /// Throws Error where sensor, format and options do not fit, or the device cannot hold the buffers.
-  Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-           const PipelineOptions& options);
-  /// On a device that outlives the pipeline; throws as above.
-  Pipeline(Device& device, const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+  /// On a device that outlives the pipeline. Throws Error where sensor, format and options do not fit, or the
+  /// device cannot hold the buffers.
+  Pipeline(Device& device, const Sensor& sensor, const FrameFormat& format,
+           const PipelineOptions& options = {});
   ~Pipeline();
   Pipeline(Pipeline&&) noexcept;
 
@@ -103,37 +87,27 @@ class PALPATE_API Pipeline {
   /// drop). The lease of a frame that is copied is not kept; that of one which the device reads in place is
   /// until `wait` or `poll` finds it finished.
   bool submit(const Frame& frame);
-  /// The oldest frame in flight if it is finished; never waits, but where the surface is solved
-  /// here: SurfaceSolver::Exact, and once more with weights where a frame turns out to have unknown pixels.
+  /// The oldest frame in flight if it is finished; never waits, but where the surface is solved here
+  /// (SolveBy::Host), and once more with weights where a frame turns out to have unknown pixels.
   std::optional<Result> poll();
   /// The oldest frame in flight, waiting for it; nullopt when none is.
   std::optional<Result> wait();
 
-  /// submit and wait: for tests and single images.
-  Touch process(const Frame& frame);
+  /// submit and wait, where no frame is in flight: for tests and single images.
+  Result process(const Frame& frame);
 
-  /// Depth map of a result: height x width floats, mm below rest level.
-  std::vector<float> read_depth_mm(const Result& result) const;
-
-  /// Confidence of a result: height x width pixels of 16 bits, confidence 0 to 255
-  /// in the lower half and the reasons (shaders/shared/confidence.h) in the upper. Empty unless
-  /// Touch::confidence.
-  std::vector<uint16_t> read_confidence(const Result& result) const;
-
-  /// GPU time of each named stage of a finished frame (empty unless the context has timers on).
-  std::vector<gpu::ScopeTime> times(const Result& result) const;
-  /// What each named stage reads and writes with every frame.
-  std::vector<gpu::ScopeTraffic> traffic() const;
-  /// Bytes of GPU memory that this pipeline holds.
+  /// Bytes of device memory that this pipeline holds.
   uint64_t memory_bytes() const;
 
   const FrameFormat& format() const;
-  /// What SurfaceSolver::Auto has become; any other as it was asked for.
-  SurfaceSolver solver() const;
+  /// Who solves the surface's equations: Device or Host, never Auto.
+  SolveBy solved_by() const;
   const Sensor& sensor() const;
 
  private:
+  friend struct PipelineAccess;
   struct PALPATE_HIDDEN Impl;
+  PALPATE_HIDDEN explicit Pipeline(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -48,6 +48,8 @@ struct Estimate {
   double value = 0;
   double standard_error = 0;
   Validity validity = Validity::NotCalibrated;
+
+  bool valid() const { return validity == Validity::Valid; }
 };
 
 /// Stick and slip, as determined by the friction limit or by the skin's own movement.
@@ -131,7 +133,7 @@ struct WeightedSummary {
   uint32_t touched_islands = 0;       ///< of those, with contact
 };
 
-/// The height map of a frame in numbers (Output::Surface); the map itself is Result::surface.
+/// The height map of a frame in numbers (Output::Surface); the map itself is Result::depth_mm().
 struct SurfaceSummary {
   Validity validity = Validity::NotCalibrated;  ///< of the whole depth map
   double depth_max_mm = 0;  ///< deepest point below the rest level, of touched tiles and the frame's border
@@ -144,8 +146,7 @@ struct SurfaceSummary {
   /// the area in contact (Touch::area_mm2) by what the object draws down beside it. Of colour gels
   /// (has_gel_contacts()) with Output::Contacts; none where too little of the pad is at rest.
   std::optional<double> dented_mm2;
-  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
-  /// PipelineOptions::skip_untouched, its window.
+  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it.
   uint64_t clipped_px = 0;
   std::optional<WeightedSummary> weighted;
 };

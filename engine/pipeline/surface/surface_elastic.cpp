@@ -8,7 +8,7 @@ ElasticSurface::ElasticSurface(gpu::Context& context, const Sensor& sensor, cons
                                const FramePlan& plan, const Contact& contact, const Tuning& tuning)
     : SurfaceMethod(context, sensor, format, contact, tuning),
       elastic_(context, sensor, format, contact, tuning) {
-  if (plan.solver == SurfaceSolver::Exact)
+  if (plan.solve == Solve::Exact)
     convolution_.emplace(LayerKernel(pad_of(sensor.elastic), sensor.pitch_mm_per_px), format.width,
                          format.height, false);
 }

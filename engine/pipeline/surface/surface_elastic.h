@@ -26,7 +26,7 @@ class ElasticSurface : public SurfaceMethod {
 
  private:
   Elastic elastic_;
-  std::optional<LayerConvolution> convolution_;  ///< SurfaceSolver::Exact
+  std::optional<LayerConvolution> convolution_;  ///< Solve::Exact
 };
 
 }  // namespace palpate

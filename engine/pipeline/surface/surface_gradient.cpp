@@ -19,20 +19,22 @@ bool too_many_clipped(const Touch& t, const Sensor& sensor) {
   return static_cast<double>(t.surface->clipped_px) > allowed_px;
 }
 
-}  // namespace
-
+// Whether pixels that touch has saturated are so many, compared with the contact's, that its depth cannot be
+// right.
 bool too_many_saturated(const Touch& touch) {
   constexpr uint64_t kOneIn = 100;
   return touch.saturated_px * kOneIn > touch.area_px;
 }
 
+}  // namespace
+
 GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                                  const FramePlan& plan, const Contact& contact, const Confidence* confidence,
                                  const Tuning& tuning)
     : SurfaceMethod(context, sensor, format, contact, tuning),
-      surface_(context, format.width, format.height, plan.solver, tuning, false, plan.warm_start),
+      surface_(context, format.width, format.height, plan.solve, tuning),
       slope_(context, sensor, format, contact, surface_.right_sides(), tuning) {
-  if (plan.solver == SurfaceSolver::Exact) dct_.emplace(format.width, format.height);
+  if (plan.solve == Solve::Exact) dct_.emplace(format.width, format.height);
   if (!plan.weights) return;
   if (surface_.right_sides() == RightSides::Cells)
     slope_.prepare_known(context);

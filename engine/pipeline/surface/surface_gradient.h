@@ -13,9 +13,6 @@
 
 namespace palpate {
 
-/// Whether pixels that touch has saturated are so many, beside the contact's, that its depth cannot be right.
-bool too_many_saturated(const Touch& touch);
-
 class GradientSurface : public SurfaceMethod {
  public:
   GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
@@ -31,7 +28,6 @@ class GradientSurface : public SurfaceMethod {
   bool may_weigh() const override { return weighted_ && !dct_; }
   bool expects_weights() const override { return expects_weights_; }
   void record_weighted(gpu::Commands& commands, FrameSlot& slot) const override;
-  void place(const FramePlace& place) override { slope_.place(place); }
   void add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const override;
   uint64_t memory_bytes() const override;
   using SurfaceMethod::memory_bytes;
@@ -41,7 +37,7 @@ class GradientSurface : public SurfaceMethod {
 
   Surface surface_;  ///< without weights, but for what no frame shows
   Slope slope_;
-  std::optional<PoissonDct> dct_;  ///< SurfaceSolver::Exact
+  std::optional<PoissonDct> dct_;  ///< Solve::Exact
   std::optional<WeightedSolve> weighted_;
   bool expects_weights_ = false;  ///< the last frame needed them
   std::vector<uint8_t> known_;    ///< of every frame, where weights are wanted

@@ -21,15 +21,13 @@ void SurfaceMethod::make(FrameSlot& slot) const {
 void SurfaceMethod::solve(FrameSlot&) {}
 
 void SurfaceMethod::record_rest_level(gpu::Commands& commands, FrameSlot& slot) const {
-  rest_level_.record(commands, slot.surface.depth, slot.records, slot.surface.rest_records,
-                     slot.inner_edges(format_));
+  rest_level_.record(commands, slot.surface.depth, slot.records, slot.surface.rest_records);
 }
 
 RestHeight SurfaceMethod::measure_heights(const FrameSlot& slot, Touch& touch) const {
   slot.surface.rest_records.invalidate();
   const RestHeight rest = rest_level_.find(slot.records.as<const shared::ContactRecord>(),
-                                           slot.surface.rest_records.as<const shared::RestLevelRecord>(),
-                                           slot.inner_edges(format_));
+                                           slot.surface.rest_records.as<const shared::RestLevelRecord>());
   SurfaceSummary& surface = touch.surface.emplace();
   surface.depth_offset_mm = -rest.level_mm;
   surface.depth_max_mm = rest.highest_mm - rest.level_mm;

@@ -41,8 +41,6 @@ class SurfaceMethod {
   virtual void record_weighted(gpu::Commands&, FrameSlot&) const {}
   /// Where pixels are pressures.
   virtual std::optional<PressureMap> pressure() const { return std::nullopt; }
-  /// Frames recorded from here on are parts of larger ones.
-  virtual void place(const FramePlace&) {}
 
   const Grid& grid() const { return grid_; }  ///< of the depth
   /// Times of what is submitted apart from the slot's own commands.
@@ -64,7 +62,7 @@ class SurfaceMethod {
   static void count_from_zero(const RestHeight& map, Touch& touch);
   double volume_mm3(const FrameSlot& slot, double level_mm) const;
 
-  // SurfaceSolver::Exact: `from` goes to the host, and the slot's `solved` comes back from there.
+  // Solve::Exact: `from` goes to the host, and the slot's `solved` comes back from there.
   void make_host_solve(FrameSlot& slot, const gpu::DeviceBuffer& from) const;
   void record_host_solve(gpu::Commands& commands, const gpu::DeviceBuffer& from, FrameSlot& slot) const;
   /// Moves what the host has solved to the device, and waits for its rest level.

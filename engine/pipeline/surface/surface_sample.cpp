@@ -17,17 +17,16 @@ struct Corner {
   bool held = false;
 };
 
-Corner corner_of(const SurfaceMap& map, const PixelRect& held, const std::array<double, 2>& place) {
+Corner corner_of(const SurfaceMap& map, const std::array<double, 2>& place) {
   const double width = map.width - 1.0, height = map.height - 1.0;
   const double x = std::clamp(place[0], 0.0, width), y = std::clamp(place[1], 0.0, height);
   // The right neighbour always exists: at the edge the fraction of it is 1. A map of one column has none.
   const double left = std::clamp(std::floor(x), 0.0, std::max(0.0, width - 1));
   const double above = std::clamp(std::floor(y), 0.0, std::max(0.0, height - 1));
-  const auto px = static_cast<int64_t>(left) - held.x, py = static_cast<int64_t>(above) - held.y;
   Corner c;
-  c.held = px >= 0 && py >= 0 && px + 1 < held.width && py + 1 < held.height;
+  c.held = map.width > 1 && map.height > 1;
   if (!c.held) return c;
-  c.top = static_cast<uint64_t>(py) * map.pitch + static_cast<uint64_t>(px);
+  c.top = static_cast<uint64_t>(above) * map.pitch + static_cast<uint64_t>(left);
   c.bottom = c.top + map.pitch;
   c.right = static_cast<float>(x - left);
   c.down = static_cast<float>(y - above);
@@ -43,10 +42,9 @@ float mixed(const Corner& c, float a, float b, float d, float e) {
 
 std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, double offset_mm,
                                  std::span<const std::array<double, 2>> places) {
-  const PixelRect held = map.window.value_or(PixelRect{0, 0, map.width, map.height});
   const size_t count = places.size();
   std::vector<Corner> corners(count);
-  for (size_t i = 0; i < count; ++i) corners[i] = corner_of(map, held, places[i]);
+  for (size_t i = 0; i < count; ++i) corners[i] = corner_of(map, places[i]);
   std::vector<float> depths(count);
   const auto offset = static_cast<float>(offset_mm);
   if (map.buffer->mapped()) {

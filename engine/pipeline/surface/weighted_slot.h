@@ -15,7 +15,7 @@ struct WeightedSlot {
   gpu::Commands plain;                 ///< or without, where weights were expected
   bool expected = false;               ///< weights, for the frame that was submitted
   gpu::Commands* again = nullptr;      ///< which of both ran for the frame that is measured
-  gpu::DeviceBuffer slope_x, slope_y;  ///< SurfaceSolver::Exact, on the host
+  gpu::DeviceBuffer slope_x, slope_y;  ///< Solve::Exact, on the host
   bool used = false;                   ///< the frame that is measured needs weights
   bool in_part = false;                ///< it shows all that every frame shows, which the plain solve knows
   WeightedStatistics statistics;

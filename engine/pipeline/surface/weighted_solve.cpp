@@ -23,7 +23,7 @@ WeightedSolve::WeightedSolve(gpu::Context& context, const Sensor& sensor, const 
       rest_level_(rest_level),
       known_(size_t{format.width} * format.height) {
   const Grid grid = grid_for(format.width, format.height);
-  if (plan.solver == SurfaceSolver::Exact) {
+  if (plan.solve == Solve::Exact) {
     slope_x_ = FloatMap(context, "d/dx", grid);
     slope_y_ = FloatMap(context, "d/dy", grid);
   } else if (on_cells()) {

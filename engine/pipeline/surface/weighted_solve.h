@@ -45,7 +45,7 @@ class WeightedSolve {
   /// The filtered image, where one is read, belongs to whichever frame came last: made again.
   void record_filtered(gpu::Commands& commands, const FrameSlot& slot) const;
   /// Of a finished frame whose confidence is counted: whether it needs weights, and its solve, to the end.
-  /// SurfaceSolver::Exact leaves the heights in the slot's `solved`, rows `pitch` floats apart. Not thread
+  /// Solve::Exact leaves the heights in the slot's `solved`, rows `pitch` floats apart. Not thread
   /// safe.
   void solve(FrameSlot& slot, uint32_t pitch);
   void measure(const Slot& slot, Touch& touch) const;
@@ -71,7 +71,7 @@ class WeightedSolve {
   const RestLevel& rest_level_;
   std::optional<WeightedSurface> surface_;  ///< on the GPU: of cells where the plain solve is
   FloatMap cells_;                          ///< heights of those
-  FloatMap slope_x_, slope_y_;              ///< SurfaceSolver::Exact
+  FloatMap slope_x_, slope_y_;              ///< Solve::Exact
   uint32_t still_islands_ = 1;
   // Of the frame that is solved; kept so that frames allocate nothing.
   std::vector<uint8_t> known_;

@@ -11,8 +11,6 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kEdges = 4;
-
 struct Mean {
   double sum = 0;
   double count = 0;
@@ -41,27 +39,22 @@ RestLevel::RestLevel(gpu::Context& context, const Contact& contact, const Grid& 
 }
 
 uint64_t RestLevel::record_bytes() const {
-  return (uint64_t{push_.tiles_x} * push_.tiles_y + kEdges) * sizeof(shared::RestLevelRecord);
+  return uint64_t{push_.tiles_x} * push_.tiles_y * sizeof(shared::RestLevelRecord);
 }
 
 void RestLevel::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
-                       const gpu::DeviceBuffer& records, InnerEdges edges) const {
+                       const gpu::DeviceBuffer& records) const {
   const auto scope = commands.scope("rest level");
-  shared::RestLevelPush push = push_;
-  push.edges = edges.any() ? 1 : 0;
-  const uint32_t tiles = push.tiles_x * push.tiles_y + push.edges * kEdges;
-  commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push, {divide_up(tiles, workgroup_), 1, 1});
+  commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push_,
+                    {divide_up(push_.tiles_x * push_.tiles_y, workgroup_), 1, 1});
   commands.barrier();
 }
 
 RestHeight RestLevel::find(std::span<const shared::ContactRecord> contact,
-                           std::span<const shared::RestLevelRecord> records, InnerEdges edges) const {
-  Mean inner, border, untouched, all;
+                           std::span<const shared::RestLevelRecord> records) const {
+  Mean border, untouched, all;
   double highest = std::numeric_limits<double>::lowest();
   const uint32_t tiles = push_.tiles_x * push_.tiles_y;
-  const bool is_inner[kEdges] = {edges.left, edges.right, edges.top, edges.bottom};
-  for (uint32_t side = 0; side < kEdges; ++side)
-    if (is_inner[side]) inner.add(records[tiles + side]);
   for (uint32_t tile = 0; tile < tiles; ++tile) {
     const shared::RestLevelRecord& r = records[tile];
     highest = std::max(highest, double{r.highest});
@@ -71,12 +64,8 @@ RestHeight RestLevel::find(std::span<const shared::ContactRecord> contact,
     const uint32_t x = tile % push_.tiles_x, y = tile / push_.tiles_x;
     if (x == 0 || y == 0 || x + 1 == push_.tiles_x || y + 1 == push_.tiles_y) border.add(r);
   }
-  // The edges' pixels stand in where a small window has no untouched tile at its border.
-  const Mean& chosen = border.count > 0      ? border
-                       : inner.count > 0     ? inner
-                       : untouched.count > 0 ? untouched
-                                             : all;
-  return {chosen.sum / chosen.count, highest, inner.count > 0 || untouched.count > 0};
+  const Mean& chosen = border.count > 0 ? border : untouched.count > 0 ? untouched : all;
+  return {chosen.sum / chosen.count, highest, untouched.count > 0};
 }
 
 double RestLevel::volume_px_mm(std::span<const shared::ContactRecord> contact,

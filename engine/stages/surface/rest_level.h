@@ -18,23 +18,17 @@ struct RestHeight {
   bool from_untouched = false;  ///< false: no tile is free of contact, the level is the whole frame's mean
 };
 
-/// The sides of a frame that is part of a larger one, as far as they lie within it: nothing is touched there.
-struct InnerEdges {
-  bool left = false, right = false, top = false, bottom = false;
-  bool any() const { return left || right || top || bottom; }
-};
-
 class RestLevel {
  public:
   RestLevel(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning);
 
   uint64_t record_bytes() const;
   void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
-              const gpu::DeviceBuffer& records, InnerEdges edges = {}) const;
-  /// The mean over the given edges; without any, over untouched tiles along the frame's border, where the pad
-  /// is least drawn in by the contact; without any, over all untouched tiles; without those, over the frame.
+              const gpu::DeviceBuffer& records) const;
+  /// The mean over untouched tiles along the frame's border, where the pad is least drawn in by the contact;
+  /// without any, over all untouched tiles; without those, over the frame.
   RestHeight find(std::span<const shared::ContactRecord> contact,
-                  std::span<const shared::RestLevelRecord> records, InnerEdges edges = {}) const;
+                  std::span<const shared::RestLevelRecord> records) const;
   /// Indented volume, px^2 mm: over tiles with contact, their mean depth below `level_mm` times their pixels.
   /// A touched tile counts whole, with what lies around the contact in it.
   double volume_px_mm(std::span<const shared::ContactRecord> contact,

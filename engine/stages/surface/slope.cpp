@@ -105,7 +105,6 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
   push_.coarse_pitch = coarser(grid_for(format.width, format.height)).pitch;
   push_.scale = static_cast<float>(sensor.pitch_mm_per_px);
   push_.max_slope = static_cast<float>(sensor.max_slope);
-  place({0, 0, format.width, format.height});
   if (shading_) {
     const double units = contact.filtered_units_per_gray();
     constants_ = {tile_rows_, least_gray(sensor, contact.filtered_units_per_gray())};
@@ -177,13 +176,6 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides 
                         {"slope_tile_given", k_slope_tile_given},
                         {"slope_cell_tile_given", k_slope_cell_tile_given}},
                        2, false, {tile_rows_, 0}, tuning);
-}
-
-void Slope::place(const FramePlace& place) {
-  push_.frame_x = static_cast<float>(place.x);
-  push_.frame_y = static_cast<float>(place.y);
-  push_.frame_width = static_cast<float>(place.frame_width);
-  push_.frame_height = static_cast<float>(place.frame_height);
 }
 
 uint32_t Slope::strips() const {

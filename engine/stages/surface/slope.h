@@ -31,10 +31,6 @@ class Slope {
   /// Slopes given by the caller, height units per px.
   Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides right_sides, const Tuning& tuning);
 
-  /// The frames are part of larger ones, over which photometric weights vary: takes effect on what is
-  /// recorded from here on.
-  void place(const FramePlace& place);
-
   /// Fills the right sides that the stage was made for, and `clipped`, of clipped_bytes(), with what
   /// clipped_px() adds up.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,

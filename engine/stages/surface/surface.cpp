@@ -75,15 +75,13 @@ struct Surface::Pass {
 
   uint32_t last() const { return static_cast<uint32_t>(surface.levels_.size()) - 1; }
   const Level& level(uint32_t l) const { return surface.levels_[l]; }
-  // Level 0 keeps its present solution in the caller's map (or in the last solve's) or in the spare one.
+  // Level 0 keeps its present solution in the caller's map or in the spare one.
   const FloatMap& x(uint32_t l, uint32_t which) const {
-    if (l > 0 || which > 0) return level(l).x[which];
-    return warm() ? surface.last_ : depth;
+    return l > 0 || which > 0 ? level(l).x[which] : depth;
   }
   const FloatMap& x(uint32_t l) const { return x(l, present[l]); }
   const FloatMap& spare(uint32_t l) const { return x(l, 1 - present[l]); }
   void flip(uint32_t l) { present[l] = 1 - present[l]; }
-  bool warm() const { return bool{surface.last_.buffer}; }
 
   // Rows of a strip: long ones on big levels, short ones where threads are few.
   uint32_t rows(const Grid& grid) const {
@@ -183,17 +181,6 @@ struct Surface::Pass {
                       groups(v.grid, 2));
     commands.barrier();
   }
-  void interpolate_change() {
-    if (surface.tiled()) {
-      dispatch_tiles(surface.interpolate_add_, 0, {&x(1).words, &spare(0).buffer, &x(0).words});
-    } else {
-      const Level& v = level(0);
-      commands.dispatch(surface.interpolate_add_, {&x(1).texels, &x(1).pairs, &x(0).texels, &spare(0).buffer},
-                        push(0, v.grid), groups(v.grid, 2));
-      commands.barrier();
-    }
-    flip(0);
-  }
   void correct_and_smooth(uint32_t l) {
     const Level& v = level(l);
     if (surface.tiled()) {
@@ -285,31 +272,21 @@ struct Surface::Pass {
   void run(uint32_t extra_cycles) {
     if (last() == 0) return solve_coarsest();
     const bool edge = surface.edge_.has_value();
-    if (warm()) {
-      // What the last solution leaves is solved as a whole: after a small change its error is small too.
-      restrict_residual(0);
-      full_multigrid(1);
-      interpolate_change();
-    } else {
-      // An even number of flips at level 0 must leave the solution in the caller's map.
-      present[0] = extra_cycles % 2;
-      full_multigrid(1);
-      if (edge && surface.right_sides_ == RightSides::Cells) {
-        add_sources(1, true);
-        solve_residual(1);
-        correct(1);
-      }
-      interpolate(x(1), x(0));
+    // An even number of flips at level 0 must leave the solution in the caller's map.
+    present[0] = extra_cycles % 2;
+    full_multigrid(1);
+    if (edge && surface.right_sides_ == RightSides::Cells) {
+      add_sources(1, true);
+      solve_residual(1);
+      correct(1);
     }
+    interpolate(x(1), x(0));
     for (uint32_t i = 0; i < extra_cycles; ++i) {
       const bool sources = i % kCyclesOfSources == kCyclesOfSources - 1 || i + 1 == extra_cycles;
       if (edge && sources) add_sources(0, i < kCyclesOfSources);
       solve_residual(0);
       correct_and_smooth(0);
     }
-    if (!warm()) return;
-    commands.copy(surface.last_.buffer, depth.buffer, level(0).grid.bytes());
-    commands.barrier();
   }
 };
 
@@ -327,19 +304,12 @@ bool Surface::set_known(gpu::Context& context, std::span<const uint8_t> known) {
   return true;
 }
 
-namespace {
-uint32_t cycles_for(SurfaceSolver solver) {
-  if (solver == SurfaceSolver::Converged) return Surface::kConvergedCycles;
-  return solver == SurfaceSolver::Fine ? 1 : 0;
-}
-}  // namespace
-
-Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver,
-                 const Tuning& tuning, bool keep_pixels, bool warm_start)
-    : tuning_(tuning), extra_cycles_(cycles_for(solver)) {
+Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Solve solve, const Tuning& tuning,
+                 bool keep_pixels)
+    : tuning_(tuning), extra_cycles_(solve == Solve::Converged ? kConvergedCycles : 0) {
   Grid grid = grid_for(width, height);
   double cell_width = 1, cell_height = 1, edge_width = 1, edge_height = 1;
-  const bool on_gpu = solver != SurfaceSolver::Exact;
+  const bool on_gpu = solve != Solve::Exact;
   for (uint32_t l = 0;; ++l) {
     const bool coarsest = !on_gpu || uint64_t{grid.width} * grid.height <= tuning.coarsest_cells;
     const std::string name = "surface level " + std::to_string(l);
@@ -349,7 +319,7 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     level.down = grid.height > 1 ? static_cast<float>(cell_width / cell_height) : 0.0f;
     level.edge_width = static_cast<float>(edge_width);
     level.edge_height = static_cast<float>(edge_height);
-    if (l == 0 && solver == SurfaceSolver::Live && !coarsest && !keep_pixels) {
+    if (l == 0 && solve == Solve::Live && !coarsest && !keep_pixels) {
       right_sides_ = RightSides::Cells;
     } else {
       level.right = FloatMap(context, name + " right side", grid);
@@ -369,11 +339,6 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     grid = coarser(grid);
   }
   if (levels_.size() == 1) extra_cycles_ = 0;
-  if (warm_start && solver == SurfaceSolver::Converged && extra_cycles_ > 0) {
-    extra_cycles_ = kWarmCycles;
-    last_ = FloatMap(context, "surface last solution", levels_.front().grid);
-    gpu::clear(context, last_.buffer);
-  }
   unused_coarse_ = FloatMap(context, "unused coarse right side", coarser(levels_.back().grid));
   if (!on_gpu) return;
 
@@ -413,8 +378,7 @@ void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
 }
 
 uint64_t Surface::memory_bytes() const {
-  uint64_t bytes =
-      inverse_.bytes() + coarse_work_.bytes() + last_.buffer.bytes() + (edge_ ? edge_->memory_bytes() : 0);
+  uint64_t bytes = inverse_.bytes() + coarse_work_.bytes() + (edge_ ? edge_->memory_bytes() : 0);
   for (const Level& level : levels_)
     bytes += level.right.buffer.bytes() + level.x[0].buffer.bytes() + level.x[1].buffer.bytes();
   return bytes;

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "engine/gpu/kernel.h"
+#include "engine/gpu/tuning.h"
 #include "engine/stages/surface/edge_sources.h"
+#include "engine/stages/surface/solve.h"
 #include "engine/stages/surface/surface_grid.h"
 #include "palpate/options.h"
 #include "shaders/shared/grid.h"
@@ -26,16 +28,11 @@ class Surface {
  public:
   /// Extra cycles at full resolution after the full-multigrid pass; each reduces the error by about ten.
   static constexpr uint32_t kConvergedCycles = 6;
-  /// The same for a solve that starts from the last one's heights, with a full-multigrid pass over what has
-  /// changed. Odd, so that with that pass's step the solution ends where it began.
-  static constexpr uint32_t kWarmCycles = 1;
 
-  /// SurfaceSolver::Live solves on cells and holds the right side for pixels only where `keep_pixels` asks
-  /// for it or the frame is so small that it is solved directly. With `warm_start` SurfaceSolver::Converged
-  /// begins each solve with the heights of the one recorded or submitted before it (at first with 0); the
-  /// other solvers have nothing to gain from it.
-  Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver, const Tuning& tuning,
-          bool keep_pixels = false, bool warm_start = false);
+  /// Solve::Live solves on cells and holds the right side for pixels only where `keep_pixels` asks for it or
+  /// the frame is so small that it is solved directly. Solve::Exact leaves the solving to the host.
+  Surface(gpu::Context& context, uint32_t width, uint32_t height, Solve solve, const Tuning& tuning,
+          bool keep_pixels = false);
 
   RightSides right_sides() const { return right_sides_; }
 
@@ -87,7 +84,6 @@ class Surface {
   Tuning tuning_;
   RightSides right_sides_ = RightSides::Pixels;
   uint32_t extra_cycles_ = 0;
-  FloatMap last_;  ///< the last solve's heights; empty without a warm start
   std::vector<Level> levels_;
   std::optional<EdgeSources> edge_;
   FloatMap unused_coarse_;  ///< takes sums of a level that is not there
@@ -97,8 +93,8 @@ class Surface {
   uint32_t coarse_first_ = 0;
   gpu::DeviceBuffer coarse_work_;
   gpu::TexelView inverse_words_;
-  gpu::Kernel descend_, ascend_, interpolate_, interpolate_add_, smooth_, restrict_, restrict_residual_,
-      correct_, coarsest_, coarse_pass_, coarse_cycle_;
+  gpu::Kernel descend_, ascend_, interpolate_, smooth_, restrict_, restrict_residual_, correct_, coarsest_,
+      coarse_pass_, coarse_cycle_;
 };
 
 /// Evidence beside an answer.
@@ -118,6 +114,9 @@ struct Heights {
 /// Any gradient field to heights: `gradients` is rows x cols x 2, d/dx then d/dy per pixel, of any finite
 /// size. Throws Error(Failure::Input) naming the place of a gradient that is not finite, and where heights
 /// would not fit single precision. Used by `palpate integrate`.
+Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
+                            uint32_t cols, Solve solve);
+/// The same by what choose_solve() finds for SurfaceSolver::Best.
 Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
                             uint32_t cols, SurfaceSolver solver);
 

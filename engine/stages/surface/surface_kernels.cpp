@@ -11,8 +11,6 @@
 #include "shaders/descend.spv.h"
 #include "shaders/descend_tile.spv.h"
 #include "shaders/interpolate.spv.h"
-#include "shaders/interpolate_add.spv.h"
-#include "shaders/interpolate_add_tile.spv.h"
 #include "shaders/interpolate_tile.spv.h"
 #include "shaders/restrict_residual.spv.h"
 #include "shaders/restrict_residual_tile.spv.h"
@@ -64,10 +62,7 @@ void Surface::make_strips(gpu::Context& context) {
   };
   descend_ = make({"descend", k_descend}, {Texels, Texels, Storage, Storage});
   ascend_ = make({"ascend", k_ascend}, {Texels, Texels, Texels, Storage, Storage});
-  if (last_.buffer)
-    interpolate_add_ = make({"interpolate_add", k_interpolate_add}, {Texels, Texels, Texels, Storage});
-  else
-    interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage});
+  interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage});
   correct_ = make({"correct", k_correct}, {Texels, Texels, Storage});
 }
 
@@ -78,10 +73,7 @@ void Surface::make_tiles(gpu::Context& context) {
   };
   descend_ = make({"descend_tile", k_descend_tile}, {Texels, Storage, Storage});
   ascend_ = make({"ascend_tile", k_ascend_tile}, {Texels, Texels, Storage, Storage});
-  if (last_.buffer)
-    interpolate_add_ = make({"interpolate_add_tile", k_interpolate_add_tile}, {Texels, Storage, Texels});
-  else
-    interpolate_ = make({"interpolate_tile", k_interpolate_tile}, {Texels, Storage});
+  interpolate_ = make({"interpolate_tile", k_interpolate_tile}, {Texels, Storage});
   correct_ = make({"correct_tile", k_correct_tile}, {Texels, Texels, Storage});
   make_coarse_levels(context);
 }

@@ -41,7 +41,7 @@ class WeightedSurface {
  public:
   static constexpr uint32_t kLiveIterations = 4;
   static constexpr uint32_t kConvergedIterations = 12;
-  // Of a frame of a pipeline: SurfaceSolver::Live, on cells of two by two pixels, and the others.
+  // Of a frame of a pipeline: Solve::Live, on cells of two by two pixels, and Solve::Converged.
   static constexpr uint32_t kCellIterations = 3, kFrameIterations = 5;
 
   /// `scale_mm_per_px` turns slopes times one px into mm.
@@ -123,9 +123,13 @@ struct WeightedHeights {
 
 /// Any gradient field with weights to heights. `gradients` is rows x cols x 2, d/dx then d/dy per pixel,
 /// finite where the weight is not 0; `weights` is rows x cols, finite, at least 0; only their ratios matter.
-/// Live and Fine: a few iterations. Converged: as many as it takes, with residuals in double precision in
-/// between. Exact: double precision on the CPU. `kinks`: slopes that jump are cut there (cut_kinks). Throws
+/// Live: a few iterations. Converged: as many as it takes, with residuals in double precision in between.
+/// Exact: double precision on the host. `kinks`: slopes that jump are cut there (cut_kinks). Throws
 /// Error(Failure::Input).
+WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float> gradients,
+                                   std::span<const float> weights, uint32_t rows, uint32_t cols, Solve solve,
+                                   bool kinks = false);
+/// SurfaceSolver::Best: Converged, and Exact where that does not converge.
 WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float> gradients,
                                    std::span<const float> weights, uint32_t rows, uint32_t cols,
                                    SurfaceSolver solver, bool kinks = false);

@@ -20,7 +20,7 @@
 
 namespace palpate::perf {
 
-Pipeline Bench::make_pipeline(const Scene& scene, uint32_t outputs, SurfaceSolver solver, Upload upload) {
+Pipeline Bench::make_pipeline(const Scene& scene, Outputs outputs, SurfaceSolver solver, Upload upload) {
   PipelineOptions options;
   options.outputs = outputs;
   options.upload = upload;

@@ -57,7 +57,7 @@ class Bench {
   const std::string& throughput_csv() const { return throughput_csv_; }
 
  private:
-  Pipeline make_pipeline(const Scene& scene, uint32_t outputs, SurfaceSolver solver,
+  Pipeline make_pipeline(const Scene& scene, Outputs outputs, SurfaceSolver solver,
                          Upload upload = Upload::Auto);
   /// Runs in one sample, `at_vga` of them at 640 x 480: enough that the caches are warm with the work itself,
   /// as they are when a recording runs through, and not with what the rival left.

@@ -34,7 +34,7 @@ Frame lease(const Frame& frame) {
 
 void Bench::contact(const Size& size) {
   Scene scene = scene_for(size, SyntheticMode::Lambert);
-  Pipeline pipeline = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+  Pipeline pipeline = make_pipeline(scene, Output::Force, SurfaceSolver::Live);
   OpenCvContact rival(scene.background, scene.sensor);
   const Work ours{"palpate", [&] { pipeline.process(scene.next()); }};
   add(compare("contact", size.text(), ours, {"OpenCV 8 bit", [&] { sink_ += rival.run_8bit(scene.next()); }},
@@ -46,7 +46,7 @@ void Bench::contact(const Size& size) {
 void Bench::regions(const Size& size) {
   Scene scene = fingers_for(size, SyntheticMode::Lambert);
   Pipeline apart = make_pipeline(scene, Output::Force | Output::Contacts, SurfaceSolver::Live);
-  Pipeline whole = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+  Pipeline whole = make_pipeline(scene, Output::Force, SurfaceSolver::Live);
   OpenCvContact rival(scene.background, scene.sensor);
   const Work ours{"palpate", [&] { apart.process(scene.next()); }};
   add(compare("contact and regions", size.text(), ours,
@@ -58,11 +58,11 @@ void Bench::regions(const Size& size) {
 
 void Bench::upload(const Size& size) {
   for (const uint32_t bits : {8u, 16u}) {
-    Scene scene = scene_for(size, SyntheticMode::Lambert, false, bits);
+    Scene scene = scene_for(size, SyntheticMode::Lambert, bits);
     std::vector<Frame> leased;
     for (const Frame& frame : scene.frames) leased.push_back(lease(frame));
     const auto pipeline = [&](Upload upload) {
-      return make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live, upload);
+      return make_pipeline(scene, Output::Force, SurfaceSolver::Live, upload);
     };
     Pipeline importing = pipeline(Upload::Import), copying = pipeline(Upload::Copy);
     size_t turn = 0;
@@ -107,7 +107,7 @@ void Bench::moments(const Size& size) {
                  sink_ += static_cast<double>(contact.sum(records.as<const shared::ContactRecord>()).gray);
                }},
               rival, repetitions_, inner(size, 40)));
-  Pipeline pipeline = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+  Pipeline pipeline = make_pipeline(scene, Output::Force, SurfaceSolver::Live);
   add(compare("moments of a frame", size.text(), {"palpate", [&] { pipeline.process(scene.frames.front()); }},
               rival, repetitions_, inner(size, 40)));
 }

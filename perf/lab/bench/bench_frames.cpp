@@ -6,6 +6,7 @@
 
 #include "engine/base/text.h"
 #include "engine/gpu/commands.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "perf/lab/say.h"
 #include "perf/rivals/rivals.h"
 
@@ -69,7 +70,8 @@ void Bench::stages(Pipeline& pipeline, Scene& scene, const Size& size, const std
   pipeline.submit(scene.next());
   const auto result = pipeline.wait();
   say(text("  stages of %s, %s:", work.c_str(), size.text().c_str()));
-  for (const gpu::ScopeTime& t : pipeline.times(*result)) say(text(" %s %.2f ms", t.name.c_str(), t.ms));
+  for (const gpu::ScopeTime& t : PipelineAccess::times(pipeline, *result))
+    say(text(" %s %.2f ms", t.name.c_str(), t.ms));
   say("\n");
 }
 

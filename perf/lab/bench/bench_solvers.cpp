@@ -22,7 +22,7 @@
 namespace palpate::perf {
 
 void Bench::surface(const Size& size) {
-  const Surface surface(context_, size.width, size.height, SurfaceSolver::Live, load_tuning(context_).tuning);
+  const Surface surface(context_, size.width, size.height, Solve::Live, load_tuning(context_).tuning);
   const FloatMap depth(context_, "depth", surface.grid());
   std::vector<float> right(size_t{size.width} * size.height), z(right.size());
   std::mt19937 random(1);
@@ -54,7 +54,7 @@ void Bench::weighted(const Size& size) {
   std::vector<float> slopes(2 * cells), weights(cells);
   for (float& slope : slopes) slope = std::normal_distribution<float>(0, 1)(random);
   for (float& weight : weights) weight = random() % 10 == 0 ? 0.0f : 1.0f;
-  const Surface plain(context_, size.width, size.height, SurfaceSolver::Live, load_tuning(context_).tuning);
+  const Surface plain(context_, size.width, size.height, Solve::Live, load_tuning(context_).tuning);
   const FloatMap depth(context_, "depth", plain.grid());
   const gpu::DeviceBuffer scalars(context_, "scalars", WeightedSurface::scalar_bytes(),
                                   gpu::Memory::Readback);

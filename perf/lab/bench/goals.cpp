@@ -11,7 +11,6 @@
 #include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "engine/pipeline/contact_tiles.h"
 #include "engine/sensor/outline.h"
 #include "engine/stages/frame/contact.h"
 #include "engine/stages/frame/upload.h"
@@ -32,7 +31,6 @@ namespace {
 constexpr Size kSmall{640, 480, 640, 480};
 constexpr Size kLarge{1392, 1042, 1400, 1050};
 constexpr double kPoissonError = 1e-3;
-constexpr double kSameError = 1e-5;  // below it warm and cold starts are as good as each other
 
 struct Row {
   std::string name;
@@ -85,10 +83,7 @@ class Goals {
       frame(size, SyntheticMode::Gel);
       throughput(size, size.width == kSmall.width ? 200 : 35);
     }
-    moving(kSmall);
-    for (const Size& size : {kSmall, kLarge}) few_tiles(size);
-    for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged})
-      outline(kSmall, solver);
+    for (const bool live : {true, false}) outline(kSmall, live);
     force_only(kLarge);
     for (const Size& size : {kSmall, kLarge})
       for (const char* pattern : {"markers", "texture"}) skin(size, pattern);
@@ -107,8 +102,8 @@ class Goals {
   static std::vector<float> heights(Pipeline& pipeline, const Frame& image) {
     pipeline.submit(image);
     const Result result = *pipeline.wait();
-    std::vector<float> depth = pipeline.read_depth_mm(result);
-    return depth;
+    const std::span<const float> depth = result.depth_mm();
+    return {depth.begin(), depth.end()};
   }
 
   /// Runs in one sample: enough for warm caches, few enough for the minute.
@@ -127,10 +122,10 @@ class Goals {
     const Size size = kLarge;
     Scene scene = scene_for(size, SyntheticMode::Lambert);
     PipelineOptions force;
-    force.outputs = static_cast<uint32_t>(Output::Force);
+    force.outputs = Output::Force;
     Pipeline pipeline = pipeline_for(scene.sensor, scene.background, force);
     OpenCvContact rival(scene.background, scene.sensor);
-    const Touch touch = pipeline.process(scene.frames[0]);
+    const Touch touch = pipeline.process(scene.frames[0]).touch;
     // In 8 bits the filter rounds; in floats a pixel darker than the background counts against its
     // neighbours.
     check("gray sum, OpenCV 8 bit", apart(rival.run_8bit(scene.frames[0]), touch.gray_sum), 5e-3);
@@ -205,8 +200,7 @@ class Goals {
     const std::vector<Truth> truths = make_truths(frame);
     const Truth& smooth = truths.front();
     GpuSlopes slopes(context_, frame);
-    MultigridSolver live(context_, slopes, SurfaceSolver::Live),
-        pixels(context_, slopes, SurfaceSolver::Fine);
+    MultigridSolver live(context_, slopes, Solve::Live), pixels(context_, slopes, Solve::Converged);
     slopes.load(smooth);
     live.prepare();
     pixels.prepare();
@@ -269,56 +263,9 @@ class Goals {
                      q.median >= wanted, "wall time, three in flight"});
   }
 
-  /// Frames of a slide, one after the other, each solved until the error is single precision's.
-  void moving(const Size& size) {
-    Scene scene = scene_for(size, SyntheticMode::Gel, true);
-    PipelineOptions cold, warm, exact;
-    cold.solver = warm.solver = SurfaceSolver::Converged;
-    exact.solver = SurfaceSolver::Exact;
-    warm.warm_start = true;
-    Pipeline reference = pipeline_for(scene.sensor, scene.background, exact);
-    Pipeline from_last = pipeline_for(scene.sensor, scene.background, warm);
-    Pipeline from_nothing = pipeline_for(scene.sensor, scene.background, cold);
-    double warm_error = 0, cold_error = 0;
-    for (const Frame& image : scene.frames) {
-      const std::vector<float> truth = heights(reference, image);
-      const std::vector<float> followed = heights(from_last, image);
-      // The first frame follows nothing.
-      if (&image != &scene.frames.front()) warm_error = std::max(warm_error, apart(followed, truth));
-      cold_error = std::max(cold_error, apart(heights(from_nothing, image), truth));
-    }
-    Scene again = scene;
-    const Pair pair = compare("", "", {"palpate", [&] { from_last.process(scene.next()); }},
-                              {"cold start", [&] { from_nothing.process(again.next()); }}, repetitions_,
-                              static_cast<int>(scene.frames.size()));
-    at_most("moving scene, warm start " + size.text(), 0.5, pair,
-            warm_error <= std::max(2 * cold_error, kSameError),
-            text("worst error %.1e and %.1e of the exact solve", warm_error, cold_error));
-  }
-
-  void few_tiles(const Size& size) {
-    Scene scene = timing_scene(size.width, size.height, Reconstruction::Shading, 0.1);
-    ContactTiles touched(scene.sensor, scene.background.format);
-    touched.set_background(scene.background);
-    const TouchedTiles& tiles = touched.find(scene.frames.front());
-    PipelineOptions skipping;
-    skipping.skip_untouched = true;
-    Pipeline pipeline = pipeline_for(scene.sensor, scene.background, skipping);
-    Pipeline all = pipeline_for(scene.sensor, scene.background, {});
-    const Touch part = pipeline.process(scene.frames.front()), whole = all.process(scene.frames.front());
-    check("gray sum, window " + size.text(), part.gray_sum == whole.gray_sum ? 0 : 1, 0);
-    Scene again = scene;
-    at_most("10 % of the tiles in contact " + size.text(), 0.3,
-            compare("", "", {"palpate", [&] { pipeline.process(scene.next()); }},
-                    {"dense frame", [&] { all.process(again.next()); }}, repetitions_, inner(size)),
-            true,
-            text("%.0f of %.0f tiles touched", static_cast<double>(tiles.count),
-                 static_cast<double>(tiles.touched.size())));
-  }
-
   /// A round pad's outline, and a highlight within it that only the frame has, beside the plain solve. Errors
   /// are against the exact solve of the same frame, where the pad is.
-  void outline(const Size& size, SurfaceSolver solver) {
+  void outline(const Size& size, bool live) {
     Scene scene = scene_for(size, SyntheticMode::Gel);
     Sensor round = scene.sensor;
     const double x0 = size.width / 2.0, y0 = size.height / 2.0, radius = 0.47 * size.height;
@@ -337,13 +284,14 @@ class Goals {
       return part;
     };
     PipelineOptions options, exact;
-    options.solver = solver;
-    exact.solver = SurfaceSolver::Exact;
+    options.solver = live ? SurfaceSolver::Live : SurfaceSolver::Best;
+    options.solve_by = SolveBy::Device;
+    exact.solver = SurfaceSolver::Best;
+    exact.solve_by = SolveBy::Host;
     Pipeline plain = pipeline_for(scene.sensor, scene.background, options);
     Pipeline plain_reference = pipeline_for(scene.sensor, scene.background, exact);
     Pipeline ours = pipeline_for(round, scene.background, options);
     Pipeline reference = pipeline_for(round, scene.background, exact);
-    const bool live = solver == SurfaceSolver::Live;
     const double plain_error =
         apart(inside(heights(plain, scene.frames[0])), inside(heights(plain_reference, scene.frames[0])));
     const auto row = [&](const std::string& name, Scene& frames, double limit) {
@@ -364,7 +312,7 @@ class Goals {
   void force_only(const Size& size) {
     Scene scene = scene_for(size, SyntheticMode::Lambert);
     PipelineOptions force;
-    force.outputs = static_cast<uint32_t>(Output::Force);
+    force.outputs = Output::Force;
     Pipeline few = pipeline_for(scene.sensor, scene.background, force);
     Pipeline full = pipeline_for(scene.sensor, scene.background, {});
     const double few_MB = static_cast<double>(few.memory_bytes()) / 1e6,

@@ -18,6 +18,7 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/kernel.h"
 #include "engine/gpu/tuning.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 
@@ -55,14 +56,14 @@ struct Recipe {
 /// What pipelines of this kind of sensor can be asked for.
 struct Kind {
   const char* scene;
-  std::vector<uint32_t> outputs;
+  std::vector<Outputs> outputs;
 };
 
 std::vector<Kind> kinds() {
-  const uint32_t force = static_cast<uint32_t>(Output::Force), surface = force | Output::Surface;
-  const uint32_t known = surface | Output::Confidence, contacts = surface | Output::Contacts;
-  const uint32_t sums = force | Output::Contacts, gradient = force | Output::Gradient,
-                 skin = force | Output::Skin;
+  const Outputs force = Output::Force, surface = force | Output::Surface;
+  const Outputs known = surface | Output::Confidence, contacts = surface | Output::Contacts;
+  const Outputs sums = force | Output::Contacts, gradient = force | Output::Gradient,
+                skin = force | Output::Skin;
   return {{"press?size=640x480", {force, sums, contacts, gradient, known | Output::Contacts}},
           {"press?size=640x480&bits=12", {surface, sums, contacts, known}},
           {"press?size=640x480&skin=texture", {skin}},
@@ -108,25 +109,19 @@ std::vector<Recipe> recipes() {
   };
   gpu::Context context(options);
   PipelineOptions asked;
-  asked.tuning = default_tuning(false);
   asked.slots = 1;
-  asked.traction = TractionBy::Device;
+  asked.solve_by = SolveBy::Device;
   asked.upload = Upload::Import;
   for (const Kind& kind : kinds()) {
     const SyntheticOptions scene = parse_synthetic(std::string("synthetic:") + kind.scene);
     const FrameFormat format = SyntheticSensor(scene).format();
     for (const Sensor& sensor : sensors_of(synthetic_sensor(scene))) {
-      for (const uint32_t outputs : kind.outputs) {
-        for (const auto& [solver, warm, window] : {std::tuple{SurfaceSolver::Live, false, true},
-                                                   {SurfaceSolver::Fine, false, false},
-                                                   {SurfaceSolver::Converged, false, false},
-                                                   {SurfaceSolver::Converged, true, false}}) {
+      for (const Outputs outputs : kind.outputs) {
+        for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Best}) {
           asked.outputs = outputs;
           asked.solver = solver;
-          asked.warm_start = warm;
-          asked.skip_untouched = window;
           try {
-            Pipeline(context, sensor, format, asked);
+            PipelineAccess::tuned(context, sensor, format, asked, default_tuning(false));
           } catch (const Error& error) {
             if (error.failure() == Failure::Device) throw;  // else: no such sensor, or not this output of it
           }

@@ -9,6 +9,7 @@
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "engine/stages/frame/contact.h"
 #include "engine/stages/frame/upload.h"
 #include "engine/stages/surface/rest_level.h"
@@ -57,7 +58,7 @@ struct Scene {
     const Tuning usual = default_tuning(context);
     keeps = sensor.reconstruction == Reconstruction::Shading;
     contact.emplace(context, sensor, image.format, keeps, usual);
-    surface.emplace(context, size.width, size.height, SurfaceSolver::Live, usual);
+    surface.emplace(context, size.width, size.height, Solve::Live, usual);
     frame.emplace(context, "frame", image.format);
     background.emplace(context, "background", image.format);
     frame->write(image);
@@ -116,7 +117,7 @@ class Run {
       clipped_ =
           gpu::DeviceBuffer(context_, "clipped pixels", slope_->clipped_bytes(), gpu::Memory::Readback);
     } else if (stage == Stage::Surface) {
-      surface_.emplace(context_, image.format.width, image.format.height, SurfaceSolver::Live, tuning);
+      surface_.emplace(context_, image.format.width, image.format.height, Solve::Live, tuning);
       gpu::Commands fill(context_);
       fill.begin();
       scene.slope->record(fill, *scene.frame, *scene.background, *surface_, scene.clipped);
@@ -314,8 +315,8 @@ class Search {
       const auto make_pipeline = [&](const Tuning& tuning) {
         PipelineOptions options;
         options.slots = 1;
-        options.tuning = tuning;
-        Pipeline pipeline(context_, scene->sensor, scene->image.format, options);
+        Pipeline pipeline =
+            PipelineAccess::tuned(context_, scene->sensor, scene->image.format, options, tuning);
         pipeline.set_background(scene->rest);
         pipeline.process(scene->image);
         return pipeline;

@@ -29,12 +29,13 @@ int main(int, char** arguments) try {
 
   palpate::Device device;
   const palpate::Sensor sensor = palpate::load_sensor(folder + "sensor.json");
-  palpate::Pipeline pipeline(device, sensor, frame.format,
-                             {.outputs = palpate::Output::Force | palpate::Output::Surface,
-                              .solver = palpate::SurfaceSolver::Converged});
+  palpate::Pipeline pipeline(
+      device, sensor, frame.format,
+      {.outputs = palpate::Output::Force | palpate::Output::Surface, .solver = palpate::SurfaceSolver::Best});
   pipeline.set_background(frame);
   for (int i = 0; read_pgm(folder + std::to_string(i) + ".pgm", frame); ++i) {
-    const palpate::Touch touch = pipeline.process(frame);
+    const palpate::Result result = pipeline.process(frame);
+    const palpate::Touch& touch = result.touch;
     std::printf("%.17g,%.17g,%.17g,%s\n", touch.gray_sum, touch.force_N.value, touch.surface->depth_max_mm,
                 palpate::to_string(touch.force_N.validity));
   }

@@ -38,7 +38,7 @@ def integrate(
     gy: ArrayLike,
     *,
     weights: ArrayLike | None = None,
-    solver: str = "converged",
+    solver: str = "best",
     kinks: bool = False,
     device: str = "",
 ) -> Heights:
@@ -49,7 +49,7 @@ def integrate(
         gy: dz/dy (downwards), likewise.
         weights: how much each pixel counts, rows x columns, at least 0; where it is 0 slopes may be NaN.  A
             mask of booleans will do.
-        solver: ``live``, ``fine``, ``converged``, or ``exact`` (double precision on the processor).
+        solver: ``best``, on the device or the processor, or ``live``, which is faster.
         kinks: look for places where the slope jumps, and keep heights beside them from ringing.
         device: index or part of the name of a Vulkan device; by default the best one.
     """

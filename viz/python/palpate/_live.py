@@ -102,8 +102,7 @@ def open(
         background: the untouched image; else the sensor file's, the source's own, or its first frames.
         outputs: of ``force``, ``surface``, ``confidence``, ``contacts``, ``gradient``, ``skin``,
             ``traction``; by default what the sensor can.
-        solver: of the surface: ``live``, ``fine``, ``converged``, ``exact`` or ``auto``
-            (converged or exact, the faster one here).
+        solver: of the surface: ``live``, or ``best``, on the device or the processor.
         drop: the newest frame wins, frames that come too fast are dropped and counted in
             ``stream.dropped``, and recordings come at their own pace.  ``False``: every frame, as fast as
             it is asked for.

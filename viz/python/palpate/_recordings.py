@@ -135,7 +135,7 @@ def measure(
     background: Path | None = None,
     outputs: Iterable[str] | str | None = None,
     keep: Iterable[str] | str = (),
-    solver: str = "auto",
+    solver: str = "best",
     fixed_light: bool = False,
     sequence: bool = False,
     rate_Hz: float | None = None,

@@ -52,9 +52,9 @@ SyntheticOptions object(SyntheticMode mode, bool flat, std::mt19937_64& random) 
   return o;
 }
 
-uint32_t outputs_of(const Sensor& sensor) {
-  uint32_t outputs = static_cast<uint32_t>(Output::Force);
-  if (may_show_slopes(sensor)) outputs |= static_cast<uint32_t>(Output::Gradient);
+Outputs outputs_of(const Sensor& sensor) {
+  Outputs outputs = Output::Force;
+  if (may_show_slopes(sensor)) outputs |= Output::Gradient;
   return outputs;
 }
 
@@ -63,7 +63,7 @@ ForceCalibration calibration_on(gpu::Context& context, SyntheticMode mode, size_
   std::vector<GaugedRecording> recordings;
   for (size_t i = 0; i < objects; ++i) {
     const SyntheticOptions options = object(mode, false, random);
-    MeasuredInput input{to_string(options), synthetic_sensor(options), std::nullopt, 0};
+    MeasuredInput input{to_string(options), synthetic_sensor(options), std::nullopt, {}};
     input.outputs = outputs_of(input.sensor);
     recordings.push_back(measure_beside_gauge(context, input, {"truth", {}, {}, 0}, watch));
   }
@@ -82,7 +82,7 @@ judge::JudgedCase reading_of(Pipeline& pipeline, SyntheticMode mode, const Force
   Frame frame;
   source.render(sequence, frame);
   pipeline.set_background(*source.own_background());
-  const Touch touch = pipeline.process(frame);
+  const Touch touch = pipeline.process(frame).touch;
   const double truth_N = source.truth(sequence)->force_N;
   const Estimate force = force_of(calibration, force_features(touch));
   judge::JudgedCase one;

@@ -1,4 +1,4 @@
-#include "engine/pipeline/whole_frame.h"
+#include "engine/pipeline/frames.h"
 
 #include "engine/pipeline/surface/make_surface.h"
 
@@ -14,21 +14,14 @@ bool reads_in_place(const gpu::Context& context, Upload upload) {
   return wanted && context.host_import_alignment() > 0;
 }
 
-// Sums over a slot's image, with places counted from the centre of the frame that it is part of.
-ContactMoments in_frame(const ContactMoments& moments, const FramePlace& at, const FrameFormat& format) {
-  return moved(moments, int64_t{at.x} + format.width / 2 - int64_t{at.frame_width / 2},
-               int64_t{at.y} + format.height / 2 - int64_t{at.frame_height / 2});
-}
-
 }  // namespace
 
-WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                       const FramePlan& plan, const Tuning& tuning)
+Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
+               const Tuning& tuning)
     : context_(context),
       format_(format),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
       separate_(plan.separate),
-      place_{0, 0, format.width, format.height},
       contact_(context, sensor, format, plan.keep_filtered, tuning, plan.regions) {
   if (plan.background) background_.emplace(context, "background", format);
   if (plan.regions) regions_.emplace(context, contact_, format);
@@ -42,7 +35,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
   if (plan.confidence) confidence_.emplace(context, sensor, format, markers_ ? &*markers_ : nullptr);
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
-  if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_by);
+  if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_on_host);
   if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
   if (confidence_ && !background_) {
     Frame black;
@@ -55,7 +48,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
     make(slots_.emplace_back(context, format, contact_, background_ ? &*background_ : nullptr));
 }
 
-WholeFrame::~WholeFrame() {
+Frames::~Frames() {
   for (FrameSlot& slot : slots_) {
     slot.commands.settle();
     slot.weighted.settle();
@@ -68,7 +61,7 @@ WholeFrame::~WholeFrame() {
   }
 }
 
-void WholeFrame::make(FrameSlot& slot) {
+void Frames::make(FrameSlot& slot) {
   const auto readback = [this](const char* name, uint64_t bytes) {
     return gpu::DeviceBuffer(context_, name, bytes, gpu::Memory::Readback);
   };
@@ -104,15 +97,14 @@ void WholeFrame::make(FrameSlot& slot) {
   record(slot);
 }
 
-void WholeFrame::record(FrameSlot& slot) {
-  slot.place = place_;
+void Frames::record(FrameSlot& slot) {
   record(slot, slot.commands, false);
   if (surface_ && surface_->may_weigh()) record(slot, slot.weighted, true);
   if (rest_correction_) record_rest_correction(slot);
 }
 
 // The whole machine, in order.
-void WholeFrame::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
+void Frames::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   cmd.begin();
   if (markers_) markers_->record(cmd, slot.frame, slot.background, *slot.markers);
   const PaddedImage& frame = slot.without_markers();
@@ -129,7 +121,7 @@ void WholeFrame::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   cmd.end();
 }
 
-void WholeFrame::record_rest_correction(FrameSlot& slot) {
+void Frames::record_rest_correction(FrameSlot& slot) {
   gpu::Commands& before = slot.surface.heights;
   before.begin();
   rest_correction_->record_means(before, slot.surface.depth, slot.surface.rest_correction);
@@ -143,12 +135,7 @@ void WholeFrame::record_rest_correction(FrameSlot& slot) {
   after.end();
 }
 
-void WholeFrame::place(const FramePlace& place) {
-  place_ = place;
-  if (surface_) surface_->place(place);
-}
-
-void WholeFrame::set_background(const Frame& background) {
+void Frames::set_background(const Frame& background) {
   for (const FrameSlot& slot : slots_) slot.running->wait();
   background_->write(background);
   gpu::Commands commands(context_);
@@ -170,7 +157,7 @@ void WholeFrame::set_background(const Frame& background) {
 }
 
 // Where the skin's pattern is in the untouched image.
-void WholeFrame::find_skin(const Frame& untouched) {
+void Frames::find_skin(const Frame& untouched) {
   skin_->set_background(untouched);
   for (FrameSlot& slot : slots_) {
     slot.skin_records =
@@ -179,9 +166,8 @@ void WholeFrame::find_skin(const Frame& untouched) {
   }
 }
 
-void WholeFrame::submit(uint32_t index, const Frame& frame) {
+void Frames::submit(uint32_t index, const Frame& frame) {
   FrameSlot& slot = slots_[index];
-  if (slot.place != place_) record(slot);
   try {
     upload(slot, frame);
     if (regions_) Regions::start(slot.regions);
@@ -195,7 +181,7 @@ void WholeFrame::submit(uint32_t index, const Frame& frame) {
 }
 
 // The frame's pixels on their way into the slot's padded image.
-void WholeFrame::upload(FrameSlot& slot, const Frame& frame) {
+void Frames::upload(FrameSlot& slot, const Frame& frame) {
   const PageImport* import = pages_ ? pages_->find(frame) : nullptr;
   slot.copies = import ? 0 : 1;
   if (import) {
@@ -214,16 +200,16 @@ void WholeFrame::upload(FrameSlot& slot, const Frame& frame) {
   }
 }
 
-bool WholeFrame::finished(uint32_t slot) const {
+bool Frames::finished(uint32_t slot) const {
   return slots_[slot].running->finished();
 }
 
-void WholeFrame::wait(uint32_t slot) {
+void Frames::wait(uint32_t slot) {
   slots_[slot].running->wait();
   slots_[slot].give_back();
 }
 
-FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
+FrameMeasurement Frames::measure(uint32_t index, Touch& touch) {
   FrameSlot& slot = slots_[index];
   if (separate_) forget();
   FrameMeasurement measured;
@@ -267,12 +253,12 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
 }
 
 // What contacts, noise and traction would start from.
-void WholeFrame::forget() {
+void Frames::forget() {
   if (gel_contacts_) gel_contacts_->restart();
   if (traction_) traction_->forget();
 }
 
-void WholeFrame::measure_markers(const FrameSlot& slot, Touch& touch) const {
+void Frames::measure_markers(const FrameSlot& slot, Touch& touch) const {
   constexpr uint64_t kOneIn = 100;  // pixels unknown, from where the surface is not what it seems
   slot.markers->records.invalidate();
   const MarkerCounts counts = markers_->sum(slot.markers->records.as<const uint32_t>());
@@ -282,31 +268,29 @@ void WholeFrame::measure_markers(const FrameSlot& slot, Touch& touch) const {
   if (validity == Validity::Valid || validity == Validity::NoContact) validity = Validity::Covered;
 }
 
-void WholeFrame::measure_contact(const FrameSlot& slot, Touch& touch) {
+void Frames::measure_contact(const FrameSlot& slot, Touch& touch) {
   slot.records.invalidate();
-  const FramePlace& at = slot.place;
-  const ShapeScale scale{static_cast<double>(at.frame_width / 2), static_cast<double>(at.frame_height / 2),
+  const ShapeScale scale{static_cast<double>(format_.width / 2), static_cast<double>(format_.height / 2),
                          pitch_mm_per_px_};
   const ContactMoments sums = contact_.sum(slot.records.as<const shared::ContactRecord>());
   touch.contact = sums.area > 0;
-  set_shape(touch, in_frame(sums, at, format_), scale);
+  set_shape(touch, sums, scale);
   if (regions_) measure_regions(slot, scale, touch);
 }
 
-void WholeFrame::measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch) {
-  const FramePlace& at = slot.place;
+void Frames::measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch) {
   touch.regions.emplace().overflow =
       !regions_->find(slot.regions, slot.records.as<const shared::ContactRecord>(), found_);
   for (const Region& region : found_) {
     ContactTouch& one = touch.contacts.emplace_back();
-    set_shape(one, in_frame(region.moments, at, format_), scale);
-    one.box = {region.box.x + at.x, region.box.y + at.y, region.box.width, region.box.height};
+    set_shape(one, region.moments, scale);
+    one.box = region.box;
   }
   if (gel_contacts_) measure_gel_contacts(slot, touch);
 }
 
 // The regions of gray change are pieces of a gel's contacts; the touch's gray sum and peak stay theirs.
-void WholeFrame::measure_gel_contacts(const FrameSlot& slot, Touch& touch) {
+void Frames::measure_gel_contacts(const FrameSlot& slot, Touch& touch) {
   std::swap(gray_regions_, touch.contacts);
   slot.cell_changes.invalidate();
   gel_contacts_->find(slot.cell_changes.as<const shared::CellChange>(), gray_regions_, touch.contacts);
@@ -314,7 +298,7 @@ void WholeFrame::measure_gel_contacts(const FrameSlot& slot, Touch& touch) {
   set_whole(touch);
 }
 
-void WholeFrame::set_whole(Touch& touch) const {
+void Frames::set_whole(Touch& touch) const {
   const ContactTouch& whole = gel_contacts_->whole();
   touch.contact = whole.area_px > 0;
   touch.centroid_x_px = whole.centroid_x_px;
@@ -327,7 +311,7 @@ void WholeFrame::set_whole(Touch& touch) const {
 
 // The surface's own doubts, by saturated and clipped pixels, are of the outlines; that a contact reaches the
 // border stays theirs as well.
-void WholeFrame::measure_areas(Touch& touch) {
+void Frames::measure_areas(Touch& touch) {
   const std::span<const float> depth_mm = rest_correction_->depth_mm();
   const bool at_border = touch.at_border;
   gel_contacts_->shrink_to_depth(depth_mm, gray_regions_, touch.contacts);
@@ -336,7 +320,7 @@ void WholeFrame::measure_areas(Touch& touch) {
   touch.surface->dented_mm2 = gel_contacts_->dented_px(depth_mm) * pitch_mm_per_px_ * pitch_mm_per_px_;
 }
 
-void WholeFrame::correct_rest(FrameSlot& slot, Touch& touch) {
+void Frames::correct_rest(FrameSlot& slot, Touch& touch) {
   if (surface_->solved_apart(slot)) {
     slot.surface.heights.submit();
     slot.surface.heights.wait();
@@ -350,7 +334,7 @@ void WholeFrame::correct_rest(FrameSlot& slot, Touch& touch) {
   slot.surface.corrected.wait();
 }
 
-std::vector<float> WholeFrame::read_depth_mm(uint32_t slot, double rest_mm) const {
+void Frames::read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& depth_mm) const {
   const Grid& grid = surface_->grid();
   const gpu::DeviceBuffer* from = &slots_[slot].surface.depth.buffer;
   gpu::DeviceBuffer staging;
@@ -368,20 +352,19 @@ std::vector<float> WholeFrame::read_depth_mm(uint32_t slot, double rest_mm) cons
   from->invalidate();
   const std::span<const float> raw = from->as<const float>();
   const auto rest = static_cast<float>(rest_mm);
-  std::vector<float> depth_mm;
+  depth_mm.clear();
   depth_mm.reserve(size_t{grid.width} * grid.height);
   for (uint32_t y = 0; y < grid.height; ++y) {
     const auto row = raw.subspan(size_t{y} * grid.pitch * 4, grid.width);
     for (const float value : row) depth_mm.push_back(value + rest);
   }
-  return depth_mm;
 }
 
-std::vector<uint16_t> WholeFrame::read_confidence(uint32_t slot) const {
+std::vector<uint16_t> Frames::read_confidence(uint32_t slot) const {
   return confidence_ ? confidence_->unpack(slots_[slot].confidence.map) : std::vector<uint16_t>{};
 }
 
-std::vector<gpu::ScopeTime> WholeFrame::times(uint32_t index) const {
+std::vector<gpu::ScopeTime> Frames::times(uint32_t index) const {
   const FrameSlot& slot = slots_[index];
   std::vector<gpu::ScopeTime> times;
   if (slot.first) times = slot.first->times();
@@ -400,7 +383,7 @@ std::vector<gpu::ScopeTime> WholeFrame::times(uint32_t index) const {
   return times;
 }
 
-std::vector<gpu::ScopeTraffic> WholeFrame::traffic() const {
+std::vector<gpu::ScopeTraffic> Frames::traffic() const {
   const FrameSlot& slot = slots_.front();
   std::vector<gpu::ScopeTraffic> traffic;
   for (const gpu::Commands* part : {&slot.staged, &slot.commands, &slot.surface.after_solve,
@@ -411,7 +394,7 @@ std::vector<gpu::ScopeTraffic> WholeFrame::traffic() const {
   return traffic;
 }
 
-uint64_t WholeFrame::memory_bytes() const {
+uint64_t Frames::memory_bytes() const {
   uint64_t bytes = contact_.filtered().bytes() + contact_.marks().bytes();
   if (regions_) bytes += regions_->memory_bytes();
   if (background_) bytes += background_->memory_bytes();
