@@ -21,8 +21,9 @@ Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
   return {major_px * pitch_mm, minor_px * pitch_mm, std::atan2(2 * xy, xx - yy) / 2, major_px, minor_px};
 }
 
-template <typename Shape>
-void set(Shape& shape, const ContactMoments& m, const ShapeScale& scale) {
+}  // namespace
+
+void set_shape(ContactTouch& shape, const ContactMoments& m, const ShapeScale& scale) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   shape.gray_sum = static_cast<double>(m.gray) / 256;
   shape.area_px = m.area;
@@ -38,16 +39,6 @@ void set(Shape& shape, const ContactMoments& m, const ShapeScale& scale) {
   shape.centroid_x_px = scale.center_x_px + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
   shape.centroid_y_px = scale.center_y_px + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
   shape.ellipse = ellipse_of(m, scale.pitch_mm_per_px);
-}
-
-}  // namespace
-
-void set_shape(Touch& touch, const ContactMoments& moments, const ShapeScale& scale) {
-  set(touch, moments, scale);
-}
-
-void set_shape(ContactTouch& contact, const ContactMoments& moments, const ShapeScale& scale) {
-  set(contact, moments, scale);
 }
 
 }  // namespace palpate

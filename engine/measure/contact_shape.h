@@ -1,5 +1,4 @@
-// Contact shape: centroid, area and ellipse of a contact from its sums (Eq. 55-58), for a frame's whole touch
-// and for one of several contacts.
+// Contact shape: centroid, area and ellipse of a contact from its sums (Eq. 55-58).
 #pragma once
 
 #include "engine/measure/moments.h"
@@ -16,7 +15,6 @@ struct ShapeScale {
 
 /// Fills gray_sum, area, peak, at_border and, where there is an area, centroid and ellipse; without one the
 /// centroid is NaN. Of `saturated_px` the sums' own count.
-void set_shape(Touch& touch, const ContactMoments& moments, const ShapeScale& scale);
 void set_shape(ContactTouch& contact, const ContactMoments& moments, const ShapeScale& scale);
 
 }  // namespace palpate

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
-#include <utility>
 
 #include "engine/measure/colour_order.h"
 
@@ -456,40 +454,6 @@ bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const 
   }
   // The straight edge of an object ends within the pad.
   return long_run && left && right;
-}
-
-void forget_measured(Touch& touch, PictureFault fault) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  constexpr Estimate kUnknown{kNaN, kNaN, Validity::PictureDamaged};
-  Touch left;
-  left.sequence = touch.sequence;
-  left.time_ns = touch.time_ns;
-  left.picture = fault;
-  left.repeated = touch.repeated;
-  for (double* value :
-       {&left.gray_sum, &left.centroid_x_px, &left.centroid_y_px, &left.area_mm2, &left.peak_gray,
-        &left.shift_x_mm, &left.shift_y_mm, &left.shift_x_px, &left.shift_y_px})
-    *value = kNaN;
-  left.ellipse = {kNaN, kNaN, kNaN, kNaN, kNaN};
-  left.force_N = left.shear_x_N = left.shear_y_N = kUnknown;
-  left.slip = Slip::PictureDamaged;
-  if (touch.light) left.light = LightSummary{LightState::Unknown, kNaN};
-  if (touch.surface) {
-    left.surface.emplace();
-    left.surface->validity = Validity::PictureDamaged;
-    left.surface->depth_max_mm = left.surface->depth_sd_mm = left.surface->volume_mm3 = kNaN;
-  }
-  if (touch.traction) {
-    TractionSummary& t = left.traction.emplace();
-    t.force_x_N = t.force_y_N = t.force_z_N = t.moment_x_Nmm = t.moment_y_Nmm = t.moment_z_Nmm = kUnknown;
-    t.pressure_max_kPa = t.shear_max_kPa = t.area_mm2 = t.unexplained_slope = kNaN;
-  }
-  // Their memory goes from frame to frame.
-  left.contacts.swap(touch.contacts);
-  left.contacts.clear();
-  left.skin_points.swap(touch.skin_points);
-  left.skin_points.clear();
-  touch = std::move(left);
 }
 
 }  // namespace palpate

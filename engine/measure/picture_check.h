@@ -83,8 +83,4 @@ class PictureCheck {
   std::vector<float> scratch_, steps_;
 };
 
-/// Leaves of a touch that was measured in a spoilt picture only that nothing is known: no contact, states
-/// that say so, values that are no numbers.
-void forget_measured(Touch& touch, PictureFault fault);
-
 }  // namespace palpate

@@ -4,6 +4,7 @@
 
 #include "engine/gpu/context.h"
 #include "engine/measure/contact_shape.h"
+#include "engine/measure/contact_tracker.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +25,10 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
       separate_(plan.separate),
       contact_(context, sensor, format, plan.keep_filtered, tuning, plan.regions) {
   if (plan.background) background_.emplace(context, "background", format);
-  if (plan.regions) regions_.emplace(context, contact_, format);
+  if (plan.regions) {
+    regions_.emplace(context, contact_, format);
+    parts_.contacts.reserve(ContactTracker::kMostContacts);
+  }
   if (plan.gel_contacts) {
     cell_change_.emplace(context, format);
     gel_contacts_.emplace(sensor, format);
@@ -209,47 +213,25 @@ void Frames::wait(uint32_t slot) {
   slots_[slot].give_back();
 }
 
-FrameMeasurement Frames::measure(uint32_t index, Touch& touch) {
+FrameParts& Frames::measure(uint32_t index) {
   FrameSlot& slot = slots_[index];
   if (separate_) forget();
-  FrameMeasurement measured;
-  measured.copies = slot.copies;
-  if (confidence_) {
-    slot.confidence.records.invalidate();
-    slot.confidence.counts = confidence_->sum(slot.confidence.records.as<const shared::ConfidenceRecord>());
-    touch.confidence = {.unknown_px = slot.confidence.counts.unknown,
-                        .shadowed_px = slot.confidence.counts.shadowed,
-                        .outside_px = slot.confidence.counts.outside};
-    slot.confidence.map.buffer.invalidate();
-    measured.surface.confidence = slot.confidence.map.buffer.as<const uint16_t>();
-    measured.surface.confidence_pitch = confidence_->pitch();
-  }
+  parts_.clear();
+  parts_.copies = slot.copies;
+  if (confidence_) measure_confidence(slot);
   if (surface_) surface_->solve(slot);
-  measure_contact(slot, touch);
-  if (rest_correction_) correct_rest(slot, touch);
+  measure_contact(slot);
+  if (rest_correction_) correct_rest(slot);
   if (gradient_) {
     slot.gradient_sums.invalidate();
     const uint64_t units = gradient_->sum(slot.gradient_sums.as<const uint32_t>());
-    touch.gradient_sum = static_cast<double>(units) / shared::kGradientUnits;
+    parts_.gradient_sum = static_cast<double>(units) / shared::kGradientUnits;
   }
-  if (skin_) {
-    slot.skin_records.invalidate();
-    skin_->read(slot.skin_records.as<const Skin::Motion>(), touch.skin_points, slot.skin_sd_px);
-    touch.skin.emplace();
-    measured.skin_sd_px = slot.skin_sd_px;
-  }
-  if (surface_) {
-    surface_->measure(slot, touch);
-    if (slot.surface.was_corrected && rest_correction_) measure_areas(touch);
-    const Grid& grid = surface_->grid();
-    measured.surface.buffer = &slot.surface.depth.buffer;
-    measured.surface.width = grid.width;
-    measured.surface.height = grid.height;
-    measured.surface.pitch = grid.pitch * 4;
-  }
-  if (markers_) measure_markers(slot, touch);
-  if (traction_) measured.traction = traction_->measure(slot, touch, measured.skin_sd_px);
-  return measured;
+  if (skin_) measure_skin(slot);
+  if (surface_) measure_surface(slot);
+  if (markers_) measure_markers(slot);
+  if (traction_) traction_->measure(slot, parts_);
+  return parts_;
 }
 
 // What contacts, noise and traction would start from.
@@ -258,69 +240,59 @@ void Frames::forget() {
   if (traction_) traction_->forget();
 }
 
-void Frames::measure_markers(const FrameSlot& slot, Touch& touch) const {
-  constexpr uint64_t kOneIn = 100;  // pixels unknown, from where the surface is not what it seems
-  slot.markers->records.invalidate();
-  const MarkerCounts counts = markers_->sum(slot.markers->records.as<const uint32_t>());
-  touch.markers = {.filled_px = counts.marked - counts.unknown, .unknown_px = counts.unknown};
-  if (!touch.surface || counts.unknown * kOneIn <= uint64_t{format_.width} * format_.height) return;
-  Validity& validity = touch.surface->validity;
-  if (validity == Validity::Valid || validity == Validity::NoContact) validity = Validity::Covered;
+void Frames::measure_confidence(FrameSlot& slot) {
+  ConfidenceSlot& confidence = slot.confidence;
+  confidence.records.invalidate();
+  confidence.counts = confidence_->sum(confidence.records.as<const shared::ConfidenceRecord>());
+  parts_.confidence = {.unknown_px = confidence.counts.unknown,
+                       .shadowed_px = confidence.counts.shadowed,
+                       .outside_px = confidence.counts.outside};
+  confidence.map.buffer.invalidate();
+  parts_.map.confidence = confidence.map.buffer.as<const uint16_t>();
+  parts_.map.confidence_pitch = confidence_->pitch();
 }
 
-void Frames::measure_contact(const FrameSlot& slot, Touch& touch) {
+void Frames::measure_contact(const FrameSlot& slot) {
   slot.records.invalidate();
   const ShapeScale scale{static_cast<double>(format_.width / 2), static_cast<double>(format_.height / 2),
                          pitch_mm_per_px_};
-  const ContactMoments sums = contact_.sum(slot.records.as<const shared::ContactRecord>());
-  touch.contact = sums.area > 0;
-  set_shape(touch, sums, scale);
-  if (regions_) measure_regions(slot, scale, touch);
+  set_shape(parts_.whole, contact_.sum(slot.records.as<const shared::ContactRecord>()), scale);
+  if (regions_) measure_regions(slot, scale);
 }
 
-void Frames::measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch) {
-  touch.regions.emplace().overflow =
+void Frames::measure_regions(const FrameSlot& slot, const ShapeScale& scale) {
+  parts_.regions.emplace().overflow =
       !regions_->find(slot.regions, slot.records.as<const shared::ContactRecord>(), found_);
   for (const Region& region : found_) {
-    ContactTouch& one = touch.contacts.emplace_back();
+    ContactTouch& one = parts_.contacts.emplace_back();
     set_shape(one, region.moments, scale);
     one.box = region.box;
   }
-  if (gel_contacts_) measure_gel_contacts(slot, touch);
+  if (gel_contacts_) measure_gel_contacts(slot);
 }
 
-// The regions of gray change are pieces of a gel's contacts; the touch's gray sum and peak stay theirs.
-void Frames::measure_gel_contacts(const FrameSlot& slot, Touch& touch) {
-  std::swap(gray_regions_, touch.contacts);
+// The regions of gray change are pieces of a gel's contacts; the whole contact's gray sum and peak stay
+// theirs.
+void Frames::measure_gel_contacts(const FrameSlot& slot) {
+  std::swap(gray_regions_, parts_.contacts);
   slot.cell_changes.invalidate();
-  gel_contacts_->find(slot.cell_changes.as<const shared::CellChange>(), gray_regions_, touch.contacts);
-  if (markers_ && !gel_contacts_->light_trusted()) touch.light = {LightState::Unknown, 0};
-  set_whole(touch);
+  gel_contacts_->find(slot.cell_changes.as<const shared::CellChange>(), gray_regions_, parts_.contacts);
+  parts_.light_unknown = markers_ && !gel_contacts_->light_trusted();
+  set_whole();
 }
 
-void Frames::set_whole(Touch& touch) const {
-  const ContactTouch& whole = gel_contacts_->whole();
-  touch.contact = whole.area_px > 0;
-  touch.centroid_x_px = whole.centroid_x_px;
-  touch.centroid_y_px = whole.centroid_y_px;
-  touch.area_px = whole.area_px;
-  touch.area_mm2 = whole.area_mm2;
-  touch.ellipse = whole.ellipse;
-  touch.at_border = whole.at_border;
+void Frames::set_whole() {
+  const ContactTouch& gel = gel_contacts_->whole();
+  ContactTouch& whole = parts_.whole;
+  whole.centroid_x_px = gel.centroid_x_px;
+  whole.centroid_y_px = gel.centroid_y_px;
+  whole.area_px = gel.area_px;
+  whole.area_mm2 = gel.area_mm2;
+  whole.ellipse = gel.ellipse;
+  whole.at_border = gel.at_border;
 }
 
-// The surface's own doubts, by saturated and clipped pixels, are of the outlines; that a contact reaches the
-// border stays theirs as well.
-void Frames::measure_areas(Touch& touch) {
-  const std::span<const float> depth_mm = rest_correction_->depth_mm();
-  const bool at_border = touch.at_border;
-  gel_contacts_->shrink_to_depth(depth_mm, gray_regions_, touch.contacts);
-  set_whole(touch);
-  touch.at_border = at_border;
-  touch.surface->dented_mm2 = gel_contacts_->dented_px(depth_mm) * pitch_mm_per_px_ * pitch_mm_per_px_;
-}
-
-void Frames::correct_rest(FrameSlot& slot, Touch& touch) {
+void Frames::correct_rest(FrameSlot& slot) {
   if (surface_->solved_apart(slot)) {
     slot.surface.heights.submit();
     slot.surface.heights.wait();
@@ -329,9 +301,47 @@ void Frames::correct_rest(FrameSlot& slot, Touch& touch) {
   if (!slot.surface.was_corrected) return;
   slot.surface.corrected.submit();
   gel_contacts_->split(rest_correction_->depth_mm(), rest_correction_->error_mm(), gray_regions_,
-                       touch.contacts);
-  set_whole(touch);
+                       parts_.contacts);
+  set_whole();
   slot.surface.corrected.wait();
+}
+
+void Frames::measure_skin(FrameSlot& slot) {
+  slot.skin_records.invalidate();
+  skin_->read(slot.skin_records.as<const Skin::Motion>(), parts_.skin_points, slot.skin_sd_px);
+  parts_.follows_skin = true;
+  parts_.skin_sd_px = slot.skin_sd_px;
+}
+
+// The surface's own doubts, by saturated and clipped pixels, are of the outlines of a gel's contacts.
+void Frames::measure_surface(FrameSlot& slot) {
+  parts_.surface = surface_->measure(slot, parts_.whole);
+  if (slot.surface.was_corrected && rest_correction_) measure_areas();
+  const Grid& grid = surface_->grid();
+  parts_.map.buffer = &slot.surface.depth.buffer;
+  parts_.map.width = grid.width;
+  parts_.map.height = grid.height;
+  parts_.map.pitch = grid.pitch * 4;
+}
+
+// That a contact reaches the border stays its outline's.
+void Frames::measure_areas() {
+  const std::span<const float> depth_mm = rest_correction_->depth_mm();
+  const bool at_border = parts_.whole.at_border;
+  gel_contacts_->shrink_to_depth(depth_mm, gray_regions_, parts_.contacts);
+  set_whole();
+  parts_.whole.at_border = at_border;
+  parts_.surface->summary.dented_mm2 =
+      gel_contacts_->dented_px(depth_mm) * pitch_mm_per_px_ * pitch_mm_per_px_;
+}
+
+void Frames::measure_markers(const FrameSlot& slot) {
+  constexpr uint64_t kOneIn = 100;  // pixels unknown, from where the surface is not what it seems
+  slot.markers->records.invalidate();
+  const MarkerCounts counts = markers_->sum(slot.markers->records.as<const uint32_t>());
+  parts_.markers = {.filled_px = counts.marked - counts.unknown, .unknown_px = counts.unknown};
+  if (parts_.surface)
+    parts_.surface->faults.covered = counts.unknown * kOneIn > uint64_t{format_.width} * format_.height;
 }
 
 void Frames::read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& depth_mm) const {

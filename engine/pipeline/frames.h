@@ -5,35 +5,24 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "engine/measure/gel_contacts.h"
+#include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/layer_traction.h"
 #include "engine/pipeline/plan.h"
 #include "engine/pipeline/surface/surface_method.h"
-#include "engine/pipeline/surface_map.h"
 #include "engine/stages/frame/cell_change.h"
 #include "engine/stages/frame/gradient.h"
 #include "engine/stages/frame/import_pages.h"
 #include "engine/stages/frame/markers.h"
 #include "engine/stages/frame/skin.h"
 #include "palpate/frame.h"
-#include "palpate/pipeline.h"
-#include "palpate/touch.h"
 
 namespace palpate {
 
 struct ShapeScale;
-
-/// What measuring a finished frame leaves in addition to its Touch.
-struct FrameMeasurement {
-  SurfaceMap surface;
-  TractionMaps traction;
-  uint32_t copies = 0;                     ///< as Result::copies
-  std::span<const float> skin_sd_px = {};  ///< standard error of each of Touch::skin_points
-};
 
 /// The caller numbers the slots, 0 to FramePlan::slots - 1, and says which frame goes where: each slot holds
 /// one frame, from `submit` until the caller uses the slot again.
@@ -51,10 +40,8 @@ class Frames {
   bool finished(uint32_t slot) const;
   /// Waits for the slot's frame, and gives its lease back.
   void wait(uint32_t slot);
-  /// Fills what the finished frame says by itself into `touch`, which has no values yet: nothing that follows
-  /// from frames before it. Contacts are the frame's regions, without ids, small ones too. Solves what the
-  /// host has to.
-  FrameMeasurement measure(uint32_t slot, Touch& touch);
+  /// What the finished frame says by itself, good until the next one; solves what the host has to.
+  FrameParts& measure(uint32_t slot);
 
   /// As Result's, of a frame that is measured. `rest_mm`: SurfaceSummary::depth_offset_mm.
   void read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& depth_mm) const;
@@ -69,15 +56,18 @@ class Frames {
   void record(FrameSlot& slot, gpu::Commands& commands, bool weighted);
   void upload(FrameSlot& slot, const Frame& frame);
   void find_skin(const Frame& untouched);
-  void measure_contact(const FrameSlot& slot, Touch& touch);
-  void measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch);
-  void measure_gel_contacts(const FrameSlot& slot, Touch& touch);
   void record_rest_correction(FrameSlot& slot);
-  void set_whole(Touch& touch) const;
+  void measure_confidence(FrameSlot& slot);
+  void measure_contact(const FrameSlot& slot);
+  void measure_regions(const FrameSlot& slot, const ShapeScale& scale);
+  void measure_gel_contacts(const FrameSlot& slot);
+  void correct_rest(FrameSlot& slot);
+  void measure_skin(FrameSlot& slot);
+  void measure_surface(FrameSlot& slot);
+  void measure_areas();
+  void measure_markers(const FrameSlot& slot);
+  void set_whole();
   void forget();
-  void measure_markers(const FrameSlot& slot, Touch& touch) const;
-  void correct_rest(FrameSlot& slot, Touch& touch);
-  void measure_areas(Touch& touch);
 
   gpu::Context& context_;
   FrameFormat format_;
@@ -98,6 +88,7 @@ class Frames {
   std::optional<ImportPages> pages_;  ///< where leased frames are read in place
   std::vector<Region> found_;         ///< in the frame that is measured; kept so that frames allocate nothing
   std::vector<ContactTouch> gray_regions_;
+  FrameParts parts_;
   std::deque<FrameSlot> slots_;
 };
 

@@ -17,31 +17,7 @@ void forget_motion(Shape& shape) {
   shape.slip = Slip::NotCalibrated;
 }
 
-// Numbers that are there; a calibration that is not fit for use stays the graver doubt.
-void doubt(Estimate& estimate) {
-  constexpr Validity kStays[] = {Validity::NotCalibrated, Validity::NoContact, Validity::NotFollowed,
-                                 Validity::Unfit};
-  if (std::ranges::find(kStays, estimate.validity) == std::end(kStays))
-    estimate.validity = Validity::LightUnknown;
-}
-
-template <typename Shape>
-void doubt_forces(Shape& shape) {
-  for (Estimate* force : {&shape.force_N, &shape.shear_x_N, &shape.shear_y_N}) doubt(*force);
-}
-
 }  // namespace
-
-void doubt_light(Touch& touch) {
-  doubt_forces(touch);
-  for (ContactTouch& contact : touch.contacts) doubt_forces(contact);
-  if (touch.surface) touch.surface->validity = Validity::LightUnknown;
-  if (!touch.traction) return;
-  TractionSummary& t = *touch.traction;
-  for (Estimate* one :
-       {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm})
-    doubt(*one);
-}
 
 TouchHistory::TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts, bool separate)
     : sensor_(sensor), separate_(separate), skin_(sensor.pitch_mm_per_px), shear_(sensor.pitch_mm_per_px) {

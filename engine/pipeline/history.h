@@ -1,5 +1,4 @@
-// Touch history: state carried over from earlier frames, for whole frames and windows alike: contacts' ids,
-// the force's branch, shear and slip.
+// Touch history: state carried over from earlier frames, contacts' ids, the force's branch, shear and slip.
 #pragma once
 
 #include <optional>
@@ -14,18 +13,14 @@
 
 namespace palpate {
 
-/// States of a touch whose light is not known: depth, forces and wrench are changes of light as likely as of
-/// the pad, and say so.
-void doubt_light(Touch& touch);
-
 class TouchHistory {
  public:
   /// `contacts`: they are told apart. `separate`: as PipelineOptions::separate. `sensor` lives longer than
   /// this.
   TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts, bool separate = false);
 
-  /// Frames in order, as Frames::measure leaves them. `after_gap`: the frames before are not the predecessors
-  /// of this one. `skin_sd_px`: standard error of each of Touch::skin_points.
+  /// Frames in order, as assemble() has them by themselves. `after_gap`: the frames before are not the
+  /// predecessors of this one. `skin_sd_px`: standard error of each of Touch::skin_points.
   void follow(Touch& touch, bool after_gap, std::span<const float> skin_sd_px = {});
 
  private:

@@ -127,32 +127,30 @@ void LayerTraction::record(gpu::Commands& commands, FrameSlot& slot) const {
   if (pressure) commands.copy(*pressure->buffer, slot.traction.input, pressure->buffer->bytes());
 }
 
-TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px) {
-  TractionSummary& summary = touch.traction.emplace();
+void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
+  TractionPart& part = parts.traction.emplace();
+  TractionSummary& summary = part.summary;
   for (Estimate* one : components(summary)) one->validity = Validity::NoContact;
-  if (!touch.contact) {
-    forget();
-    return {};
-  }
+  if (!parts.touched()) return forget();
   follows_ = true;
   TractionInput input;
   if (surface_.pressure()) {
     read_pressures(slot);
     input.pressure_MPa = pressure_;
   } else {
-    find_contact(touch);
+    find_contact(parts);
     read_heights(slot);
     read_confidence(slot);
     input = {.depth_mm = depth_, .known = known_};
-    if (!touch.contacts.empty()) input.contact = contact_;
+    if (!parts.contacts.empty()) input.contact = contact_;
   }
-  if (spread_shifts(touch, skin_sd_px)) {
+  if (spread_shifts(parts)) {
     input.shift_x_mm = shift_x_;
     input.shift_y_mm = shift_y_;
     input.shift_known = shift_known_;
   }
   // The device's stage ends with the frame; the host goes on beyond it.
-  input.goes_on = touch.at_border;
+  input.goes_on = parts.whole.at_border;
   std::optional<TractionReading> device;
   if (stage_ && !input.goes_on) {
     device = press_on_device(slot);
@@ -160,22 +158,21 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
   }
   const Traction& found = solver_.solve(input);
   fill(found, slot, summary);
-  bool converged = found.converged;
+  part.not_converged = !found.converged || (device && !device->converged);
   if (device) {
-    converged = converged && device->converged;
     summary.residual = device->residual;
     summary.iterations += device->iterations;
     summary.unexplained_slope = device->slope_rms;
   }
-  state(touch, converged, summary);
+  part.too_deep = parts.surface->summary.depth_max_mm > kDeepest * layer_.thickness_mm;
+  part.covered = summary.unknown_cells > 0;
   const TractionSlot& maps = slot.traction;
-  TractionMaps result{.width = grid_.width, .height = grid_.height, .cell_px = fine_ * shared::kCellSide};
-  result.pressure_kPa = maps.pressure_kPa;
+  parts.traction_maps = {.width = grid_.width, .height = grid_.height, .cell_px = fine_ * shared::kCellSide};
+  parts.traction_maps.pressure_kPa = maps.pressure_kPa;
   if (summary.force_x_N.validity != Validity::NotCalibrated) {
-    result.shear_x_kPa = maps.shear_x_kPa;
-    result.shear_y_kPa = maps.shear_y_kPa;
+    parts.traction_maps.shear_x_kPa = maps.shear_x_kPa;
+    parts.traction_maps.shear_y_kPa = maps.shear_y_kPa;
   }
-  return result;
 }
 
 // Once, however many frames nothing touches.
@@ -198,11 +195,11 @@ TractionReading LayerTraction::press_on_device(FrameSlot& slot) {
 }
 
 // In the boxes of contacts, and a cell around them.
-void LayerTraction::find_contact(const Touch& touch) {
-  const bool everywhere = touch.contacts.empty();
+void LayerTraction::find_contact(const FrameParts& parts) {
+  const bool everywhere = parts.contacts.empty();
   std::fill(contact_.begin(), contact_.end(), everywhere ? 1 : 0);
   const uint32_t side = fine_ * shared::kCellSide;
-  for (const ContactTouch& one : touch.contacts) {
+  for (const ContactTouch& one : parts.contacts) {
     const uint32_t left = one.box.x / side, top = one.box.y / side;
     const uint32_t right = (one.box.x + one.box.width) / side + 2;
     const uint32_t bottom = (one.box.y + one.box.height) / side + 2;
@@ -261,8 +258,8 @@ void LayerTraction::read_confidence(const FrameSlot& slot) {
 }
 
 // Each followed place gives its shift to the cells around where it is now.
-bool LayerTraction::spread_shifts(const Touch& touch, std::span<const float> skin_sd_px) {
-  if (!touch.skin || touch.skin_points.empty() || !sensor_.skin) return false;
+bool LayerTraction::spread_shifts(const FrameParts& parts) {
+  if (parts.skin_points.empty() || !sensor_.skin) return false;
   std::fill(weight_.begin(), weight_.end(), 0.0f);
   std::fill(shift_x_.begin(), shift_x_.end(), 0.0f);
   std::fill(shift_y_.begin(), shift_y_.end(), 0.0f);
@@ -270,9 +267,9 @@ bool LayerTraction::spread_shifts(const Touch& touch, std::span<const float> ski
   const double reach = std::max(kSpread * sensor_.skin->spacing_px / side, 0.5);
   const int cells = static_cast<int>(std::ceil(2 * reach));
   const auto pitch = static_cast<float>(sensor_.pitch_mm_per_px);
-  for (size_t i = 0; i < touch.skin_points.size(); ++i) {
-    const SkinPoint& point = touch.skin_points[i];
-    if (point.correlation <= 0 || !(skin_sd_px[i] >= 0)) continue;
+  for (size_t i = 0; i < parts.skin_points.size(); ++i) {
+    const SkinPoint& point = parts.skin_points[i];
+    if (point.correlation <= 0 || !(parts.skin_sd_px[i] >= 0)) continue;
     const double x = (double{point.rest_x_px + point.shift_x_px} + 0.5) / side - 0.5;
     const double y = (double{point.rest_y_px + point.shift_y_px} + 0.5) / side - 0.5;
     const int left = static_cast<int>(std::lround(x)) - cells, top = static_cast<int>(std::lround(y)) - cells;
@@ -342,24 +339,6 @@ void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary
   summary.unexplained_slope = found.slope_rms;
   summary.residual = found.residual;
   summary.iterations = found.iterations;
-}
-
-// The first that holds is said of all components that are known.
-void LayerTraction::state(const Touch& touch, bool converged, TractionSummary& summary) const {
-  const SurfaceSummary& surface = *touch.surface;
-  Validity validity = Validity::Valid;
-  if (!converged)
-    validity = Validity::NotConverged;
-  else if (surface.validity != Validity::Valid && surface.validity != Validity::NoContact)
-    validity = surface.validity;
-  else if (touch.at_border)
-    validity = Validity::AtBorder;
-  else if (surface.depth_max_mm > kDeepest * layer_.thickness_mm)
-    validity = Validity::TooDeep;
-  else if (summary.unknown_cells > 0)
-    validity = Validity::Covered;
-  for (Estimate* one : components(summary))
-    if (one->validity == Validity::Valid) one->validity = validity;
 }
 
 uint64_t LayerTraction::memory_bytes() const {

@@ -4,10 +4,10 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "engine/pad/traction.h"
+#include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/surface/surface_method.h"
 #include "engine/stages/surface/cell_heights.h"
@@ -27,9 +27,9 @@ class LayerTraction {
   void make(FrameSlot& slot) const;
   /// After the surface, in the slot's own commands.
   void record(gpu::Commands& commands, FrameSlot& slot) const;
-  /// Of a frame whose contacts, surface and skin points `touch` has already: touch.traction, and the maps,
-  /// which stay in the slot. `skin_sd_px`: standard error of each of touch.skin_points.
-  TractionMaps measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px);
+  /// Of a frame whose contacts, surface and skin points `parts` has already: parts.traction, and the maps,
+  /// which stay in the slot.
+  void measure(FrameSlot& slot, FrameParts& parts);
 
   /// The next frame does not start from this one's solution.
   void forget();
@@ -38,12 +38,11 @@ class LayerTraction {
 
  private:
   TractionReading press_on_device(FrameSlot& slot);
-  void find_contact(const Touch& touch);
+  void find_contact(const FrameParts& parts);
   void read_pressures(FrameSlot& slot);
   void read_heights(FrameSlot& slot);
   void read_confidence(const FrameSlot& slot);
-  bool spread_shifts(const Touch& touch, std::span<const float> skin_sd_px);
-  void state(const Touch& touch, bool converged, TractionSummary& summary) const;
+  bool spread_shifts(const FrameParts& parts);
   void fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
   void fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
 

@@ -8,8 +8,8 @@
 
 #include "engine/gpu/device_access.h"
 #include "engine/measure/picture_check.h"
+#include "engine/pipeline/assemble.h"
 #include "engine/pipeline/frames.h"
-#include "engine/pipeline/history.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/specks.h"
 #include "engine/pipeline/steady_light.h"
@@ -92,12 +92,7 @@ struct Pipeline::Impl {
   /// What is known of a slot's frame from outside.
   struct Slot {
     std::shared_ptr<Result::Hold> hold = std::make_shared<Result::Hold>();
-    uint64_t sequence = 0;
-    int64_t time_ns = 0;
-    bool after_gap = false;
-    PictureFault fault = PictureFault::None;
-    bool repeated = false;
-    std::optional<LightSummary> light;
+    FrameStamp stamp;
     Clock::time_point submitted;
   };
 
@@ -135,29 +130,25 @@ struct Pipeline::Impl {
     touch.contacts.swap(slot.hold->contacts);
     touch.contacts.clear();
     touch.skin_points.swap(slot.hold->skin_points);
-    touch.sequence = slot.sequence;
-    touch.time_ns = slot.time_ns;
-    touch.light = slot.light;
-    touch.repeated = slot.repeated;
-    touch.picture = PictureFault::None;
-    const FrameMeasurement measured = frames.measure(index, touch);
+    touch.skin_points.clear();
+    FrameParts& parts = frames.measure(index);
+    FrameStamp stamp = slot.stamp;
+    const bool spoilt = stamp.fault != PictureFault::None;
+    if (spoilt)
+      unseen += stamp.after_gap ? kMostUnseen + 1 : 1;
+    else
+      stamp.after_gap = stamp.after_gap || std::exchange(unseen, 0) > kMostUnseen;
+    assemble(parts, stamp, history, touch);
+    if (!spoilt) result.traction = parts.traction_maps;
     SurfaceMap& surface = slot.hold->surface;
-    surface = measured.surface;
+    surface = parts.map;
     slot.hold->has_depth = slot.hold->has_confidence = false;
-    if (slot.fault == PictureFault::None) {
-      history.follow(touch, slot.after_gap || std::exchange(unseen, 0) > kMostUnseen, measured.skin_sd_px);
-      if (touch.light && touch.light->state == LightState::Unknown) doubt_light(touch);
-      result.traction = measured.traction;
-    } else {
-      unseen += slot.after_gap ? kMostUnseen + 1 : 1;
-      forget_measured(touch, slot.fault);
-    }
     if (specks && surface.confidence.empty() && specks->confidence()) {
       slot.hold->of_specks = specks->confidence();
       surface.confidence = *slot.hold->of_specks;
       surface.confidence_pitch = format.width;
     }
-    result.copies = measured.copies;
+    result.copies = parts.copies;
     result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
     return result;
   }
@@ -231,17 +222,17 @@ bool Pipeline::submit(const Frame& frame) {
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
   // Where nothing is subtracted, the first frame says what the picture looks like.
   if (!std::exchange(impl_->compares, true)) impl_->picture.set_reference(frame);
-  free->fault = impl_->any_picture ? PictureFault::None : impl_->picture.look_at(frame);
-  free->repeated = impl_->picture.repeats();
-  const bool spoilt = free->fault != PictureFault::None;
+  free->stamp.fault = impl_->any_picture ? PictureFault::None : impl_->picture.look_at(frame);
+  free->stamp.repeated = impl_->picture.repeats();
+  const bool spoilt = free->stamp.fault != PictureFault::None;
   const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
   // A spoilt picture teaches nothing about the light.
   impl_->frames.submit(index, impl_->light && !spoilt ? impl_->light->steady(whole) : whole);
   if (impl_->light)
-    free->light = spoilt ? LightSummary{.state = LightState::Unknown} : impl_->light->summary();
-  free->sequence = frame.sequence;
-  free->time_ns = frame.time_ns;
-  free->after_gap = frame.after_gap;
+    free->stamp.light = spoilt ? LightSummary{.state = LightState::Unknown} : impl_->light->summary();
+  free->stamp.sequence = frame.sequence;
+  free->stamp.time_ns = frame.time_ns;
+  free->stamp.after_gap = frame.after_gap;
   free->hold->taken.store(true, std::memory_order_relaxed);
   impl_->in_flight.push_back(index);
   return true;

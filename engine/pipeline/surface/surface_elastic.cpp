@@ -36,16 +36,16 @@ void ElasticSurface::solve(FrameSlot& slot) {
   finish_host_solve(slot);
 }
 
-void ElasticSurface::measure(const FrameSlot& slot, Touch& touch) const {
-  count_from_zero(measure_heights(slot, touch), touch);
-  touch.surface->volume_mm3 = volume_mm3(slot, 0);
-  touch.surface->depth_sd_mm = sensor_.elastic.relative_sd * std::abs(touch.surface->depth_max_mm);
+SurfacePart ElasticSurface::measure(const FrameSlot& slot, const ContactTouch& whole) const {
+  SurfacePart part{.summary = measure_depths(slot), .faults = {}};
+  part.summary.volume_mm3 = volume_mm3(slot, 0);
+  part.summary.depth_sd_mm = sensor_.elastic.relative_sd * std::abs(part.summary.depth_max_mm);
+  if (whole.area_px == 0) return part;
   slot.surface.border_records.invalidate();
-  if (touch.contact && Elastic::touches_border(slot.surface.border_records.as<const float>()))
-    touch.surface->validity = Validity::AtBorder;
-  if (touch.contact &&
-      (touch.saturated_px > 0 || touch.peak_gray > Elastic::largest_readable_gray(sensor_.elastic)))
-    touch.surface->validity = Validity::Saturated;
+  part.faults.at_border = Elastic::touches_border(slot.surface.border_records.as<const float>());
+  part.faults.saturated =
+      whole.saturated_px > 0 || whole.peak_gray > Elastic::largest_readable_gray(sensor_.elastic);
+  return part;
 }
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ class ElasticSurface : public SurfaceMethod {
   void make(FrameSlot& slot) const override;
   void record(gpu::Commands& commands, FrameSlot& slot) override;
   void solve(FrameSlot& slot) override;
-  void measure(const FrameSlot& slot, Touch& touch) const override;
+  SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const override;
   std::optional<PressureMap> pressure() const override {
     return PressureMap{&elastic_.pressure(), elastic_.pressure_pitch(), elastic_.pressure_start()};
   }

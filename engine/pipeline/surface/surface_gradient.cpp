@@ -8,22 +8,22 @@ namespace {
 
 // Whether so much of the contact is clipped that its depth cannot be right: a fraction of its area, and in
 // Reconstruction::Shading more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
-bool too_many_clipped(const Touch& t, const Sensor& sensor) {
+bool too_many_clipped(const ContactTouch& whole, uint64_t clipped_px, const Sensor& sensor) {
   constexpr double kFraction = 0.01, kRim_px = 4;
-  double allowed_px = kFraction * static_cast<double>(t.area_px);
+  double allowed_px = kFraction * static_cast<double>(whole.area_px);
   if (sensor.reconstruction == Reconstruction::Shading) {
     // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
-    const double across_px = std::hypot(t.ellipse.major_px, t.ellipse.minor_px);
+    const double across_px = std::hypot(whole.ellipse.major_px, whole.ellipse.minor_px);
     allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
   }
-  return static_cast<double>(t.surface->clipped_px) > allowed_px;
+  return static_cast<double>(clipped_px) > allowed_px;
 }
 
 // Whether pixels that touch has saturated are so many, compared with the contact's, that its depth cannot be
 // right.
-bool too_many_saturated(const Touch& touch) {
+bool too_many_saturated(const ContactTouch& whole) {
   constexpr uint64_t kOneIn = 100;
-  return touch.saturated_px * kOneIn > touch.area_px;
+  return whole.saturated_px * kOneIn > whole.area_px;
 }
 
 }  // namespace
@@ -107,15 +107,15 @@ bool GradientSurface::solved_apart(const FrameSlot& slot) const {
   return dct_ || slot.surface.weighted.again;
 }
 
-void GradientSurface::measure(const FrameSlot& slot, Touch& touch) const {
-  measure_heights(slot, touch);
+SurfacePart GradientSurface::measure(const FrameSlot& slot, const ContactTouch& whole) const {
+  SurfacePart part{.summary = measure_heights(slot), .faults = {}};
   slot.surface.clipped.invalidate();
-  touch.surface->clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
-  if (touch.surface->validity == Validity::Saturated && !too_many_saturated(touch))
-    touch.surface->validity = Validity::Valid;
-  if (touch.surface->validity == Validity::Valid && too_many_clipped(touch, sensor_))
-    touch.surface->validity = Validity::Clipped;
-  if (weighted_) weighted_->measure(slot.surface.weighted, touch);
+  part.summary.clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
+  const bool touched = whole.area_px > 0;
+  part.faults.saturated = touched && too_many_saturated(whole);
+  part.faults.clipped = touched && too_many_clipped(whole, part.summary.clipped_px, sensor_);
+  if (weighted_) weighted_->measure(slot.surface.weighted, touched, part);
+  return part;
 }
 
 void GradientSurface::add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const {

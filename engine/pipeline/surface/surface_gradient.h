@@ -23,7 +23,7 @@ class GradientSurface : public SurfaceMethod {
   void record(gpu::Commands& commands, FrameSlot& slot) override;
   void solve(FrameSlot& slot) override;
   bool solved_apart(const FrameSlot& slot) const override;
-  void measure(const FrameSlot& slot, Touch& touch) const override;
+  SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const override;
   void set_confidence(const Confidence& confidence) override;
   bool may_weigh() const override { return weighted_ && !dct_; }
   bool expects_weights() const override { return expects_weights_; }

@@ -12,12 +12,13 @@ void LookupSurface::record(gpu::Commands& commands, FrameSlot& slot) {
   record_rest_level(commands, slot);
 }
 
-// The indented volume, all the same, counts from the rest level that the map shows.
-void LookupSurface::measure(const FrameSlot& slot, Touch& touch) const {
-  count_from_zero(measure_heights(slot, touch), touch);
-  touch.surface->depth_sd_mm = sensor_.lookup.depth_sd_mm;
-  if (touch.surface->validity == Validity::Valid && touch.peak_gray > sensor_.lookup.points.back()[0])
-    touch.surface->validity = Validity::AboveRange;
+SurfacePart LookupSurface::measure(const FrameSlot& slot, const ContactTouch& whole) const {
+  SurfacePart part{.summary = measure_depths(slot), .faults = {}};
+  part.summary.depth_sd_mm = sensor_.lookup.depth_sd_mm;
+  if (whole.area_px == 0) return part;
+  part.faults.saturated = whole.saturated_px > 0;
+  part.faults.above_range = whole.peak_gray > sensor_.lookup.points.back()[0];
+  return part;
 }
 
 }  // namespace palpate

@@ -13,7 +13,7 @@ class LookupSurface : public SurfaceMethod {
                 const Contact& contact, const Tuning& tuning);
 
   void record(gpu::Commands& commands, FrameSlot& slot) override;
-  void measure(const FrameSlot& slot, Touch& touch) const override;
+  SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const override;
   uint64_t memory_bytes() const override { return lookup_.memory_bytes(); }
   using SurfaceMethod::memory_bytes;
 

@@ -24,25 +24,29 @@ void SurfaceMethod::record_rest_level(gpu::Commands& commands, FrameSlot& slot) 
   rest_level_.record(commands, slot.surface.depth, slot.records, slot.surface.rest_records);
 }
 
-RestHeight SurfaceMethod::measure_heights(const FrameSlot& slot, Touch& touch) const {
+RestHeight SurfaceMethod::rest_of(const FrameSlot& slot) const {
   slot.surface.rest_records.invalidate();
-  const RestHeight rest = rest_level_.find(slot.records.as<const shared::ContactRecord>(),
-                                           slot.surface.rest_records.as<const shared::RestLevelRecord>());
-  SurfaceSummary& surface = touch.surface.emplace();
-  surface.depth_offset_mm = -rest.level_mm;
-  surface.depth_max_mm = rest.highest_mm - rest.level_mm;
-  surface.rest_from_untouched = rest.from_untouched;
-  surface.volume_mm3 = volume_mm3(slot, rest.level_mm);
-  surface.validity = !touch.contact           ? Validity::NoContact
-                     : touch.saturated_px > 0 ? Validity::Saturated
-                                              : Validity::Valid;
-  return rest;
+  return rest_level_.find(slot.records.as<const shared::ContactRecord>(),
+                          slot.surface.rest_records.as<const shared::RestLevelRecord>());
 }
 
-void SurfaceMethod::count_from_zero(const RestHeight& map, Touch& touch) {
-  touch.surface->depth_offset_mm = 0;
-  touch.surface->depth_max_mm = map.highest_mm;
-  touch.surface->rest_from_untouched = true;
+SurfaceSummary SurfaceMethod::measure_heights(const FrameSlot& slot) const {
+  const RestHeight rest = rest_of(slot);
+  SurfaceSummary summary;
+  summary.depth_offset_mm = -rest.level_mm;
+  summary.depth_max_mm = rest.highest_mm - rest.level_mm;
+  summary.rest_from_untouched = rest.from_untouched;
+  summary.volume_mm3 = volume_mm3(slot, rest.level_mm);
+  return summary;
+}
+
+SurfaceSummary SurfaceMethod::measure_depths(const FrameSlot& slot) const {
+  const RestHeight rest = rest_of(slot);
+  SurfaceSummary summary;
+  summary.depth_max_mm = rest.highest_mm;
+  summary.rest_from_untouched = true;
+  summary.volume_mm3 = volume_mm3(slot, rest.level_mm);
+  return summary;
 }
 
 double SurfaceMethod::volume_mm3(const FrameSlot& slot, double level_mm) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/plan.h"
 #include "palpate/touch.h"
@@ -30,8 +31,8 @@ class SurfaceMethod {
   virtual bool solved_apart(const FrameSlot&) const { return false; }
   /// The host's part of a frame that the device has finished, to its end.
   virtual void solve(FrameSlot& slot);
-  /// Depth, volume and their validity; `touch` has the contact already.
-  virtual void measure(const FrameSlot& slot, Touch& touch) const = 0;
+  /// Depth, volume, and what may be wrong with them, given the contact as a whole.
+  virtual SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const = 0;
   /// Which pixels no frame shows; commands have to be recorded again.
   virtual void set_confidence(const Confidence&) {}
   /// Whether a frame may need its pixels weighted: then `record_weighted`, in place of `record`, is for those
@@ -56,10 +57,11 @@ class SurfaceMethod {
   SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                 const Contact& contact, const Tuning& tuning);
 
-  /// Fills what every method measures, with heights counted from the rest level that the map shows.
-  RestHeight measure_heights(const FrameSlot& slot, Touch& touch) const;
-  /// For methods whose heights are depths: 0 is the untouched pad, whatever the map's own rest level.
-  static void count_from_zero(const RestHeight& map, Touch& touch);
+  /// What every method measures, with heights counted from the rest level that the map shows.
+  SurfaceSummary measure_heights(const FrameSlot& slot) const;
+  /// The same where heights are depths: 0 is the untouched pad. Volume counts from the map's rest level.
+  SurfaceSummary measure_depths(const FrameSlot& slot) const;
+  RestHeight rest_of(const FrameSlot& slot) const;
   double volume_mm3(const FrameSlot& slot, double level_mm) const;
 
   // Solve::Exact: `from` goes to the host, and the slot's `solved` comes back from there.

@@ -168,18 +168,18 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
     solved[i / format_.width * pitch + i % format_.width] = static_cast<float>(exact.z[i] * pitch_mm_per_px_);
 }
 
-void WeightedSolve::measure(const Slot& slot, Touch& touch) const {
+void WeightedSolve::measure(const Slot& slot, bool touched, SurfacePart& part) const {
   if (!slot.used && !slot.in_part) return;
   const Islands& islands = slot.islands;
-  WeightedSummary& weighted = touch.surface->weighted.emplace();
+  WeightedSummary& weighted = part.summary.weighted.emplace();
   weighted.islands = islands.count;
-  weighted.touched_islands = islands.apart() || slot.used ? islands.touched : touch.contact ? 1 : 0;
+  weighted.touched_islands = islands.apart() || slot.used ? islands.touched : touched ? 1 : 0;
   if (slot.used) {
     weighted.residual = slot.statistics.residual;
     weighted.unexplained = slot.statistics.unexplained;
   }
   // Depth counts from the rest level: it is not determined where the contact lies on an island of its own.
-  if (touch.contact && islands.touched > 0 && islands.apart()) touch.surface->validity = Validity::Apart;
+  part.faults.apart = touched && islands.touched > 0 && islands.apart();
 }
 
 void WeightedSolve::add_times(const Slot& slot, std::vector<gpu::ScopeTime>& times) const {

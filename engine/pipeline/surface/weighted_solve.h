@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/plan.h"
 #include "engine/pipeline/surface/weighted_slot.h"
 #include "engine/stages/surface/weighted_surface.h"
@@ -48,7 +49,7 @@ class WeightedSolve {
   /// Solve::Exact leaves the heights in the slot's `solved`, rows `pitch` floats apart. Not thread
   /// safe.
   void solve(FrameSlot& slot, uint32_t pitch);
-  void measure(const Slot& slot, Touch& touch) const;
+  void measure(const Slot& slot, bool touched, SurfacePart& part) const;
 
   void add_times(const Slot& slot, std::vector<gpu::ScopeTime>& times) const;
   uint64_t memory_bytes() const;
