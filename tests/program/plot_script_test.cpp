@@ -1,9 +1,12 @@
 // Words, units and colour bars of plots.
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+
+#include "viz/report/gnuplot.h"
 
 namespace palpate {
 namespace {
@@ -40,6 +43,39 @@ TEST(PlotScript, AMapOfOneValueHasNoScale) {
   EXPECT_EQ(plot_colour_bar(1, 1 + 1e-9), "unset colorbox\n");
   EXPECT_EQ(plot_colour_bar(0, 0), "unset colorbox\n");
   EXPECT_EQ(plot_colour_bar(0.9, 1), "set colorbox\n");
+}
+
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Plot, DrawsCurvesAndMaps) {
+  Plot plot{.title = "It's a title", .across = 2};
+  plot.panels.push_back({.title = "curves",
+                         .x_label = "x, mm",
+                         .y_label = "y, Pa",
+                         .second_label = "width, mm^2",
+                         .curves = {{.title = "first", .x = {1, 2, 3}, .y = {1, NAN, 3}},
+                                    {.title = "second",
+                                     .x = {1, 2, 3},
+                                     .y = {10, 20, 30},
+                                     .style = PlotCurve::Style::LinesAndPoints,
+                                     .colour = 1,
+                                     .dashed = true,
+                                     .second_axis = true}},
+                         .log_x = true,
+                         .x_tics = {{"one", 1}, {"three", 3}}});
+  plot.panels.push_back({.title = "map", .map = PlotMap{2, 2, 1, 1, {0, 1, 2, 3}}});
+  plot.panels.push_back({.title = "nothing"});
+  const std::string script = plot_script(plot, PlotKind::Svg);
+  for (const char* part : {"'It''s a title'", "layout 2,2", "set logscale x", "2 NaN", "axes x1y2", "dt 2",
+                           "'one' 1, 'three' 3", "'width, mm²'", "with image", "plot NaN notitle"})
+    EXPECT_TRUE(holds(script, part)) << part << " is not in\n" << script;
+  const Picture picture = run_gnuplot(script);
+  if (picture.missing) GTEST_SKIP() << "NO gnuplot HERE: the picture is not tested";
+  EXPECT_EQ(picture.error, "");
+  for (const char* part : {"<svg", "first", "second", "nothing"})
+    EXPECT_TRUE(holds(picture.bytes, part)) << part;
 }
 
 }  // namespace

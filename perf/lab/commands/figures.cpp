@@ -13,7 +13,6 @@
 #include "perf/lab/study/lump_network_figure.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -21,20 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = json::Value;
-
-std::string points(const lump::Profile& profile) {
-  std::string lines;
-  for (size_t i = 0; i < profile.x_mm.size(); ++i)
-    lines += plot_number(profile.x_mm[i]) + " " + plot_number(profile.value[i]) + "\n";
-  return lines;
-}
-
-std::string curve(const lump::GaussianFit& fit, double half_mm) {
-  std::string lines;
-  for (int i = -80; fit.found && i <= 80; ++i)
-    lines += plot_number(half_mm * i / 80) + " " + plot_number(fit.at(half_mm * i / 80)) + "\n";
-  return lines;
-}
 
 std::string fit_text(const lump::GaussianFit& f) {
   if (!f.found) return "no Gaussian";
@@ -85,113 +70,91 @@ std::string table(const char* title, const std::vector<lump::FigureRow>& rows) {
 }
 
 /// Fig. 20 or 22: the profiles with their Gaussians, and the bumps alone.
-void draw_profiles(const std::vector<lump::FigureRow>& rows, const std::string& title, const fs::path& file,
-                   std::string& written) {
-  std::string blocks, plots[2];
+Plot profiles_plot(const std::vector<lump::FigureRow>& rows, const std::string& title) {
+  PlotPanel panels[2] = {{.title = "profile (points) and Gaussian (lines)",
+                          .x_label = "x, mm",
+                          .y_label = "pressure on the plate, Pa"},
+                         {.title = "bump alone",
+                          .x_label = "x, mm",
+                          .y_label = "pressure above the block without inclusion, Pa"}};
   for (size_t i = 0; i < rows.size(); ++i) {
     const lump::FigurePress& p = rows[i].press;
     if (!p.good) continue;
-    const double half_mm = 0.4 * p.scene.block_mm[0];
     for (const bool bump : {false, true}) {
-      const std::string name = (bump ? "b" : "p") + std::to_string(i), fit = name + "f";
-      blocks += data_block(name, points(bump ? p.bump : p.profile)) +
-                data_block(fit, curve(bump ? p.bump_fit : p.fit, half_mm));
-      const std::string colour = plot_colour(i);
-      plots[bump] += (plots[bump].empty() ? "plot $" : ", $") + name + " with points pt 7 ps 0.5 lc rgb '" +
-                     colour + "' title " +
-                     gnuplot_quoted(p.name + ": " + fit_text(bump ? p.bump_fit : p.fit)) + ", $" + fit +
-                     " with lines lw 2 lc rgb '" + colour + "' notitle";
+      const lump::Profile& profile = bump ? p.bump : p.profile;
+      const lump::GaussianFit& fit = bump ? p.bump_fit : p.fit;
+      panels[bump].curves.push_back({.title = p.name + ": " + fit_text(fit),
+                                     .x = profile.x_mm,
+                                     .y = profile.value,
+                                     .style = PlotCurve::Style::Points,
+                                     .colour = i});
+      if (!fit.found) continue;
+      panels[bump].curves.push_back(gaussian_curve(fit, 0.4 * p.scene.block_mm[0]));
+      panels[bump].curves.back().colour = i;
     }
   }
-  if (plots[0].empty()) return;
-  draw_scripts(
-      blocks + plot_look() + "set multiplot layout 1,2 title " + gnuplot_quoted(title) +
-          "\nset xlabel 'x, mm'\nset key top left reverse Left samplen 1 font ',9'\nset ylabel "
-          "'pressure on the "
-          "plate, Pa'\nset offsets graph 0, 0, graph 0.3, 0\nset title 'profile (points) and Gaussian "
-          "(lines)'\n" +
-          plots[0] +
-          "\nset ylabel 'pressure above the block without inclusion, Pa'\nset title 'bump alone'\n" +
-          plots[1] + "\nunset multiplot\n",
-      1280, 520, file, written);
+  for (PlotPanel& panel : panels) {
+    panel.key = "top left reverse Left";
+    panel.room_above = 0.3;
+  }
+  return {.title = title, .panels = {panels[0], panels[1]}, .across = 2, .width_px = 1280};
 }
 
 /// Fig. 19 or 21: the maps on one scale.
-void draw_maps(const std::vector<lump::FigureRow>& rows, const std::string& title, const fs::path& file,
-               std::string& written) {
-  std::string blocks, plots;
+Plot maps_plot(const std::vector<lump::FigureRow>& rows, const std::string& title) {
+  Plot plot{.title = title, .height_px = 400};
   double low = HUGE_VAL, high = -HUGE_VAL;
-  size_t count = 0;
   for (const auto& [p, paper] : rows) {
     if (!p.good) continue;
-    const fem::Map& map = p.press.pressure_Pa;
-    std::string lines;
-    for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
-      for (uint32_t i = 0; i < map.width; ++i) {
-        const double value = static_cast<double>(map.at(i, j));
-        low = std::min(low, value);
-        high = std::max(high, value);
-        lines += plot_number((i - (map.width - 1) / 2.0) * map.pitch_mm[0]) + " " +
-                 plot_number((j - (map.height - 1) / 2.0) * map.pitch_mm[1]) + " " + plot_number(value) +
-                 "\n";
-      }
-    const std::string name = "m" + std::to_string(count++);
-    blocks += data_block(name, lines);
-    plots += "set title " +
-             gnuplot_quoted(palpate::text("%s, E_r %.3g, %.3g N", p.name.c_str(),
-                                          p.scene.inclusion->stiffness_ratio, p.press.force_N)) +
-             "\nplot $" + name + " using 1:2:3 with image\n";
+    const PlotMap map = plot_map(p.press.pressure_Pa);
+    const auto [least, most] = std::minmax_element(map.values.begin(), map.values.end());
+    low = std::min(low, *least);
+    high = std::max(high, *most);
+    plot.panels.push_back({.title = palpate::text("%s, E_r %.3g, %.3g N", p.name.c_str(),
+                                                  p.scene.inclusion->stiffness_ratio, p.press.force_N),
+                           .x_label = "x, mm",
+                           .y_label = "y, mm",
+                           .map = map});
   }
-  if (count == 0) return;
-  draw_scripts(blocks + plot_palette() +
-                   "unset key\nset size ratio -1\nset rmargin 4\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset "
-                   "tics out\n"
-                   "set autoscale fix\nset cbrange [" +
-                   plot_number(std::max(0.0, low)) + ":" + plot_number(high) + "]\nset multiplot layout 1," +
-                   std::to_string(count) + " title " + gnuplot_quoted(title) + "\n" + plots +
-                   "unset multiplot\n",
-               static_cast<int>(430 * count), 400, file, written);
+  for (PlotPanel& panel : plot.panels) panel.map->range = {std::max(0.0, low), high};
+  plot.across = static_cast<uint32_t>(plot.panels.size());
+  plot.width_px = static_cast<int>(430 * plot.across);
+  return plot;
 }
 
 /// Fig. 17: one panel for each input.
-void draw_inputs(const std::vector<lump::InputRow>& rows, const fs::path& folder, std::string& written) {
-  struct Panel {
-    const char *input, *title;
-  };
-  constexpr Panel kPanels[] = {{"d", "diameter d"},
-                               {"h", "depth h"},
-                               {"E_r", "stiffness ratio E_r"},
-                               {"s", "shape s"},
-                               {"t", "thickness of the tissue t"},
-                               {"l", "load l (dashed: small-strain theory)"}};
-  std::string blocks, plots;
-  size_t number = 0;
-  for (const Panel& panel : kPanels) {
-    std::string lines;
+Plot inputs_plot(const std::vector<lump::InputRow>& rows) {
+  constexpr std::pair<const char*, const char*> kPanels[] = {{"d", "diameter d"},
+                                                             {"h", "depth h"},
+                                                             {"E_r", "stiffness ratio E_r"},
+                                                             {"s", "shape s"},
+                                                             {"t", "thickness of the tissue t"},
+                                                             {"l", "load l (dashed: small-strain theory)"}};
+  Plot plot{
+      .title = "Pressure on the plate through the lump at 2 N, large strain: 8 mm, 5 mm deep, unless said",
+      .across = 3,
+      .width_px = 1280,
+      .height_px = 760};
+  for (const auto& [input, title] : kPanels) {
+    PlotPanel panel{
+        .title = title, .x_label = "x, mm", .y_label = "pressure, Pa", .x_range = std::pair{-20.0, 20.0}};
     size_t colour = 0;
     for (const lump::InputRow& row : rows) {
-      if (row.input != panel.input || !row.press.good) continue;
-      const std::string name = "c" + std::to_string(number++);
-      blocks += data_block(name, points(row.press.profile));
-      lines += (lines.empty() ? "plot $" : ", $") + name + " with lines lw 1.8 lc rgb '" +
-               plot_colour(colour) + "' title " + gnuplot_quoted(row.press.name);
-      if (row.small_strain) {
-        blocks += data_block(name + "s", points(*row.small_strain));
-        lines += ", $" + name + "s with lines lw 1.2 dt 2 lc rgb '" + plot_colour(colour) + "' notitle";
-      }
+      if (row.input != input || !row.press.good) continue;
+      const lump::Profile& profile = row.press.profile;
+      panel.curves.push_back(
+          {.title = row.press.name, .x = profile.x_mm, .y = profile.value, .colour = colour, .width = 1.8});
+      if (row.small_strain)
+        panel.curves.push_back({.x = row.small_strain->x_mm,
+                                .y = row.small_strain->value,
+                                .colour = colour,
+                                .dashed = true,
+                                .width = 1.2});
       ++colour;
     }
-    plots += std::string("set title '") + panel.title + "'\n" + (lines.empty() ? "plot NaN notitle" : lines) +
-             "\n";
+    plot.panels.push_back(std::move(panel));
   }
-  draw_scripts(blocks + plot_look() +
-                   "set multiplot layout 2,3 title 'Pressure on the plate through the lump at 2 N, large "
-                   "strain: 8 mm, "
-                   "5 mm deep, unless said'\nset xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset xrange "
-                   "[-20:20]\nset key top "
-                   "right samplen 1 font ',9'\n" +
-                   plots + "unset multiplot\n",
-               1280, 760, folder / "fig17_inputs", written);
+  return plot;
 }
 
 std::string fits_csv(const lump::Figures& figures) {
@@ -298,14 +261,16 @@ Report run(const Common& common, const Options& o) {
     write_whole(common.out / "profiles.csv", std::string_view(profiles_csv(figures, inputs)));
     write_whole(common.out / "figures.json", std::string_view(value.dump(2) + "\n"));
     std::string written = (common.out / "fits.csv").string() + ", profiles.csv, figures.json";
-    draw_maps(figures.by_size, "Fig. 19: inclusions of three sizes at 2 N; pressure on the plate, Pa",
-              common.out / "fig19_sizes", written);
-    draw_profiles(figures.by_size, "Fig. 20: by size, 2 N", common.out / "fig20_sizes", written);
-    draw_maps(figures.by_material, "Fig. 21: two materials at 2.35 N; pressure on the plate, Pa",
-              common.out / "fig21_materials", written);
-    draw_profiles(figures.by_material, "Fig. 22: by material, 2.35 N", common.out / "fig22_materials",
-                  written);
-    if (!inputs.empty()) draw_inputs(inputs, common.out, written);
+    const auto draw = [&](const char* name, const Plot& plot) {
+      if (!plot.panels.empty()) draw_plot(plot, common.out / name, written);
+    };
+    draw("fig19_sizes",
+         maps_plot(figures.by_size, "Fig. 19: inclusions of three sizes at 2 N; pressure on the plate, Pa"));
+    draw("fig20_sizes", profiles_plot(figures.by_size, "Fig. 20: by size, 2 N"));
+    draw("fig21_materials",
+         maps_plot(figures.by_material, "Fig. 21: two materials at 2.35 N; pressure on the plate, Pa"));
+    draw("fig22_materials", profiles_plot(figures.by_material, "Fig. 22: by material, 2.35 N"));
+    if (!inputs.empty()) draw("fig17_inputs", inputs_plot(inputs));
     const lump::Network& network = lump::Network::built_in();
     draw_scripts(network_figure(lump_stages(network.model()), network.made_from()), 1280, 760,
                  common.out / "fig18_network", written);

@@ -11,7 +11,6 @@
 #include "engine/base/text.h"
 #include "palpate/error.h"
 #include "perf/lab/forward/forward.h"
-#include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -34,69 +33,62 @@ double pressure_MPa(const fem::Map& map, double x_mm, double y_mm) {
                  t * ((1 - s) * at(x, y + 1) + s * at(x + 1, y + 1)));
 }
 
-std::string matrix_lines(const fem::Map& map) {
-  std::string lines;
-  for (uint32_t j = 0; j < map.height; ++j) {
-    for (uint32_t i = 0; i < map.width; ++i)
-      lines += plot_number((i - (map.width - 1) / 2.0) * map.pitch_mm[0]) + " " +
-               plot_number((j - (map.height - 1) / 2.0) * map.pitch_mm[1]) + " " +
-               plot_number(static_cast<double>(map.at(i, j))) + "\n";
-    lines += "\n";
-  }
-  return lines;
+Plot maps_plot(const ForwardOutcome& o) {
+  const fem::Map &stress = o.result.stress_Pa, &deflection = o.result.deflection_mm;
+  const auto [least_mm, most_mm] = std::minmax_element(deflection.values.begin(), deflection.values.end());
+  const double most = static_cast<double>(*most_mm);
+  const PlotUnit unit = plot_unit(*std::max_element(stress.values.begin(), stress.values.end()), "Pa");
+  const bool rigid = most - static_cast<double>(*least_mm) <= 1e-6 * std::abs(most);
+  return {.title = headline(o),
+          .panels = {{.title = "stress on the surface, " + unit.name,
+                      .x_label = "x, mm",
+                      .y_label = "y, mm",
+                      .map = plot_map(stress, unit.factor)},
+                     {.title = rigid ? text("deflection of the surface: %.4g mm everywhere", most)
+                                     : "deflection of the surface, mm",
+                      .x_label = "x, mm",
+                      .y_label = "y, mm",
+                      .map = plot_map(deflection)}},
+          .across = 2,
+          .width_px = 1040,
+          .height_px = 460};
 }
 
-std::pair<double, double> ends_of(const fem::Map& map) {
-  std::pair<double, double> ends{HUGE_VAL, -HUGE_VAL};
-  for (uint32_t j = 0; j < map.height; ++j)
-    for (uint32_t i = 0; i < map.width; ++i) {
-      ends.first = std::min(ends.first, static_cast<double>(map.at(i, j)));
-      ends.second = std::max(ends.second, static_cast<double>(map.at(i, j)));
-    }
-  return ends;
-}
-
-std::string maps_script(const ForwardOutcome& o) {
-  const auto [least_Pa, most_Pa] = ends_of(o.result.stress_Pa);
-  const auto [least_mm, most_mm] = ends_of(o.result.deflection_mm);
+Plot profile_plot(const ForwardOutcome& o) {
+  const std::vector<double>& stress_Pa = o.profile.value;
+  const double most_Pa =
+      stress_Pa.empty() ? 0 : std::max(0.0, *std::max_element(stress_Pa.begin(), stress_Pa.end()));
   const PlotUnit unit = plot_unit(most_Pa, "Pa");
-  const bool rigid = most_mm - least_mm <= 1e-6 * std::abs(most_mm);
-  const std::string deflection = rigid ? text("deflection of the surface: %.4g mm everywhere", most_mm)
-                                       : "deflection of the surface, mm";
-  std::string s = data_block("stress", matrix_lines(o.result.stress_Pa)) +
-                  data_block("deflection", matrix_lines(o.result.deflection_mm));
-  s += std::string("unset key\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\n") +
-       plot_palette() + "set autoscale fix\nset multiplot layout 1,2 title " + plot_words(headline(o)) +
-       "\nset title 'stress on the surface, " + unit.name + "'\n" + plot_colour_bar(least_Pa, most_Pa) +
-       "plot $stress using 1:2:" + unit.column(3) + " with image\n" + "set title " + plot_words(deflection) +
-       "\n" + plot_colour_bar(least_mm, most_mm) +
-       "set format cb '%.4g'\nplot $deflection using 1:2:3 with image\nunset multiplot\n";
-  return s;
-}
-
-std::string profile_script(const ForwardOutcome& o) {
-  std::string points, curve;
-  double most_Pa = 0;
-  for (size_t i = 0; i < o.profile.x_mm.size(); ++i) {
-    points += plot_number(o.profile.x_mm[i]) + " " + plot_number(o.profile.value[i]) + "\n";
-    most_Pa = std::max(most_Pa, o.profile.value[i]);
+  PlotPanel panel{.title = headline(o), .x_label = "x, mm", .y_label = "stress on the surface, " + unit.name};
+  panel.curves.push_back({.title = "model",
+                          .x = o.profile.x_mm,
+                          .y = plot_scaled(stress_Pa, unit.factor),
+                          .style = PlotCurve::Style::LinesAndPoints});
+  if (o.fit.found) {
+    PlotCurve curve = gaussian_curve(o.fit, 0.4 * o.scene.block_mm[0], unit.factor);
+    curve.title = text("Gaussian, s %.3g mm, R^2 %.4f", o.fit.width_mm, o.fit.r_squared);
+    curve.colour = 1;
+    panel.curves.push_back(std::move(curve));
   }
-  for (int i = -100; i <= 100; ++i) {
-    const double x = 0.4 * o.scene.block_mm[0] * i / 100;
-    curve += plot_number(x) + " " + plot_number(o.fit.at(x)) + "\n";
-  }
-  const PlotUnit unit = plot_unit(most_Pa, "Pa");
-  std::string s = data_block("points", points) + data_block("curve", curve) + plot_look();
-  s += "set title " + plot_words(headline(o)) + "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, " +
-       unit.name + "'\nset key top right\nplot $points using 1:" + unit.column(2) +
-       " with linespoints pt 7 ps 0.5 lc rgb '#0072b2' title 'model'";
-  if (o.fit.found)
-    s += ", $curve using 1:" + unit.column(2) + " with lines lw 2 lc rgb '#d55e00' title " +
-         plot_words(text("Gaussian, s %.3g mm, R^2 %.4f", o.fit.width_mm, o.fit.r_squared));
-  return s + "\n";
+  return {.panels = {panel}};
 }
 
 }  // namespace
+
+PlotMap plot_map(const fem::Map& map, double factor) {
+  PlotMap plot{map.width, map.height, map.pitch_mm[0], map.pitch_mm[1]};
+  for (const float value : map.values) plot.values.push_back(factor * static_cast<double>(value));
+  return plot;
+}
+
+PlotCurve gaussian_curve(const lump::GaussianFit& fit, double half_mm, double factor) {
+  PlotCurve curve;
+  for (int i = -100; i <= 100; ++i) {
+    curve.x.push_back(half_mm * i / 100);
+    curve.y.push_back(factor * fit.at(curve.x.back()));
+  }
+  return curve;
+}
 
 std::string headline(const ForwardOutcome& o) {
   const std::string press = text("At %.3g N, %.3g mm deep, ", o.result.force_N, o.result.press_mm);
@@ -172,8 +164,8 @@ std::string write_files(const ForwardOutcome& o, const TactileImage& image, cons
   std::string written = (folder / "stress_Pa.npy").string() +
                         ", deflection_mm.npy, tactile.npy, tactile.png, "
                         "profile.csv, forward.json";
-  draw_scripts(maps_script(o), 1040, 460, folder / "maps", written);
-  draw_scripts(profile_script(o), 820, 520, folder / "profile", written);
+  draw_plot(maps_plot(o), folder / "maps", written);
+  draw_plot(profile_plot(o), folder / "profile", written);
   return written;
 }
 

@@ -13,6 +13,7 @@
 #include "engine/fem/solve.h"
 #include "engine/lump/observation/gaussian_profile.h"
 #include "palpate/sensor.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 
@@ -82,6 +83,11 @@ json::Value convergence_json(const ConvergenceTables& tables);
 /// convergence.csv, stability.csv, and plots: convergence (error by grid and by time), stability
 /// (iterations).
 std::string write_convergence(const ConvergenceTables& tables, const std::filesystem::path& folder);
+
+/// A map of the surface, times `factor`.
+PlotMap plot_map(const fem::Map& map, double factor = 1);
+/// The fit from -half_mm to half_mm, times `factor`.
+PlotCurve gaussian_curve(const lump::GaussianFit& fit, double half_mm, double factor = 1);
 
 /// What the press shows, in one sentence.
 std::string headline(const ForwardOutcome& outcome);

@@ -27,9 +27,6 @@ constexpr Input kInputs[] = {{"d", "diameter d, mm"},        {"h", "depth h, mm"
                              {"t", "thickness t, mm"},       {"l", "press l, mm"}};
 constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
                                            fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
-constexpr const char* kColours[] = {"#440154", "#46327e", "#365c8d", "#277f8e",
-                                    "#1fa187", "#4ac16d", "#a0da39"};
-
 /// Full width at half the height of a Gaussian.
 double full_width_mm(const lump::GaussianFit& fit) {
   return 2 * std::sqrt(2 * std::log(2.0)) * fit.width_mm;
@@ -89,6 +86,70 @@ std::string row_values(const ForwardOutcome& o) {
          plot_number(f.sd[2]) + "," + plot_number(f.offset);
 }
 
+std::string value_name(const SweepRow& row) {
+  return row.input[0] == 's' ? to_string(kShapes[static_cast<size_t>(row.value)]) : plot_number(row.value);
+}
+
+/// The solved rows of one input.
+std::vector<const SweepRow*> solved(const std::vector<SweepRow>& rows, const Input& input) {
+  std::vector<const SweepRow*> found;
+  for (const SweepRow& row : rows)
+    if (std::string(row.input) == input.name && row.outcome.result.converged) found.push_back(&row);
+  return found;
+}
+
+/// Amplitude and width of the bump by each input.
+Plot bumps_plot(const std::vector<SweepRow>& rows) {
+  Plot plot{.across = 3, .width_px = 1280, .height_px = 720};
+  for (const Input& input : kInputs) {
+    PlotPanel panel{.x_label = input.label,
+                    .y_label = "Gaussian a, Pa",
+                    .second_label = "full width at half height, mm",
+                    .key = "top center"};
+    panel.log_x = std::string(input.name) == "E_r";
+    PlotCurve height{.title = "a", .style = PlotCurve::Style::LinesAndPoints};
+    PlotCurve width{.title = "width",
+                    .style = PlotCurve::Style::LinesAndPoints,
+                    .colour = 1,
+                    .dashed = true,
+                    .second_axis = true};
+    for (const SweepRow* row : solved(rows, input)) {
+      if (!panel.log_x) panel.x_tics.emplace_back(value_name(*row), row->value);
+      const lump::GaussianFit& fit = row->outcome.fit;
+      if (!fit.found) continue;
+      height.x.push_back(row->value);
+      height.y.push_back(fit.amplitude);
+      width.y.push_back(full_width_mm(fit));
+    }
+    width.x = height.x;
+    if (!width.y.empty()) {
+      // A width that does not change is not drawn as its rounding.
+      const auto [narrowest, widest] = std::minmax_element(width.y.begin(), width.y.end());
+      if (*widest < 1.01 * *narrowest) panel.second_range = {0.8 * *widest, 1.2 * *widest};
+    }
+    if (input.name[0] == 's') panel.x_range = {-0.3, std::size(kShapes) - 0.7};
+    panel.curves = {height, width};
+    plot.panels.push_back(std::move(panel));
+  }
+  return plot;
+}
+
+/// The profile at each value of each input.
+Plot profiles_plot(const std::vector<SweepRow>& rows) {
+  Plot plot{.across = 3, .width_px = 1280, .height_px = 720};
+  for (const Input& input : kInputs) {
+    PlotPanel panel{.title = input.label, .x_label = "x, mm", .y_label = "stress, Pa"};
+    for (const SweepRow* row : solved(rows, input))
+      panel.curves.push_back({.title = value_name(*row),
+                              .x = row->outcome.profile.x_mm,
+                              .y = row->outcome.profile.value,
+                              .colour = panel.curves.size(),
+                              .width = 1.6});
+    plot.panels.push_back(std::move(panel));
+  }
+  return plot;
+}
+
 }  // namespace
 
 std::vector<SweepRow> sweep(const fem::Scene& scene, const fem::Options& options,
@@ -114,8 +175,7 @@ std::string sweep_text(const std::vector<SweepRow>& rows) {
     const fem::Result& r = row.outcome.result;
     const lump::GaussianFit& f = row.outcome.fit;
     std::string line;
-    const std::string value =
-        row.input[0] == 's' ? to_string(kShapes[static_cast<size_t>(row.value)]) : plot_number(row.value);
+    const std::string value = value_name(row);
     if (!r.converged)
       line = palpate::text("%-5s %10s  not converged, residual %.2g\n", row.input, value.c_str(), r.residual);
     else if (f.found)
@@ -150,64 +210,8 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
   write_whole(folder / "sweep.csv", std::string_view(csv));
   std::string written = (folder / "sweep.csv").string();
 
-  std::string blocks, plots, profiles = plot_look();
-  std::string bumps =
-      std::string(plot_look()) + "set multiplot layout 2,3\nset ytics nomirror\nset key top center\n";
-  profiles +=
-      "set multiplot layout 2,3\nset xlabel 'x, mm'\nset ylabel 'stress, Pa'\nset key top right samplen 1\n";
-  std::string profile_blocks;
-  int panel = 0;
-  for (const Input& input : kInputs) {
-    std::string points, curves, tics;
-    int curve = 0;
-    double narrowest = HUGE_VAL, widest = 0;
-    for (const SweepRow& row : rows) {
-      if (std::string(row.input) != input.name || !row.outcome.result.converged) continue;
-      const lump::GaussianFit& f = row.outcome.fit;
-      tics += (tics.empty() ? "" : ", ") + plot_number(row.value);
-      if (f.found) {
-        narrowest = std::min(narrowest, full_width_mm(f));
-        widest = std::max(widest, full_width_mm(f));
-      }
-      if (f.found)
-        points += plot_number(row.value) + " " + plot_number(f.amplitude) + " " +
-                  plot_number(full_width_mm(f)) + "\n";
-      std::string lines;
-      for (size_t i = 0; i < row.outcome.profile.x_mm.size(); ++i)
-        lines +=
-            plot_number(row.outcome.profile.x_mm[i]) + " " + plot_number(row.outcome.profile.value[i]) + "\n";
-      const std::string name = "p" + std::to_string(panel) + "_" + std::to_string(curve);
-      profile_blocks += data_block(name, lines);
-      const std::string title =
-          input.name[0] == 's' ? to_string(kShapes[static_cast<size_t>(row.value)]) : plot_number(row.value);
-      curves += curve == 0 ? "plot $" : ", $";
-      curves += name + " with lines lw 1.6 lc rgb '" + kColours[curve % 7];
-      curves += "' title '" + title + "'";
-      ++curve;
-    }
-    blocks += data_block("b" + std::to_string(panel), points);
-    const bool log = std::string(input.name) == "E_r", shapes = input.name[0] == 's';
-    bumps +=
-        std::string(log ? "set logscale x\n" : "unset logscale x\n") +
-        (shapes ? "set xtics ('sphere' 0, 'ellipsoid' 1, 'cylinder' 2, 'lying' 3)\nset xrange [-0.3:3.3]\n"
-         : log  ? "set xtics auto\nset autoscale x\n"
-                : "set xtics (" + tics + ")\nset autoscale x\n") +
-        // A width that does not change is not drawn as its rounding.
-        (widest < 1.01 * narrowest
-             ? "set y2range [" + plot_number(0.8 * widest) + ":" + plot_number(1.2 * widest) + "]\n"
-             : "set autoscale y2\n") +
-        "set xlabel '" + input.label + "'\nset ylabel 'Gaussian a, Pa' textcolor rgb '#0072b2'\n" +
-        "set y2tics\nset y2label 'full width at half height, mm' textcolor rgb '#d55e00'\nplot $b" +
-        std::to_string(panel) + " using 1:2 with linespoints pt 7 ps 0.6 lc rgb '#0072b2' title 'a', $b" +
-        std::to_string(panel) +
-        " using 1:3 axes x1y2 with linespoints pt 6 ps 0.6 dt 2 lc rgb '#d55e00' title 'width'\n";
-    profiles += std::string("set title '") + input.label + "'\n" +
-                (curves.empty() ? "plot NaN notitle" : curves) + "\n";
-    ++panel;
-  }
-  draw_scripts(blocks + bumps + "unset multiplot\n", 1280, 720, folder / "sweep", written);
-  draw_scripts(profile_blocks + profiles + "unset multiplot\n", 1280, 720, folder / "sweep_profiles",
-               written);
+  draw_plot(bumps_plot(rows), folder / "sweep", written);
+  draw_plot(profiles_plot(rows), folder / "sweep_profiles", written);
   return written;
 }
 
@@ -300,11 +304,68 @@ Json convergence_json(const ConvergenceTables& t) {
   return value;
 }
 
+namespace {
+
+/// Error against the finest grid by cells and by run time, and run time by unknowns.
+Plot convergence_plot(const ConvergenceTables& t) {
+  std::vector<double> cells, error_time, force, stress, all, times, law;
+  const fem::Result& finest = t.grids.back().result;
+  for (const ForwardOutcome& o : t.grids) {
+    const fem::Result& r = o.result;
+    if (!r.converged || !finest.converged) continue;
+    all.push_back(unknowns(o.scene));
+    times.push_back(r.wall_s);
+    law.push_back(2e-7 * std::pow(all.back(), 1.1));
+    if (&r == &finest) continue;
+    cells.push_back(o.scene.cells[0]);
+    error_time.push_back(r.wall_s);
+    force.push_back(std::abs(relative_percent(r.force_N, finest.force_N)));
+    stress.push_back(std::abs(relative_percent(r.center_stress_Pa, finest.center_stress_Pa)));
+  }
+  constexpr auto kBoth = PlotCurve::Style::LinesAndPoints;
+  const auto errors = [&](const char* label, const std::vector<double>& x) {
+    return PlotPanel{.x_label = label,
+                     .y_label = "error against the finest grid, %",
+                     .curves = {{.title = "force", .x = x, .y = force, .style = kBoth},
+                                {.title = "centre stress", .x = x, .y = stress, .style = kBoth, .colour = 1}},
+                     .log_x = true,
+                     .log_y = true};
+  };
+  return {.panels = {errors("cells along x", cells),
+                     errors("run time, s", error_time),
+                     {.x_label = "unknowns",
+                      .y_label = "run time, s",
+                      .curves = {{.title = "solve", .x = all, .y = times, .style = kBoth, .colour = 2},
+                                 {.title = "unknowns^1.1", .x = all, .y = law, .colour = 4, .dashed = true}},
+                      .log_x = true,
+                      .log_y = true,
+                      .key = "top left"}},
+          .across = 3,
+          .width_px = 1280,
+          .height_px = 420};
+}
+
+/// Iterations by Poisson's ratio, a curve for each stiffness ratio: the first fifteen of the ranges.
+Plot iterations_plot(const ConvergenceTables& t) {
+  PlotPanel panel{.x_label = "0.5 - Poisson ratio", .y_label = "iterations", .log_x = true, .log_y = true};
+  constexpr const char* kRatios[] = {"E_r 0.1", "E_r 10", "E_r 10000"};
+  for (size_t k = 0; k < std::size(kRatios); ++k) {
+    PlotCurve curve{.title = kRatios[k], .style = PlotCurve::Style::LinesAndPoints, .colour = k};
+    for (size_t i = k; i < 15 && i < t.ranges.size(); i += 3) {
+      curve.x.push_back(0.5 - t.ranges[i].scene.poisson);
+      curve.y.push_back(t.ranges[i].result.iterations);
+    }
+    panel.curves.push_back(std::move(curve));
+  }
+  return {.panels = {panel}, .width_px = 720, .height_px = 480};
+}
+
+}  // namespace
+
 std::string write_convergence(const ConvergenceTables& t, const fs::path& folder) {
   make_output_folder(folder);
   std::string grids =
       "cells_x,cells_y,cells_z,unknowns,converged,force_N,center_stress_Pa,iterations,residual,wall_s,MB\n";
-  std::string error, time;
   for (const ForwardOutcome& o : t.grids) {
     const fem::Result& r = o.result;
     const auto& c = o.scene.cells;
@@ -312,18 +373,10 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
              plot_number(unknowns(o.scene)) + "," + (r.converged ? "1," : "0,") + plot_number(r.force_N) +
              "," + plot_number(r.center_stress_Pa) + "," + std::to_string(r.iterations) + "," +
              plot_number(r.residual) + "," + plot_number(r.wall_s) + "," + plot_number(megabytes(r)) + "\n";
-    const fem::Result& finest = t.grids.back().result;
-    if (!r.converged || !finest.converged) continue;
-    if (&r != &finest)
-      error += std::to_string(c[0]) + " " + plot_number(r.wall_s) + " " +
-               plot_number(std::abs(relative_percent(r.force_N, finest.force_N))) + " " +
-               plot_number(std::abs(relative_percent(r.center_stress_Pa, finest.center_stress_Pa))) + "\n";
-    time += plot_number(unknowns(o.scene)) + " " + plot_number(r.wall_s) + "\n";
   }
   std::string ranges =
       "poisson,stiffness_ratio,depth_mm,shape,height_mm,converged,force_N,center_stress_Pa,iterations,"
       "residual\n";
-  std::string by_ratio[3];
   for (const ForwardOutcome& o : t.ranges) {
     const fem::Result& r = o.result;
     const fem::Inclusion& lump = *o.scene.inclusion;
@@ -333,36 +386,11 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
               plot_number(r.center_stress_Pa) + "," + std::to_string(r.iterations) + "," +
               plot_number(r.residual) + "\n";
   }
-  for (size_t i = 0; i < 15 && i < t.ranges.size(); ++i)
-    by_ratio[i % 3] += plot_number(0.5 - t.ranges[i].scene.poisson) + " " +
-                       std::to_string(t.ranges[i].result.iterations) + "\n";
   write_whole(folder / "convergence.csv", std::string_view(grids));
   write_whole(folder / "stability.csv", std::string_view(ranges));
   std::string written = (folder / "convergence.csv").string() + ", stability.csv";
-  const auto lines = [](const char* what, const char* colour, const char* title) {
-    return std::string("$error using ") + what + " with linespoints pt 7 ps 0.7 lc rgb '" + colour +
-           "' title '" + title + "'";
-  };
-  draw_scripts(
-      data_block("error", error) + data_block("time", time) + plot_look() +
-          "set logscale xy\nset multiplot layout 1,3\nset ylabel 'error against the finest grid, %'\n"
-          "set xlabel 'cells along x'\nplot " +
-          lines("1:3", "#0072b2", "force") + ", " + lines("1:4", "#d55e00", "centre stress") +
-          "\nset xlabel 'run time, s'\nplot " + lines("2:3", "#0072b2", "force") + ", " +
-          lines("2:4", "#d55e00", "centre stress") +
-          "\nset xlabel 'unknowns'\nset ylabel 'run time, s'\nset key top left\n"
-          "plot $time with linespoints pt 7 ps 0.7 lc rgb '#009e73' title 'solve', $time using "
-          "1:($1**1.1*2e-7) "
-          "with lines dt 2 lc rgb '#888888' title 'unknowns^1.1'\nunset multiplot\n",
-      1280, 420, folder / "convergence", written);
-  draw_scripts(
-      data_block("soft", by_ratio[0]) + data_block("stiff", by_ratio[1]) + data_block("rigid", by_ratio[2]) +
-          plot_look() +
-          "set logscale xy\nset xlabel '0.5 - Poisson ratio'\nset ylabel 'iterations'\nset key top right\n"
-          "plot $soft with linespoints pt 7 lc rgb '#009e73' title 'E_r 0.1', "
-          "$stiff with linespoints pt 7 lc rgb '#0072b2' title 'E_r 10', "
-          "$rigid with linespoints pt 7 lc rgb '#d55e00' title 'E_r 10000'\n",
-      720, 480, folder / "stability", written);
+  draw_plot(convergence_plot(t), folder / "convergence", written);
+  draw_plot(iterations_plot(t), folder / "stability", written);
   return written;
 }
 
