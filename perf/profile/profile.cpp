@@ -67,7 +67,6 @@ void check_numbers(const Json& value, const std::string& place, const std::files
 std::string to_json(const Profile& profile) {
   Json value = profile;
   value["live"] = profile.live;
-  value["machine"]["kind"] = profile.machine.kind;
   value["palpate_profile"] = kProfileVersion;
   return value.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -88,8 +87,9 @@ Profile parse_profile(const std::string& text, const std::filesystem::path& file
              "version " + version.dump() + " where this program reads " + std::to_string(kProfileVersion));
     check_numbers(value, "", file);
     auto profile = value.get<Profile>();
-    const Json& machine = value.at("machine");
-    if (machine.contains("kind")) machine.at("kind").get_to(profile.machine.kind);
+    // An earlier version also wrote what a model said of cards that were not there.
+    if (const std::string kind = value.at("machine").value("kind", "executed"); kind != "executed")
+      refuse(file, "figures that are " + kind + ", not measured");
     if (value.contains("live")) profile.live = value.at("live").get<std::vector<LiveFigure>>();
     for (const SizeFigure& size : profile.sizes) {
       if (size.width_px == 0 || size.height_px == 0 || size.latency.median_ms <= 0)

@@ -43,9 +43,6 @@ struct Machine {
   std::string palpate;   ///< version of the program
   std::string libraries;
   std::string date_utc;
-  /// What its figures are: "executed" on it, or "modelled" from what its compiler makes of the kernels,
-  /// without the machine. Files of before there was any other kind do not say it.
-  std::string kind = "executed";
 };
 
 /// Bytes read plus bytes written a second, of work that does nothing else.

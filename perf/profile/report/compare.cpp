@@ -85,7 +85,7 @@ void compare_errors(MachineComparison& result) {
   }
 }
 
-/// What a profile that was modelled leaves at 0 is not there.
+/// What a profile leaves at 0 is not there.
 ComparedValue rate_beside(double first, double value) {
   return value > 0 ? beside(first, value) : ComparedValue{};
 }
@@ -148,11 +148,9 @@ void note_differences(MachineComparison& result) {
     const Profile& b = result.profiles[i];
     const std::string name = letter_of(i);
     if (!b.complete) result.notes.push_back(name + " was ended before it was complete");
-    if (b.machine.kind != "executed")
-      result.notes.push_back(name + " is " + b.machine.kind + ": nothing of it was measured");
     if (i == 0) continue;
     const auto differ = [&](const char* what, const std::string& in_a, const std::string& in_b) {
-      if (in_a != in_b && b.machine.kind == "executed")
+      if (in_a != in_b)
         result.notes.push_back(std::string(what) + " differs: A " + in_a + ", " + name + " " + in_b);
     };
     differ("version of palpate", a.machine.palpate, b.machine.palpate);
@@ -230,16 +228,11 @@ MachineComparison compare_profiles(const std::vector<Profile>& profiles) {
 }
 
 std::vector<Table> tables_of(const MachineComparison& comparison) {
-  Table machines{
-      "Machines",
-      "Executed: measured on the machine. Modelled: computed from what the card's compiler makes of "
-      "the kernels and from its published figures; no such machine was there.",
-      {"", "device", "kind", "driver", "CPU", "system", "palpate", "date"},
-      {}};
+  Table machines{"Machines", "", {"", "device", "driver", "CPU", "system", "palpate", "date"}, {}};
   for (size_t i = 0; i < comparison.profiles.size(); ++i) {
     const Machine& m = comparison.profiles[i].machine;
     const std::string cpu = m.cpu.empty() ? "" : m.cpu + ", " + std::to_string(m.cpu_threads) + " threads";
-    machines.rows.push_back({letter_of(i), m.device, m.kind, m.driver, cpu, m.system, m.palpate, m.date_utc});
+    machines.rows.push_back({letter_of(i), m.device, m.driver, cpu, m.system, m.palpate, m.date_utc});
   }
   Table figures{
       "Side by side",
@@ -266,14 +259,14 @@ std::vector<Table> tables_of(const MachineComparison& comparison) {
 std::string to_csv(const MachineComparison& comparison) {
   std::ostringstream out;
   out.precision(6);
-  out << "what,reading_or_truth,size_px,unit,machine,kind,value,ratio_to_a,ratio_low,ratio_high\n";
+  out << "what,reading_or_truth,size_px,unit,machine,value,ratio_to_a,ratio_low,ratio_high\n";
   for (const ComparedFigure& f : comparison.figures)
     for (size_t i = 0; i < f.values.size(); ++i) {
       const ComparedValue& v = f.values[i];
       if (!v.value) continue;
       out << csv_cell(f.what) << ',' << csv_cell(f.reading) << ',' << f.size << ',' << f.unit << ','
-          << csv_cell(comparison.names[i]) << ',' << comparison.profiles[i].machine.kind << ',' << *v.value
-          << ',' << v.ratio << ',' << v.ratio_low << ',' << v.ratio_high << '\n';
+          << csv_cell(comparison.names[i]) << ',' << *v.value << ',' << v.ratio << ',' << v.ratio_low << ','
+          << v.ratio_high << '\n';
     }
   return out.str();
 }
@@ -281,9 +274,7 @@ std::string to_csv(const MachineComparison& comparison) {
 std::string to_json(const MachineComparison& comparison) {
   json::Value machines = json::Value::array();
   for (size_t i = 0; i < comparison.profiles.size(); ++i) {
-    json::Value one = {{"name", comparison.names[i]},
-                       {"kind", comparison.profiles[i].machine.kind},
-                       {"frame_ratio_spread", comparison.frames[i].spread}};
+    json::Value one = {{"name", comparison.names[i]}, {"frame_ratio_spread", comparison.frames[i].spread}};
     one["frame_ratio"] = comparison.frames[i].ratio ? json::Value(*comparison.frames[i].ratio) : nullptr;
     machines.push_back(one);
   }
