@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
   using namespace palpate;
   const Program program{
       .name = "palpate-lab",
-      .about = "the laboratory of palpate: models, data sets, training, and how right and fast palpate is.",
+      .about = "the laboratory of palpate: models, data sets, training, studies and benchmarks.",
       .examples =
           "  palpate-lab forward --size-mm 12 --out out/lump       what a lump in tissue shows on the "
           "surface\n"
