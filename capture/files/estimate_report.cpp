@@ -32,7 +32,7 @@ void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
   Json chances = Json::object();
   std::string line;
   for (size_t s = 0; s < 4; ++s) {
-    const char* shape = to_string(static_cast<fem::InclusionShape>(s));
+    const char* shape = to_string(static_cast<InclusionShape>(s));
     chances[shape] = e.shape_probability[s];
     line += text("%s %s %.0f %%", s > 0 ? "," : "shape:", shape, 100 * e.shape_probability[s]);
   }

@@ -15,13 +15,13 @@ namespace {
 constexpr size_t kMostNodes = 4096;  // along a side
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
-fem::Map read_table(const std::filesystem::path& file) {
+PressureMap read_table(const std::filesystem::path& file) {
   const std::string wanted = "a table of pressures in Pa, as many numbers in each line";
   const auto refuse = [&](const std::string& found) {
     throw Error(Failure::Input, wanted, found + " in " + file.string(), "a .npy file or a table of numbers");
   };
   CsvTable table(file, wanted, {.header = false, .width = CsvWidth::Any});
-  fem::Map map;
+  PressureMap map;
   std::string cut;  // the first line whose numbers seem to be cut at decimal commas
   bool points = false;
   while (table.next()) {
@@ -45,8 +45,8 @@ fem::Map read_table(const std::filesystem::path& file) {
 
 }  // namespace
 
-fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
-  fem::Map map;
+PressureMap read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
+  PressureMap map;
   if (file.extension() == ".npy") {
     NpyArray array = read_npy(file);
     if (array.shape.size() != 2 || array.shape[0] > kMostNodes || array.shape[1] > kMostNodes)

@@ -9,6 +9,6 @@ namespace palpate {
 
 /// A map of pressure, Pa: .npy (height x width) or a table of numbers (.csv: a line per row, empty or "nan"
 /// where nothing was seen). Throws Error(Failure::Input).
-fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm);
+PressureMap read_pressure_map(const std::filesystem::path& file, double pitch_mm);
 
 }  // namespace palpate

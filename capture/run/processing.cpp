@@ -278,7 +278,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
       std::filesystem::remove(out / stale);
   }
   ProcessSummary summary;
-  summary.solver = request.solver;
+  summary.solver = measured.solver;
   summary.solved_by = pipeline.solved_by();
   summary.separate = separate;
   summary.untouched = background_origin(sensor, *source);

@@ -8,7 +8,7 @@
 #include "capture/synthetic/optics.h"
 #include "capture/synthetic/scene.h"
 #include "engine/fem/large_strain/extrapolation.h"
-#include "engine/fem/map_sampling.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -95,13 +95,13 @@ struct TissueSensor::Impl {
     return at(script, static_cast<double>(sequence % frames) / options.rate_Hz).force_N;
   }
   /// Pressure over the block at a force.
-  fem::Map map_at_force(double force_N) const {
+  PressureMap map_at_force(double force_N) const {
     const std::vector<fem::PressedBlock>& loads = press->loads;
     size_t k = 0;
     while (k + 2 < loads.size() && loads[k + 1].force_N < force_N) ++k;
     const fem::PressedBlock &a = loads[k], &b = loads[k + 1];
     const double t = (force_N - a.force_N) / (b.force_N - a.force_N);
-    fem::Map map = a.pressure_Pa;
+    PressureMap map = a.pressure_Pa;
     for (size_t i = 0; i < map.values.size(); ++i)
       map.values[i] =
           static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.pressure_Pa.values[i]) / a.force_N +
@@ -109,16 +109,16 @@ struct TissueSensor::Impl {
     return map;
   }
   /// 0 beside the block.
-  double pressure_Pa(const fem::Map& map, double x_mm, double y_mm) const {
+  double pressure_Pa(const PressureMap& map, double x_mm, double y_mm) const {
     const double x = x_mm + options.x_mm, y = y_mm + options.y_mm;
     if (std::abs(x) > options.scene.block_mm[0] / 2 || std::abs(y) > options.scene.block_mm[1] / 2) return 0;
-    return std::max(0.0, fem::map_at(map, x, y));
+    return std::max(0.0, map_at(map, x, y));
   }
 
   /// `force_N` 0: untouched. `sequence`: of the noise; none: without.
   void render(double force_N, std::optional<uint64_t> sequence, Frame& frame) const {
     const uint32_t w = options.width, h = options.height;
-    const fem::Map map = force_N > 0 ? map_at_force(force_N) : fem::Map{};
+    const PressureMap map = force_N > 0 ? map_at_force(force_N) : PressureMap{};
     const double per_e = 255 / optics::kFullWell_e, read_gray = per_e * optics::kReadNoise_e;
     std::vector<float> noise(w, 0.0f), pattern(w);
     for (uint32_t y = 0; y < h; ++y) {
@@ -226,7 +226,7 @@ std::optional<Truth> TissueSensor::truth(uint64_t sequence) const {
   t.contact = block_N > 0;
   t.depth_mm.assign(size_t{impl_->options.width} * impl_->options.height, 0.0f);
   if (!t.contact) return t;
-  const fem::Map map = impl_->map_at_force(block_N);
+  const PressureMap map = impl_->map_at_force(block_N);
   const uint32_t w = impl_->options.width, h = impl_->options.height;
   constexpr uint32_t kEvery = 4;
   double sum = 0, x_sum = 0, y_sum = 0;

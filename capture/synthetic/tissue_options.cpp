@@ -19,10 +19,10 @@ constexpr const char* kKeys =
     "thickness=MM, "
     "young=PA, cells=N";
 
-const std::map<std::string, fem::InclusionShape> kShapes = {{"sphere", fem::InclusionShape::Sphere},
-                                                            {"ellipsoid", fem::InclusionShape::Ellipsoid},
-                                                            {"cylinder", fem::InclusionShape::Cylinder},
-                                                            {"lying", fem::InclusionShape::LyingCylinder}};
+const std::map<std::string, InclusionShape> kShapes = {{"sphere", InclusionShape::Sphere},
+                                                       {"ellipsoid", InclusionShape::Ellipsoid},
+                                                       {"cylinder", InclusionShape::Cylinder},
+                                                       {"lying", InclusionShape::LyingCylinder}};
 
 template <class Number>
 Number number(const std::string& key, const std::string& text) {
@@ -111,8 +111,8 @@ TissueOptions parse_tissue(const std::string& input) {
   o.scene.inclusion.reset();
   if (has_lump) {
     lump.size_mm = {d, d, d};
-    if (lump.shape == fem::InclusionShape::Ellipsoid) lump.size_mm[0] = 1.5 * d;
-    if (lump.shape == fem::InclusionShape::LyingCylinder) lump.size_mm[0] = 2.5 * d;
+    if (lump.shape == InclusionShape::Ellipsoid) lump.size_mm[0] = 1.5 * d;
+    if (lump.shape == InclusionShape::LyingCylinder) lump.size_mm[0] = 2.5 * d;
     o.scene.inclusion = lump;
   }
   try {

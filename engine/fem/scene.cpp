@@ -40,10 +40,6 @@ void check(const Scene& s, const Inclusion& lump) {
 
 }  // namespace
 
-const char* to_string(InclusionShape shape) {
-  return kShapeNames[static_cast<size_t>(shape)];
-}
-
 std::array<double, 3> Inclusion::size() const {
   switch (shape) {
     case InclusionShape::Sphere:

@@ -9,19 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "engine/tissue/inclusion_shape.h"
+#include "engine/tissue/pressure_map.h"
+
 namespace palpate::gpu {
 class Context;
 }  // namespace palpate::gpu
 
 namespace palpate::fem {
-enum class InclusionShape : uint8_t {
-  Sphere,
-  Ellipsoid,      ///< axes along x, y and z
-  Cylinder,       ///< upright: its round faces look up and down
-  LyingCylinder,  ///< its axis is x
-};
-inline constexpr const char* kShapeNames[] = {"sphere", "ellipsoid", "cylinder", "lying"};
-const char* to_string(InclusionShape shape);
 
 /// A stiffer or softer body in the tissue, bonded to it. Poisson's ratio is the tissue's.
 struct Inclusion {
@@ -90,14 +85,8 @@ struct Options {
   std::function<gpu::Context*()> device = {};
 };
 
-/// A map over the tissue's surface, one value per node: height x width, row by row along x.
-struct Map {
-  uint32_t width = 0, height = 0;
-  std::array<double, 2> pitch_mm = {0, 0};
-  std::vector<float> values;
-
-  float at(uint32_t x, uint32_t y) const { return values[size_t{y} * width + x]; }
-};
+/// Deflections have the same nodes.
+using Map = PressureMap;
 
 /// The answer. Where `converged` is false no number in it is to be used but `residual`.
 struct Result {

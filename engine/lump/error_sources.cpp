@@ -20,7 +20,7 @@ Observation changed(const Observation& observation, const std::string& input, do
   if (input == "modulus") other.young_Pa *= factor;
   if (input == "thickness") other.block_mm[2] *= factor;
   if (input == "pitch")
-    for (fem::Map& map : other.pressure_Pa)
+    for (PressureMap& map : other.pressure_Pa)
       for (double& pitch : map.pitch_mm) pitch *= factor;
   return other;
 }
@@ -156,7 +156,7 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
 }
 
 Observation with_uneven_light(Observation observation, double fraction) {
-  for (fem::Map& map : observation.pressure_Pa) {
+  for (PressureMap& map : observation.pressure_Pa) {
     const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
     const double corner = x_half * x_half + y_half * y_half;
     for (uint32_t j = 0; j < map.height; ++j)

@@ -18,7 +18,7 @@ constexpr double kLeastOdds = 0.05;  // of a shape that is worth a search
 
 /// Whether the bump at a place is longer along y than along x.
 bool longer_along_y(const Observation& observation, double x_mm, double y_mm) {
-  const fem::Map& map = observation.pressure_Pa.back();
+  const PressureMap& map = observation.pressure_Pa.back();
   std::vector<float> seen;
   std::copy_if(map.values.begin(), map.values.end(), std::back_inserter(seen),
                [](float p) { return std::isfinite(p); });
@@ -80,9 +80,9 @@ Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads)
       const bool along_y = longer_along_y(observation, first.x_mm.value, first.y_mm.value);
       for (size_t s = 0; s < first.shape_probability.size(); ++s) {
         if (first.shape_probability[s] < kLeastOdds) continue;
-        start.shape = static_cast<fem::InclusionShape>(s);
-        start.along_y = along_y && (start.shape == fem::InclusionShape::Ellipsoid ||
-                                    start.shape == fem::InclusionShape::LyingCylinder);
+        start.shape = static_cast<InclusionShape>(s);
+        start.along_y = along_y && (start.shape == InclusionShape::Ellipsoid ||
+                                    start.shape == InclusionShape::LyingCylinder);
         options.starts.push_back({start, first.shape_probability[s]});
       }
     }

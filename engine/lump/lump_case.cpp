@@ -7,10 +7,10 @@ constexpr double kEllipsoidLength = 1.5, kLyingLength = 2.5;  // over the diamet
 
 }  // namespace
 
-double length_over_diameter(fem::InclusionShape shape) {
-  return shape == fem::InclusionShape::Ellipsoid       ? kEllipsoidLength
-         : shape == fem::InclusionShape::LyingCylinder ? kLyingLength
-                                                       : 1;
+double length_over_diameter(InclusionShape shape) {
+  return shape == InclusionShape::Ellipsoid       ? kEllipsoidLength
+         : shape == InclusionShape::LyingCylinder ? kLyingLength
+                                                  : 1;
 }
 
 std::array<double, 3> Case::Lump::size_mm() const {
@@ -41,9 +41,9 @@ fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, dou
   return scene;
 }
 
-fem::Map in_case_axes(const Case& what, fem::Map map) {
+PressureMap in_case_axes(const Case& what, PressureMap map) {
   if (!what.lump || !what.lump->along_y) return map;
-  fem::Map turned;
+  PressureMap turned;
   turned.width = map.height;
   turned.height = map.width;
   turned.pitch_mm = {map.pitch_mm[1], map.pitch_mm[0]};

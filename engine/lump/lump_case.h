@@ -18,7 +18,7 @@ struct Range {
 /// One block.
 struct Case {
   struct Lump {
-    fem::InclusionShape shape = fem::InclusionShape::Sphere;
+    InclusionShape shape = InclusionShape::Sphere;
     bool along_y = false;  ///< long shapes: their long axis is y
     double diameter_mm = 0, depth_mm = 0, stiffness_ratio = 1;
     std::array<double, 2> offset_mm = {0, 0};
@@ -32,7 +32,7 @@ struct Case {
 };
 
 /// Length of a shape over its diameter: 1 but for the ellipsoid and the lying cylinder.
-double length_over_diameter(fem::InclusionShape shape);
+double length_over_diameter(InclusionShape shape);
 
 /// The case as the solver has it, with long shapes along x: where the case's lies along y, x and y of the
 /// scene are y and x of the case. `block_mm`: length and width; `cells`: along x, y, z of the case.
@@ -45,6 +45,6 @@ Numbers in_scene_axes(const Case& what, Numbers numbers) {
   return numbers;
 }
 /// A map of that scene with the axes of the case.
-fem::Map in_case_axes(const Case& what, fem::Map map);
+PressureMap in_case_axes(const Case& what, PressureMap map);
 
 }  // namespace palpate::lump

@@ -31,7 +31,7 @@ bool sees_all(const std::array<double, 2>& window_mm, const BlockSetting& b) {
   return true;
 }
 
-double peak_of(const fem::Map& map) {
+double peak_of(const PressureMap& map) {
   float peak = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) peak = std::max(peak, value);

@@ -122,8 +122,8 @@ std::array<double, 2> PressureNodes::window_mm() const {
           background_.format.height * sensor_.pitch_mm_per_px};
 }
 
-fem::Map PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const {
-  fem::Map map{width_, height_, {pitch_mm_, pitch_mm_}, {}};
+PressureMap PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const {
+  PressureMap map{width_, height_, {pitch_mm_, pitch_mm_}, {}};
   std::vector<uint32_t> rows(height_);
   for (const uint32_t node : node_of_y_)
     if (node < height_) ++rows[node];
@@ -183,7 +183,7 @@ lump::Observation press_observation(const PressureNodes& nodes, const std::vecto
     r.force_N.push_back(load.force_N);
   }
   // The plate goes on beside the block.
-  for (fem::Map& map : r.pressure_Pa)
+  for (PressureMap& map : r.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double pitch_mm = map.pitch_mm[0];

@@ -44,7 +44,7 @@ class PressureNodes {
   /// Mean pressure, Pa. Nodes with more than one in fifty pixels at the camera's limit are NaN (not seen)
   /// and counted, as a share, in `limited_fraction`. `noise_Pa`: of a value, what the calibration leaves and
   /// rounding to gray levels.
-  fem::Map map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const;
+  PressureMap map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const;
   /// Pressure of one gray level, at small pressures.
   double Pa_per_gray() const { return 1e6 / sensor_.elastic.gray_per_MPa; }
   /// Standard error of the calibration, fraction of a pressure.

@@ -26,14 +26,14 @@ std::vector<double> along(double block_mm, double window_mm, double overlap) {
 }
 
 /// The maps at one press's own forces, from those that were solved.
-std::vector<fem::Map> maps_at(const fem::LargeStrainResult& solved, const std::vector<double>& forces_N) {
-  std::vector<fem::Map> maps;
+std::vector<PressureMap> maps_at(const fem::LargeStrainResult& solved, const std::vector<double>& forces_N) {
+  std::vector<PressureMap> maps;
   for (const double force_N : forces_N) {
     size_t k = 0;
     while (k + 2 < solved.loads.size() && solved.loads[k + 1].force_N < force_N) ++k;
     const fem::PressedBlock &a = solved.loads[k], &b = solved.loads[k + 1];
     const double t = (force_N - a.force_N) / (b.force_N - a.force_N);
-    fem::Map map = a.pressure_Pa;
+    PressureMap map = a.pressure_Pa;
     for (size_t i = 0; i < map.values.size(); ++i)
       map.values[i] =
           static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.pressure_Pa.values[i]) / a.force_N +
@@ -48,7 +48,7 @@ std::vector<fem::Map> maps_at(const fem::LargeStrainResult& solved, const std::v
 lump::Observation without_place(lump::Observation observation, const std::array<double, 2>& hidden,
                                 const std::array<double, 2>& kept) {
   const double reach = 0.5 * std::hypot(hidden[0] - kept[0], hidden[1] - kept[1]);
-  for (fem::Map& map : observation.pressure_Pa)
+  for (PressureMap& map : observation.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double x = observation.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
@@ -62,7 +62,7 @@ lump::Observation without_place(lump::Observation observation, const std::array<
 /// Whether a place lies in a press's window, off its edge.
 bool sees(const lump::Observation& press, const std::array<double, 2>& place) {
   constexpr double kEdge_mm = 4;  // nearer to a window's edge a bump is cut
-  const fem::Map& map = press.pressure_Pa.back();
+  const PressureMap& map = press.pressure_Pa.back();
   return std::abs(place[0] - press.window_mm[0]) < map.pitch_mm[0] * (map.width - 1) / 2 - kEdge_mm &&
          std::abs(place[1] - press.window_mm[1]) < map.pitch_mm[1] * (map.height - 1) / 2 - kEdge_mm;
 }
@@ -73,7 +73,7 @@ std::vector<ScannedPress> press_answers(const std::vector<lump::ScanPress>& pres
   std::vector<ScannedPress> answers;
   for (size_t p = 0; p < presses.size(); ++p) {
     const lump::Observation& observation = presses[p].observation;
-    const fem::Map& window = observation.pressure_Pa.back();
+    const PressureMap& window = observation.pressure_Pa.back();
     if (!map.places[p].used) continue;
     for (size_t b = 0; b < 2; ++b) {
       const auto &own = bumps.place_mm[b], &other = bumps.place_mm[1 - b];
@@ -185,7 +185,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
   return answer;
 }
 
-const char* shape_text(fem::InclusionShape shape) {
+const char* shape_text(InclusionShape shape) {
   constexpr const char* kNames[] = {"sphere", "ellipsoid", "upright cylinder", "lying cylinder"};
   return kNames[static_cast<size_t>(shape)];
 }
@@ -215,7 +215,7 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estim
     rows.emplace_back("centre y", interval_text(e.y_mm, "mm"));
     std::string shapes;
     for (size_t i = 0; i < e.shape_probability.size(); ++i)
-      shapes += (i ? ", " : "") + std::string(shape_text(static_cast<fem::InclusionShape>(i))) +
+      shapes += (i ? ", " : "") + std::string(shape_text(static_cast<InclusionShape>(i))) +
                 text(" %.0f %%", 100 * e.shape_probability[i]);
     rows.emplace_back("shape", std::string(shape_text(e.shape)) + " (" + shapes + ")");
   }

@@ -61,7 +61,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
                          const lump::Estimator& estimator, uint64_t seed = 1);
 
 /// A shape in words: "sphere", "upright cylinder", ...
-const char* shape_text(fem::InclusionShape shape);
+const char* shape_text(InclusionShape shape);
 /// "8.1 mm (90 %: 7.6 to 8.7)"; with `open`, what the interval says alone.
 std::string interval_text(const lump::Value& value, const char* unit);
 /// The rows of a table for people: what it is and what is known of it.

@@ -97,7 +97,7 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
 
 void LayerTraction::make(FrameSlot& slot) const {
   TractionSlot& traction = slot.traction;
-  const std::optional<PressureMap> pressure = surface_.pressure();
+  const std::optional<DevicePressure> pressure = surface_.pressure();
   const uint64_t bytes = pressure ? pressure->buffer->bytes() : cells_.bytes();
   traction.input = gpu::DeviceBuffer(context_, "traction input", bytes, gpu::Memory::Readback);
   for (std::vector<float>* map : {&traction.pressure_kPa, &traction.shear_x_kPa, &traction.shear_y_kPa})
@@ -123,7 +123,7 @@ void LayerTraction::make(FrameSlot& slot) const {
 
 // The pressure's buffer is the next frame's as well; depths are the slot's own, and final only later.
 void LayerTraction::record(gpu::Commands& commands, FrameSlot& slot) const {
-  const std::optional<PressureMap> pressure = surface_.pressure();
+  const std::optional<DevicePressure> pressure = surface_.pressure();
   if (pressure) commands.copy(*pressure->buffer, slot.traction.input, pressure->buffer->bytes());
 }
 
@@ -210,7 +210,7 @@ void LayerTraction::find_contact(const FrameParts& parts) {
 }
 
 void LayerTraction::read_pressures(FrameSlot& slot) {
-  const PressureMap map = *surface_.pressure();
+  const DevicePressure map = *surface_.pressure();
   slot.traction.input.invalidate();
   const std::span<const float> pixels = slot.traction.input.as<const float>();
   const uint32_t side = fine_ * shared::kCellSide;

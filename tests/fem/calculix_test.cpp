@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/fem/large_strain/extrapolation.h"
-#include "engine/fem/map_sampling.h"
+#include "engine/tissue/map_sampling.h"
 
 namespace palpate {
 namespace {
@@ -27,9 +27,10 @@ TEST_P(Calculix, ForceAndMapOfAPressAreTheSame) {
   for (size_t l = 0; l < loads.size(); ++l) {
     const fem::PressedBlock& ours = pressed.loads[l];
     const CalculixCase::Load& theirs = block.loads[l];
-    const fem::Map wanted = without_rim(theirs.pressure_Pa),
-                   found = node_means(ours.pressure_Pa, {0, 0},
-                                      {block.scene.block_mm[0], block.scene.block_mm[1]}, wanted.pitch_mm[0]);
+    const PressureMap wanted = without_rim(theirs.pressure_Pa),
+                      found =
+                          node_means(ours.pressure_Pa, {0, 0},
+                                     {block.scene.block_mm[0], block.scene.block_mm[1]}, wanted.pitch_mm[0]);
     ASSERT_EQ(found.values.size(), wanted.values.size());
     double squares = 0, most = 0;
     const double peak = double{*std::max_element(wanted.values.begin(), wanted.values.end())};

@@ -84,8 +84,8 @@ TEST(Forward, EshelbysSphere) {
         for (uint32_t i = 0; i < n; ++i) {
           const std::array<double, 3> low = {1.0 * i, 1.0 * j, 1.0 * k};
           const double inside =
-              share_inside(fem::InclusionShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
-                           {low[0] + 1, low[1] + 1, low[2] + 1});
+              fem::share_inside(InclusionShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
+                                {low[0] + 1, low[1] + 1, low[2] + 1});
           grid.young[grid.cell(i, j, k)] = static_cast<float>(fem::mixed_modulus(inside, ratio));
         }
     const size_t nodes = grid.nodes();

@@ -14,23 +14,22 @@
 namespace palpate {
 namespace {
 
-fem::Scene scene_with(fem::InclusionShape shape, std::array<double, 2> offset_mm = {0, 0},
-                      uint32_t cells = 16) {
+fem::Scene scene_with(InclusionShape shape, std::array<double, 2> offset_mm = {0, 0}, uint32_t cells = 16) {
   fem::Scene scene;
   scene.cells = {cells, cells, cells / 2};
   scene.inclusion->shape = shape;
-  if (shape == fem::InclusionShape::Ellipsoid) scene.inclusion->size_mm = {12, 8, 8};
-  if (shape == fem::InclusionShape::LyingCylinder) scene.inclusion->size_mm = {15, 6, 6};
+  if (shape == InclusionShape::Ellipsoid) scene.inclusion->size_mm = {12, 8, 8};
+  if (shape == InclusionShape::LyingCylinder) scene.inclusion->size_mm = {15, 6, 6};
   scene.inclusion->offset_mm = offset_mm;
   return scene;
 }
 
-constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
-                                           fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
+constexpr InclusionShape kShapes[] = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
+                                      InclusionShape::Cylinder, InclusionShape::LyingCylinder};
 
 double volume_of(const fem::Inclusion& lump) {
   const auto [a, b, c] = lump.size();
-  const bool ball = lump.shape == fem::InclusionShape::Sphere || lump.shape == fem::InclusionShape::Ellipsoid;
+  const bool ball = lump.shape == InclusionShape::Sphere || lump.shape == InclusionShape::Ellipsoid;
   return a * b * c * std::numbers::pi / (ball ? 6 : 4);
 }
 
@@ -47,7 +46,7 @@ double volume_of(const fem::CellGrid& grid, double ratio) {
 }
 
 TEST(FittedGrid, CellsEncloseTheLumpAndLeaveTheBlocksFaces) {
-  for (const fem::InclusionShape shape : kShapes)
+  for (const InclusionShape shape : kShapes)
     for (const std::array<double, 2>& offset : {std::array{0.0, 0.0}, std::array{3.3, -4.1}}) {
       const fem::Scene scene = scene_with(shape, offset);
       const fem::InclusionCells cells = fem::inclusion_cells(scene);
@@ -77,7 +76,7 @@ TEST(FittedGrid, CellsEncloseTheLumpAndLeaveTheBlocksFaces) {
 }
 
 TEST(FittedGrid, AQuarterIsAQuarterOfTheWhole) {
-  const fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  const fem::Scene scene = scene_with(InclusionShape::Sphere);
   const fem::InclusionCells cells = fem::inclusion_cells(scene);
   const fem::CellGrid whole = *fit(scene, cells, false), quarter = *fit(scene, cells, true);
   for (uint32_t k = 0; k <= 8; ++k)
@@ -94,7 +93,7 @@ TEST(FittedGrid, AQuarterIsAQuarterOfTheWhole) {
 
 TEST(FittedGrid, ALumpInTheMiddleHasCellsInTheMiddleHoweverLong) {
   for (double length = 2; length < 39; length += 0.3) {
-    fem::Scene scene = scene_with(fem::InclusionShape::LyingCylinder);
+    fem::Scene scene = scene_with(InclusionShape::LyingCylinder);
     scene.inclusion->size_mm = {length, 6, 6};
     const fem::InclusionCells cells = fem::inclusion_cells(scene);
     EXPECT_TRUE(cells.in_middle(scene.cells)) << length;
@@ -103,7 +102,7 @@ TEST(FittedGrid, ALumpInTheMiddleHasCellsInTheMiddleHoweverLong) {
 }
 
 TEST(FittedGrid, CellsBesideTheMiddleHaveNoQuarter) {
-  const fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  const fem::Scene scene = scene_with(InclusionShape::Sphere);
   fem::InclusionCells cells = fem::inclusion_cells(scene);
   ++cells.last[0];
   EXPECT_TRUE(fit(scene, cells, false));
@@ -111,7 +110,7 @@ TEST(FittedGrid, CellsBesideTheMiddleHaveNoQuarter) {
 }
 
 TEST(FittedGrid, CellsSuitLumpsLikeTheirsAndNoOthers) {
-  fem::Scene scene = scene_with(fem::InclusionShape::Sphere, {1, 2});
+  fem::Scene scene = scene_with(InclusionShape::Sphere, {1, 2});
   const fem::InclusionCells cells = fem::inclusion_cells(scene);
   EXPECT_TRUE(matches(cells, scene));
   scene.inclusion->depth_mm += 0.5;
@@ -121,7 +120,7 @@ TEST(FittedGrid, CellsSuitLumpsLikeTheirsAndNoOthers) {
 }
 
 TEST(FittedGrid, CellsThatWouldTurnInsideOutAreNotMade) {
-  fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  fem::Scene scene = scene_with(InclusionShape::Sphere);
   EXPECT_TRUE(fit(scene, fem::inclusion_cells(scene), true));
   // Cells of one corner of the block cannot be a lump in the other.
   scene.inclusion->offset_mm = {14, 14};
@@ -140,9 +139,9 @@ double press(const fem::Scene& scene, std::optional<fem::CellGrid> grid) {
 }
 
 TEST(FittedGrid, HalfTheCellsSizeIsMoreThanTwiceAsNear) {
-  const fem::Scene coarsest = scene_with(fem::InclusionShape::Sphere);
+  const fem::Scene coarsest = scene_with(InclusionShape::Sphere);
   const auto with = [&](uint32_t finer) {
-    const fem::Scene scene = scene_with(fem::InclusionShape::Sphere, {0, 0}, 16 * finer);
+    const fem::Scene scene = scene_with(InclusionShape::Sphere, {0, 0}, 16 * finer);
     return press(scene, fit(scene, fem::inclusion_cells(coarsest).times(finer), true));
   };
   const double once = with(1), twice = with(2), thrice = with(3);
@@ -152,7 +151,7 @@ TEST(FittedGrid, HalfTheCellsSizeIsMoreThanTwiceAsNear) {
 }
 
 TEST(FittedGrid, ChangesOfTheLumpAreTheDifferencesThatTheyMake) {
-  const fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  const fem::Scene scene = scene_with(InclusionShape::Sphere);
   const fem::InclusionCells cells = fem::inclusion_cells(scene);
   const auto deeper = [&](double by_mm) {
     fem::Scene other = scene;

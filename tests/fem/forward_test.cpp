@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double sum_of(const fem::Map& map) {
+double sum_of(const PressureMap& map) {
   double sum = 0;
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x)
@@ -333,9 +333,8 @@ TEST(Forward, OrderingsOfTheLump) {
 }
 
 TEST(Forward, ShapesHaveTheirVolume) {
-  for (const fem::InclusionShape shape :
-       {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid, fem::InclusionShape::Cylinder,
-        fem::InclusionShape::LyingCylinder}) {
+  for (const InclusionShape shape : {InclusionShape::Sphere, InclusionShape::Ellipsoid,
+                                     InclusionShape::Cylinder, InclusionShape::LyingCylinder}) {
     fem::Inclusion lump;
     lump.shape = shape;
     lump.size_mm = {8, 6, 5};
@@ -344,8 +343,9 @@ TEST(Forward, ShapesHaveTheirVolume) {
     for (int k = -6; k < 6; ++k)
       for (int j = -6; j < 6; ++j)
         for (int i = -6; i < 6; ++i)
-          sum += share_inside(shape, size, {double(i), double(j), double(k)}, {i + 1.0, j + 1.0, k + 1.0});
-    const bool round = shape == fem::InclusionShape::Sphere || shape == fem::InclusionShape::Ellipsoid;
+          sum +=
+              fem::share_inside(shape, size, {double(i), double(j), double(k)}, {i + 1.0, j + 1.0, k + 1.0});
+    const bool round = shape == InclusionShape::Sphere || shape == InclusionShape::Ellipsoid;
     const double volume = size[0] * size[1] * size[2] * kPi / (round ? 6 : 4);
     EXPECT_NEAR(sum, volume, 0.002 * volume) << static_cast<int>(shape);
   }

@@ -300,7 +300,7 @@ TEST(LargeStrain, AFacesDepthIsFeltWhereverItLies) {
   options.map_nodes = {17, 17};
   options.residual = 1e-5;
   fem::Scene scene = block(24);
-  scene.inclusion->shape = fem::InclusionShape::Cylinder;
+  scene.inclusion->shape = InclusionShape::Cylinder;
   scene.inclusion->size_mm = {8, 8, 8};
   const auto peak = [&](double depth_mm, uint32_t coarser, bool follows) {
     scene.inclusion->depth_mm = depth_mm;

@@ -211,7 +211,7 @@ SphereError sphere_on_bricks(uint32_t down) {
   const fem::Result block = fem::solve(scene);
   EXPECT_TRUE(block.converged);
   // A node is the middle of a cell.
-  const fem::Map& depth = block.deflection_mm;
+  const PressureMap& depth = block.deflection_mm;
   const double pitch = depth.pitch_mm[0];
   std::vector<uint8_t> contact(depth.values.size());
   for (size_t i = 0; i < contact.size(); ++i) {

@@ -1,5 +1,5 @@
 // Interpolation of maps between their nodes.
-#include "engine/fem/map_sampling.h"
+#include "engine/tissue/map_sampling.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-fem::Map map_of(uint32_t width, uint32_t height, const std::function<double(double, double)>& value) {
-  fem::Map map;
+PressureMap map_of(uint32_t width, uint32_t height, const std::function<double(double, double)>& value) {
+  PressureMap map;
   map.width = width;
   map.height = height;
   map.pitch_mm = {1.25, 0.5};
@@ -24,7 +24,7 @@ fem::Map map_of(uint32_t width, uint32_t height, const std::function<double(doub
 TEST(MapSampling, WeightsAreThePolynomialThroughTheirNodes) {
   for (const uint32_t nodes : {2u, 3u, 5u, 9u})
     for (double place = 0; place < nodes - 0.9; place += 0.13) {
-      const fem::MapTaps taps = fem::map_taps(place, nodes);
+      const MapTaps taps = map_taps(place, nodes);
       ASSERT_LE(taps.first + taps.count, nodes);
       for (uint32_t power = 0; power < taps.count; ++power) {
         double sum = 0;
@@ -33,24 +33,24 @@ TEST(MapSampling, WeightsAreThePolynomialThroughTheirNodes) {
             << place << " of " << nodes << ", power " << power;
       }
     }
-  EXPECT_EQ(fem::map_taps(4.5, 9).count, 6u);
-  EXPECT_EQ(fem::map_taps(1.5, 9).count, 4u);
-  EXPECT_EQ(fem::map_taps(0.5, 9).count, 2u);
-  EXPECT_EQ(fem::map_taps(-3, 9).weight[0], 1);
-  EXPECT_EQ(fem::map_taps(30, 9).weight[1], 1);
+  EXPECT_EQ(map_taps(4.5, 9).count, 6u);
+  EXPECT_EQ(map_taps(1.5, 9).count, 4u);
+  EXPECT_EQ(map_taps(0.5, 9).count, 2u);
+  EXPECT_EQ(map_taps(-3, 9).weight[0], 1);
+  EXPECT_EQ(map_taps(30, 9).weight[1], 1);
 }
 
 TEST(MapSampling, ANarrowBumpKeepsItsHeightBetweenNodes) {
   const auto bump = [](double x, double y) {
     return 100 * std::exp(-0.5 * ((x - 0.625) * (x - 0.625) + y * y) / 4);
   };
-  const fem::Map map = map_of(33, 33, bump);  // sigma 2 mm, its top halfway between nodes 1.25 mm apart
+  const PressureMap map = map_of(33, 33, bump);  // sigma 2 mm, its top halfway between nodes 1.25 mm apart
   EXPECT_NEAR(map_at(map, 0.625, 0), 100, 0.3);
   EXPECT_NEAR(map_at(map, 1.9, 0.6), bump(1.9, 0.6), 0.3);
 }
 
 TEST(MapSampling, NodesThatAreNotSeenAreNotMadeUp) {
-  fem::Map map = map_of(9, 9, [](double x, double) { return x; });
+  PressureMap map = map_of(9, 9, [](double x, double) { return x; });
   map.values[4 * 9 + 4] = std::nanf("");
   EXPECT_TRUE(std::isnan(map_at(map, 0.1, 0.1)));
   EXPECT_NEAR(map_at(map, 1.25, 0.5), 1.25, 1e-6);  // on a node: no other counts

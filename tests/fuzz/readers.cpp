@@ -141,7 +141,7 @@ void read_scan(const fs::path& file) {
 }
 
 void read_map(const fs::path& file) {
-  const fem::Map map = read_pressure_map(file, 1);
+  const PressureMap map = read_pressure_map(file, 1);
   expect(map.values.size() == size_t{map.width} * map.height, "a value for each node");
 }
 

@@ -16,7 +16,7 @@ Judged judged(Status verdict, double size_mm, Value size, Value ratio) {
   j.truth.depth_mm = 5;
   j.truth.stiffness_ratio = 6;
   j.truth.offset_mm = {3, 4};
-  j.truth.shape = fem::InclusionShape::Sphere;
+  j.truth.shape = InclusionShape::Sphere;
   j.estimate.verdict = verdict;
   j.estimate.detection_statistic = 3;
   j.estimate.size_mm = size;

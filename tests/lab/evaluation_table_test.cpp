@@ -17,7 +17,7 @@ lump::Example example(bool lump) {
   e.depth_mm = 5;
   e.stiffness_ratio = 6;
   for (int k = 1; k <= 4; ++k) {
-    fem::Map map{33, 33, {1.25, 1.25}, {}};
+    PressureMap map{33, 33, {1.25, 1.25}, {}};
     for (int n = 0; n < 33 * 33; ++n)
       map.values.push_back(static_cast<float>(
           250 * k *

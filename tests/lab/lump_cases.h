@@ -33,7 +33,7 @@ inline fem::LargeStrainResult quick_press(const fem::Scene& scene,
     block.press_mm = *load.press_mm;
     block.residual = 1e-7;
     block.least_volume_ratio = 1 - 0.001 * block.press_mm;
-    fem::Map& map = block.pressure_Pa;
+    PressureMap& map = block.pressure_Pa;
     map.width = options.map_nodes[0];
     map.height = options.map_nodes[1];
     for (size_t c = 0; c < 2; ++c) map.pitch_mm[c] = scene.block_mm[c] / (options.map_nodes[c] - 1);

@@ -155,7 +155,7 @@ TEST_F(LumpCommand, TellsWhatAFileHolds) {
   const lump::Data data = lump::read_lump_file(at("set.h5"));
   for (const lump::Sample& sample : data.samples) {
     // A map sums up to the force where the whole surface is pressed: nodes times the area of each.
-    const fem::Map& map = sample.pressure_Pa.back();
+    const PressureMap& map = sample.pressure_Pa.back();
     double sum = 0;
     for (uint32_t y = 0; y < map.height; ++y)
       for (uint32_t x = 0; x < map.width; ++x)

@@ -150,12 +150,12 @@ TEST(LumpSweep, MapsHaveTheAxesOfTheCase) {
   lump::Sweep sweep = small_sweep();
   sweep.nodes = {41, 31};
   sweep.block_mm = {40, 36};
-  sweep.shapes = {fem::InclusionShape::Ellipsoid, fem::InclusionShape::LyingCylinder};
+  sweep.shapes = {InclusionShape::Ellipsoid, InclusionShape::LyingCylinder};
   int checked[2] = {};
   for (uint32_t n = 0; n < 40; ++n) {
     const lump::Sample sample = quick_sample(sweep, n);
     if (!sample.what.lump) continue;
-    const fem::Map& map = sample.pressure_Pa[0];
+    const PressureMap& map = sample.pressure_Pa[0];
     ASSERT_EQ(map.width, 41u);
     ASSERT_EQ(map.height, 31u);
     EXPECT_DOUBLE_EQ(map.pitch_mm[1], 1.2);
@@ -180,7 +180,7 @@ TEST(LumpSweep, MapsHaveTheAxesOfTheCase) {
 
 TEST(LumpSweep, GoesThroughJson) {
   lump::Sweep sweep = small_sweep(uint64_t{1} << 60);
-  sweep.shapes = {fem::InclusionShape::LyingCylinder};
+  sweep.shapes = {InclusionShape::LyingCylinder};
   sweep.young_Pa = {1234.5, 1.0 / 3 * 1e5};
   EXPECT_EQ(lump::to_json(lump::sweep_from_json(lump::to_json(sweep))), lump::to_json(sweep));
   for (const char* text : {"", "{}", "nonsense", "[1]"})

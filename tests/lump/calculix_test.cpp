@@ -23,7 +23,7 @@ lump::Observation observation_of(const CalculixCase& block) {
     observation.pressure_Pa.push_back(without_rim(load.pressure_Pa));
     observation.force_N.push_back(load.force_N);
   }
-  const fem::Map& last = observation.pressure_Pa.back();
+  const PressureMap& last = observation.pressure_Pa.back();
   observation.noise_Pa = 0.002 * double{*std::max_element(last.values.begin(), last.values.end())};
   return observation;
 }
@@ -38,7 +38,7 @@ std::string told(const lump::Estimate& e) {
   line << lump::to_string(e.verdict) << ": d " << e.size_mm.value << " (" << e.size_mm.low << " to "
        << e.size_mm.high << "), depth " << e.depth_mm.value << " (" << e.depth_mm.low << " to "
        << e.depth_mm.high << "), ratio " << e.stiffness_ratio.value << " (" << e.stiffness_ratio.low << " to "
-       << e.stiffness_ratio.high << "), " << fem::to_string(e.shape);
+       << e.stiffness_ratio.high << "), " << to_string(e.shape);
   return line.str();
 }
 

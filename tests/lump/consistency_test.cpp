@@ -42,18 +42,18 @@ std::vector<Observation> stored() {
 
 void scale(Observation& o, double factor) {
   o.noise_Pa *= factor;
-  for (fem::Map& map : o.pressure_Pa)
+  for (PressureMap& map : o.pressure_Pa)
     for (float& value : map.values) value *= static_cast<float>(factor);
 }
 
 void pitch(Observation& o, double factor) {
-  for (fem::Map& map : o.pressure_Pa) map.pitch_mm = {1.25 * factor, 1.25 * factor};
+  for (PressureMap& map : o.pressure_Pa) map.pitch_mm = {1.25 * factor, 1.25 * factor};
 }
 
 /// Part of the maps, told to lie in the middle.
 void crop(Observation& o, uint32_t first_x, uint32_t first_y, uint32_t width, uint32_t height) {
-  for (fem::Map& map : o.pressure_Pa) {
-    fem::Map cut{width, height, map.pitch_mm, {}};
+  for (PressureMap& map : o.pressure_Pa) {
+    PressureMap cut{width, height, map.pitch_mm, {}};
     for (uint32_t y = 0; y < height; ++y)
       for (uint32_t x = 0; x < width; ++x) cut.values.push_back(map.at(first_x + x, first_y + y));
     map = std::move(cut);
@@ -105,7 +105,7 @@ TEST(LumpConsistency, HonestPressesWithMoreNoiseAndFewerLoadsAreNotAccused) {
         const auto& last = o.pressure_Pa.back().values;
         const double sd = noise * double{*std::max_element(last.begin(), last.end())};
         o.noise_Pa = std::hypot(o.noise_Pa, sd);
-        for (fem::Map& map : o.pressure_Pa)
+        for (PressureMap& map : o.pressure_Pa)
           for (float& value : map.values) value += static_cast<float>(sd * normal(random));
         for (double& force : o.force_N) force *= 1 + 0.005 * normal(random);
         EXPECT_TRUE(faults_of(o).empty()) << noise << ", " << loads << " loads";
@@ -167,8 +167,8 @@ TEST(LumpConsistency, LoadsInTheWrongOrderOrOfAnotherPressAreFound) {
   // The last map one node, 1.25 mm, to the side, twice.
   EXPECT_GE(count_of(Fault::Slide,
                      [](Observation& o) {
-                       fem::Map& map = o.pressure_Pa.back();
-                       const fem::Map from = map;
+                       PressureMap& map = o.pressure_Pa.back();
+                       const PressureMap from = map;
                        for (uint32_t y = 0; y < map.height; ++y)
                          for (uint32_t x = 0; x < map.width; ++x)
                            map.values[size_t{y} * map.width + x] = from.at(std::min(x + 2, map.width - 1), y);

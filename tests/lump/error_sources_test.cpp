@@ -23,7 +23,7 @@ Estimate made_up(const Observation& o) {
   e.size_mm = value(8 * o.young_Pa / 4000);
   e.depth_mm = value(4 * std::pow(o.block_mm[2] / 20, 2));
   e.stiffness_ratio = value(6 * o.pressure_Pa[0].pitch_mm[0]);
-  const fem::Map& map = o.pressure_Pa[0];
+  const PressureMap& map = o.pressure_Pa[0];
   const double tilt = static_cast<double>(map.at(1, 1)) - static_cast<double>(map.at(0, 0));
   e.x_mm = {tilt, tilt - 0.1, tilt + 0.1};
   e.y_mm = {0, -0.1, 0.1};

@@ -15,7 +15,7 @@ namespace palpate {
 namespace {
 
 struct Block {
-  std::vector<fem::Map> maps;
+  std::vector<PressureMap> maps;
   std::vector<double> forces;
   fem::Scene scene;
 };
@@ -152,7 +152,7 @@ TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   observation.saturated_fraction = 0.1;
   EXPECT_EQ(invert_directly(observation, quick()).verdict, lump::Status::Unusable);
   observation.saturated_fraction = 0;
-  for (fem::Map& map : observation.pressure_Pa)
+  for (PressureMap& map : observation.pressure_Pa)
     std::fill(map.values.begin(), map.values.end(), std::nanf(""));
   EXPECT_EQ(invert_directly(observation, quick()).verdict, lump::Status::Unusable);
 

@@ -14,13 +14,13 @@ namespace palpate {
 
 struct FormulaLump {
   bool lump = true;
-  fem::InclusionShape shape = fem::InclusionShape::Sphere;
+  InclusionShape shape = InclusionShape::Sphere;
   bool along_y = false;
   double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;
   std::array<double, 2> offset_mm{};
   std::array<double, 3> block_mm = {40, 40, 20};
   double young_Pa = 4000;
-  std::vector<fem::Map> pressure_Pa;
+  std::vector<PressureMap> pressure_Pa;
   std::vector<double> force_N;
 };
 
@@ -34,7 +34,7 @@ inline double formula(const FormulaLump& e, double load, double x, double y) {
   const double q = std::pow(e.size_mm / (e.size_mm + e.depth_mm), 2), w = 0.3 * e.size_mm + 0.7 * e.depth_mm;
   double u = x - e.offset_mm[0], v = y - e.offset_mm[1];
   if (e.along_y) std::swap(u, v);
-  if (e.shape == fem::InclusionShape::LyingCylinder) u /= 2;
+  if (e.shape == InclusionShape::LyingCylinder) u /= 2;
   p += 2 * load * contrast * q * (1 + 2.5 * load * std::log(e.stiffness_ratio)) *
        std::exp(-(u * u + v * v) / (2 * w * w));
   return p;
@@ -47,8 +47,8 @@ inline FormulaLump formula_lump(uint64_t seed, bool lump) {
   std::uniform_real_distribution<double> share(edge, 1 - edge);
   FormulaLump e;
   e.lump = lump;
-  e.shape = share(random) < 0.5 ? fem::InclusionShape::Sphere : fem::InclusionShape::LyingCylinder;
-  e.along_y = e.shape == fem::InclusionShape::LyingCylinder && share(random) < 0.5;
+  e.shape = share(random) < 0.5 ? InclusionShape::Sphere : InclusionShape::LyingCylinder;
+  e.along_y = e.shape == InclusionShape::LyingCylinder && share(random) < 0.5;
   e.size_mm = 5 + 7 * share(random);
   e.depth_mm = 2 + 5 * share(random);
   e.stiffness_ratio = 1.5 * std::pow(20, share(random));
@@ -58,7 +58,7 @@ inline FormulaLump formula_lump(uint64_t seed, bool lump) {
   const double most = 0.2 + 0.15 * share(random);
   for (int k = 1; k <= 4; ++k) {
     const double load = most * k / 4;
-    fem::Map map;
+    PressureMap map;
     map.width = map.height = 33;
     map.pitch_mm = {1.25, 1.25};
     for (int j = 0; j < 33; ++j)

@@ -70,7 +70,7 @@ TEST(LumpProfile, RefusesWhatIsNoProfile) {
 }
 
 TEST(LumpProfile, LineThroughTheBump) {
-  fem::Map map{41, 61, {0.5, 0.4}, {}};
+  PressureMap map{41, 61, {0.5, 0.4}, {}};
   for (uint32_t j = 0; j < map.height; ++j)
     for (uint32_t i = 0; i < map.width; ++i) {
       const double x = (i - 20.0) * 0.5 - 2, y = (j - 30.0) * 0.4 + 3;

@@ -108,7 +108,7 @@ TEST(LumpEmulator, SlopesAreThoseOfFiniteDifferences) {
   lump::Setting setting;
   setting.cell_mm = model.cell_mm;
   const std::vector<double> loads = {0.1, 0.25};
-  const lump::Guess guess{fem::InclusionShape::Cylinder, std::log(8.0), std::log(4.0), std::log(6.0)};
+  const lump::Guess guess{InclusionShape::Cylinder, std::log(8.0), std::log(4.0), std::log(6.0)};
   std::array<Eigen::MatrixXd, 3> changes;
   bump_factors(model, guess, setting, loads, -1, &changes);
   for (size_t p = 0; p < 3; ++p) {
@@ -163,7 +163,7 @@ TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
   EXPECT_TRUE(std::any_of(partly.reasons.begin(), partly.reasons.end(), [](const std::string& reason) {
     return reason.find("saturated") != std::string::npos;
   }));
-  for (fem::Map& map : wrong.pressure_Pa)
+  for (PressureMap& map : wrong.pressure_Pa)
     for (float& value : map.values) value = std::nanf("");
   EXPECT_EQ(network.estimate(wrong).verdict, lump::Status::Unusable);
 }

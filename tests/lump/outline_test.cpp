@@ -25,7 +25,7 @@ lump::Observation observation(const Bump& b, double noise_Pa, uint64_t seed = 1)
   lump::Observation r;
   r.noise_Pa = noise_Pa;
   r.force_N = {2};
-  fem::Map map{33, 33, {1.25, 1.25}, {}};
+  PressureMap map{33, 33, {1.25, 1.25}, {}};
   for (uint32_t j = 0; j < 33; ++j)
     for (uint32_t i = 0; i < 33; ++i) {
       const double x = (i - 16.0) * 1.25, y = (j - 16.0) * 1.25;
@@ -104,7 +104,7 @@ TEST(LumpOutline, NoBumpNoOutline) {
 
 TEST(LumpOutline, ALineThatLeavesWhatWasSeenIsOpen) {
   lump::Observation r = observation({}, 5);
-  fem::Map& map = r.pressure_Pa[0];
+  PressureMap& map = r.pressure_Pa[0];
   for (uint32_t j = 0; j < map.height; ++j)
     for (uint32_t i = 20; i < map.width; ++i) map.values[size_t{j} * map.width + i] = NAN;
   const lump::Outline o = outline_lump(r);

@@ -103,7 +103,7 @@ TEST(PressReading, NodesAreMeansOfPressure) {
   EXPECT_NEAR(nodes.window_force_N(sums), run.source.truth(at)->force_N, 0.02 * run.source.truth(at)->force_N)
       << "of two frames the mean";
   double noise_Pa = 0, limited = 1;
-  const fem::Map map = nodes.map(sums, noise_Pa, limited);
+  const PressureMap map = nodes.map(sums, noise_Pa, limited);
   ASSERT_EQ(map.width, 23u);
   ASSERT_EQ(map.height, 17u);
   EXPECT_EQ(limited, 0);

@@ -14,7 +14,7 @@ lump::Observation empty_observation() {
   observation.young_Pa = 4000;
   observation.force_N = {1};
   observation.pressure_Pa.resize(1);
-  fem::Map& map = observation.pressure_Pa[0];
+  PressureMap& map = observation.pressure_Pa[0];
   map.width = map.height = 25;
   map.pitch_mm = {1.25, 1.25};
   map.values.assign(size_t{25} * 25, 0);

@@ -12,10 +12,10 @@ namespace palpate {
 namespace {
 
 /// A dome with a bump on it at four loads.
-std::vector<fem::Map> presses() {
-  std::vector<fem::Map> maps;
+std::vector<PressureMap> presses() {
+  std::vector<PressureMap> maps;
   for (int k = 1; k <= 4; ++k) {
-    fem::Map map{33, 33, {1.25, 1.25}, {}};
+    PressureMap map{33, 33, {1.25, 1.25}, {}};
     for (int j = 0; j < 33; ++j)
       for (int i = 0; i < 33; ++i) {
         const double x = (i - 16) * 1.25, y = (j - 16) * 1.25;
@@ -31,7 +31,7 @@ lump::Observation read(double exposure, size_t loads = 4) {
   lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
   sensor.exposure = exposure;
-  std::vector<fem::Map> maps = presses();
+  std::vector<PressureMap> maps = presses();
   std::vector<double> forces = {0.5, 1, 1.5, 2};
   maps.erase(maps.begin(), maps.end() - static_cast<std::ptrdiff_t>(loads));
   forces.erase(forces.begin(), forces.end() - static_cast<std::ptrdiff_t>(loads));
@@ -55,7 +55,7 @@ TEST(SaturatedLoads, SharesAreThoseOfEachLoad) {
   EXPECT_NEAR(lump::saturated_fraction(observation.pressure_Pa), observation.saturated_fraction, 1e-9);
   // A part of the window that no load sees is not saturated.
   lump::Observation cut = observation;
-  for (fem::Map& map : cut.pressure_Pa)
+  for (PressureMap& map : cut.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < 4; ++i) map.values[size_t{j} * map.width + i] = std::nanf("");
   const double part = 27.0 / 31;  // of the window's columns is left

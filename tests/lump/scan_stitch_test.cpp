@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -25,8 +25,8 @@ const fem::Result& solved() {
   }();
   return result;
 }
-fem::Map truth_at(double force_N) {
-  fem::Map map = solved().stress_Pa;
+PressureMap truth_at(double force_N) {
+  PressureMap map = solved().stress_Pa;
   const double mean = 1 / 1600e-6;
   for (float& value : map.values) {
     const double v = static_cast<double>(value);
@@ -57,7 +57,7 @@ std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
   for (size_t p = 0; p < plan.stage_mm.size(); ++p) {
     const double off = 1 + 0.04 * std::sin(2.4 * static_cast<double>(p));  // forces never repeat
     std::vector<double> forces_N;
-    std::vector<fem::Map> maps;
+    std::vector<PressureMap> maps;
     for (const double force_N : {0.5, 1.0, 1.5, 2.0}) {
       forces_N.push_back(off * force_N);
       maps.push_back(truth_at(off * force_N));
@@ -73,7 +73,7 @@ std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
     sensor.full_scale_Pa = plan.full_scale_Pa;
     lump::Observation r = sensor_observation(maps, forces_N, {40, 40, 20}, 4000, sensor, seed * 100 + p);
     r.window_mm = plan.stage_mm[p];
-    for (fem::Map& map : r.pressure_Pa)
+    for (PressureMap& map : r.pressure_Pa)
       for (float& value : map.values) value *= static_cast<float>(plan.gain[p]);
     presses.push_back({"press " + std::to_string(p + 1), std::move(r)});
   }
@@ -82,8 +82,8 @@ std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
 
 /// Root mean square of map minus truth where it was seen, at the highest load.
 double error_Pa(const lump::ScanMap& map) {
-  const fem::Map& found = map.observation.pressure_Pa.back();
-  const fem::Map truth = truth_at(map.observation.force_N.back());
+  const PressureMap& found = map.observation.pressure_Pa.back();
+  const PressureMap truth = truth_at(map.observation.force_N.back());
   double sum = 0;
   size_t count = 0;
   for (uint32_t j = 0; j < found.height; ++j)
@@ -186,7 +186,7 @@ TEST(ScanStitch, OneSaturatedPressIsFilledByTheOthers) {
 
 TEST(ScanStitch, AnotherBlocksPressIsLeftOut) {
   std::vector<lump::ScanPress> presses = press(nine());
-  for (fem::Map& map : presses[4].observation.pressure_Pa)
+  for (PressureMap& map : presses[4].observation.pressure_Pa)
     for (uint32_t i = 0; i < map.width * map.height; ++i)
       map.values[i] *= static_cast<float>(1 + 0.4 * std::sin(0.9 * i));
   const lump::ScanMap map = lump::stitch(presses);

@@ -40,8 +40,8 @@ fem::Result solved(const std::vector<fem::Inclusion>& lumps) {
 /// Pressure that the lumps add to that of the block alone, with noise that is a fraction of the peak.
 lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noise_fraction,
                             uint64_t seed = 1) {
-  static const fem::Map alone = solved({}).stress_Pa;
-  const fem::Map map = solved(lumps).stress_Pa;
+  static const PressureMap alone = solved({}).stress_Pa;
+  const PressureMap map = solved(lumps).stress_Pa;
   std::mt19937_64 random(seed);
   std::normal_distribution<double> deviate;
   lump::PressedNodes nodes;
@@ -81,14 +81,14 @@ TEST(SecondBump, TwoLumpsAreToldWithTheirPlaces) {
 
 TEST(SecondBump, OneLumpOfAnyShapeIsOne) {
   EXPECT_FALSE(told(nodes_of({ball(6, -5, 5, 2)}, 0.002)));
-  for (const fem::InclusionShape shape :
-       {fem::InclusionShape::Ellipsoid, fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder})
+  for (const InclusionShape shape :
+       {InclusionShape::Ellipsoid, InclusionShape::Cylinder, InclusionShape::LyingCylinder})
     for (const double ratio : {2.0, 40.0}) {
       fem::Inclusion lump = ball(0, 0, 10, 2);
       lump.shape = shape;
       lump.stiffness_ratio = ratio;
-      if (shape == fem::InclusionShape::Ellipsoid) lump.size_mm[0] = 15;
-      if (shape == fem::InclusionShape::LyingCylinder) lump.size_mm[0] = 25;
+      if (shape == InclusionShape::Ellipsoid) lump.size_mm[0] = 15;
+      if (shape == InclusionShape::LyingCylinder) lump.size_mm[0] = 25;
       EXPECT_FALSE(told(nodes_of({lump}, 0.002))) << static_cast<int>(shape) << " " << ratio;
     }
 }

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "engine/fem/map_sampling.h"
 #include "engine/lump/network/model.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/observation/fixed_pattern.h"
+#include "engine/tissue/map_sampling.h"
 
 namespace palpate {
 namespace {
@@ -17,16 +17,16 @@ constexpr double kYoung_Pa = 4000;
 constexpr std::array<double, 4> kLoads = {0.06, 0.12, 0.18, 0.25};  // over area and modulus
 
 /// Nodes over a window in the block's middle.
-fem::Map empty_map(double width_mm, double height_mm) {
-  fem::Map map;
+PressureMap empty_map(double width_mm, double height_mm) {
+  PressureMap map;
   map.pitch_mm = {1.25, 1.25};
-  map.width = fem::window_nodes(width_mm, 1.25);
-  map.height = fem::window_nodes(height_mm, 1.25);
+  map.width = window_nodes(width_mm, 1.25);
+  map.height = window_nodes(height_mm, 1.25);
   map.values.resize(size_t{map.width} * map.height);
   return map;
 }
 
-std::array<double, 2> place_of(const fem::Map& map, size_t n) {
+std::array<double, 2> place_of(const PressureMap& map, size_t n) {
   return {(static_cast<double>(n % map.width) - (map.width - 1) / 2.0) * map.pitch_mm[0],
           (static_cast<double>(n / map.width) - (map.height - 1) / 2.0) * map.pitch_mm[1]};
 }
@@ -39,7 +39,7 @@ lump::Observation tissue(double thickness_mm, size_t loads) {
   observation.young_Pa = kYoung_Pa;
   for (size_t k = kLoads.size() - loads; k < kLoads.size(); ++k) {
     const Eigen::VectorXf quarter = model.base.quarter(thickness_mm, kLoads[k]);
-    fem::Map map = empty_map(40, 30);
+    PressureMap map = empty_map(40, 30);
     for (size_t n = 0; n < map.values.size(); ++n) {
       const auto [x, y] = place_of(map, n);
       map.values[n] = static_cast<float>(kYoung_Pa * model.base.at(quarter, x, y));
@@ -60,9 +60,9 @@ void disturb(lump::Observation& observation, double noise, double pattern, const
              std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   const double peak = peak_of(observation);
-  const fem::Map& first = observation.pressure_Pa.front();
+  const PressureMap& first = observation.pressure_Pa.front();
   const Eigen::MatrixXd fixed = lump::fixed_pattern(first.width, first.height, 1.25, kind.length_mm, random);
-  for (fem::Map& map : observation.pressure_Pa)
+  for (PressureMap& map : observation.pressure_Pa)
     for (size_t n = 0; n < map.values.size(); ++n) {
       const double value = static_cast<double>(map.values[n]);
       const double here =
@@ -105,12 +105,11 @@ lump::Observation ball(double size_mm, double depth_mm, double ratio, std::array
   setting.cell_mm = model.cell_mm;
   setting.x_mm = std::abs(offset_mm[0]);
   setting.y_mm = std::abs(offset_mm[1]);
-  const lump::Guess guess{fem::InclusionShape::Sphere, std::log(size_mm), std::log(depth_mm),
-                          std::log(ratio)};
+  const lump::Guess guess{InclusionShape::Sphere, std::log(size_mm), std::log(depth_mm), std::log(ratio)};
   const Eigen::MatrixXd factors = bump_factors(model, guess, setting, {kLoads.begin(), kLoads.end()}, -1);
   Eigen::VectorXf fields(model.patch.count());
   for (size_t k = 0; k < kLoads.size(); ++k) {
-    fem::Map& map = observation.pressure_Pa[k];
+    PressureMap& map = observation.pressure_Pa[k];
     for (size_t n = 0; n < map.values.size(); ++n) {
       const auto [x, y] = place_of(map, n);
       const double u = (offset_mm[0] < 0 ? -1 : 1) * (x - offset_mm[0]),
@@ -127,8 +126,8 @@ lump::Observation ball(double size_mm, double depth_mm, double ratio, std::array
 /// x and y exchanged.
 lump::Observation turned(const lump::Observation& from) {
   lump::Observation to = from;
-  for (fem::Map& map : to.pressure_Pa) {
-    const fem::Map old = map;
+  for (PressureMap& map : to.pressure_Pa) {
+    const PressureMap old = map;
     std::swap(map.width, map.height);
     for (uint32_t y = 0; y < map.height; ++y)
       for (uint32_t x = 0; x < map.width; ++x) map.values[size_t{y} * map.width + x] = old.at(y, x);
@@ -139,8 +138,8 @@ lump::Observation turned(const lump::Observation& from) {
 /// x to the other side.
 lump::Observation mirrored(const lump::Observation& from) {
   lump::Observation to = from;
-  for (fem::Map& map : to.pressure_Pa) {
-    const fem::Map old = map;
+  for (PressureMap& map : to.pressure_Pa) {
+    const PressureMap old = map;
     for (uint32_t y = 0; y < map.height; ++y)
       for (uint32_t x = 0; x < map.width; ++x)
         map.values[size_t{y} * map.width + x] = old.at(map.width - 1 - x, y);

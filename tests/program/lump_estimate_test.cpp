@@ -84,7 +84,7 @@ TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
 }
 
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
-  fem::Map map;
+  PressureMap map;
   map.width = 60;
   map.height = 50;
   uint64_t state = 1;

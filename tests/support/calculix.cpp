@@ -17,9 +17,9 @@ std::ifstream open(const std::string& file) {
   return in;
 }
 
-fem::Map read_map(const std::string& file, double side_mm) {
+PressureMap read_map(const std::string& file, double side_mm) {
   std::ifstream in = open(file);
-  fem::Map map;
+  PressureMap map;
   for (std::string line; std::getline(in, line); ++map.height) {
     std::istringstream cells(line);
     map.width = 0;
@@ -47,9 +47,9 @@ CalculixCase calculix_case(const std::string& name) {
   if (shape != "none") {
     fem::Inclusion lump;
     const double d_mm = truth.at("d_mm").get<double>();
-    lump.shape = shape == "sphere"      ? fem::InclusionShape::Sphere
-                 : shape == "ellipsoid" ? fem::InclusionShape::Ellipsoid
-                                        : fem::InclusionShape::Cylinder;
+    lump.shape = shape == "sphere"      ? InclusionShape::Sphere
+                 : shape == "ellipsoid" ? InclusionShape::Ellipsoid
+                                        : InclusionShape::Cylinder;
     lump.size_mm = {shape == "ellipsoid" ? 1.5 * d_mm : d_mm, d_mm, d_mm};
     lump.depth_mm = truth.at("depth_mm").get<double>();
     lump.stiffness_ratio = truth.at("ratio").get<double>();
@@ -61,8 +61,8 @@ CalculixCase calculix_case(const std::string& name) {
   return what;
 }
 
-fem::Map without_rim(const fem::Map& map) {
-  fem::Map inner;
+PressureMap without_rim(const PressureMap& map) {
+  PressureMap inner;
   inner.width = map.width - 2;
   inner.height = map.height - 2;
   inner.pitch_mm = map.pitch_mm;

@@ -11,7 +11,7 @@ namespace palpate {
 struct CalculixCase {
   struct Load {
     double press_mm = 0, force_N = 0;
-    fem::Map
+    PressureMap
         pressure_Pa;  ///< means over squares of the pitch, the outermost nodes on the block's rim at rest
   };
   std::string name;
@@ -23,6 +23,6 @@ struct CalculixCase {
 CalculixCase calculix_case(const std::string& name);
 
 /// A map without its outermost nodes, whose squares reach over the block's rim.
-fem::Map without_rim(const fem::Map& map);
+PressureMap without_rim(const PressureMap& map);
 
 }  // namespace palpate

@@ -11,9 +11,9 @@
 namespace palpate::python {
 namespace {
 
-fem::Map map_of(const py::handle& given, double pitch_mm) {
+PressureMap map_of(const py::handle& given, double pitch_mm) {
   Shape shape;
-  fem::Map map;
+  PressureMap map;
   map.values = numbers_of<float>(given, "a pressure map", 2, "rows x columns", shape, Finite::Free);
   map.height = static_cast<uint32_t>(shape[0]);
   map.width = static_cast<uint32_t>(shape[1]);
@@ -33,7 +33,7 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
     throw bad_argument("uneven_sd from 0 to 0.5", std::to_string(uneven_sd), "0.01, which is 1 %");
   if (!(place_sd_mm >= 0)) throw bad_argument("place_sd_mm of 0 or more", std::to_string(place_sd_mm), "0.2");
   if (!(pitch_mm > 0)) throw bad_argument("pitch_mm above 0", std::to_string(pitch_mm), "mm between nodes");
-  std::vector<fem::Map> all;
+  std::vector<PressureMap> all;
   for (const py::handle& map : maps) all.push_back(map_of(map, pitch_mm));
   lump::Observation observation = lump::observe(std::move(all), force_N);
   observation.young_Pa = young_Pa;

@@ -81,15 +81,14 @@ struct Asked {
   uint32_t threads = 0;
 };
 
-const std::map<std::string, fem::InclusionShape> kInclusions = {
-    {"sphere", fem::InclusionShape::Sphere},
-    {"ellipsoid", fem::InclusionShape::Ellipsoid},
-    {"cylinder", fem::InclusionShape::Cylinder},
-    {"lying", fem::InclusionShape::LyingCylinder}};
+const std::map<std::string, InclusionShape> kInclusions = {{"sphere", InclusionShape::Sphere},
+                                                           {"ellipsoid", InclusionShape::Ellipsoid},
+                                                           {"cylinder", InclusionShape::Cylinder},
+                                                           {"lying", InclusionShape::LyingCylinder}};
 const std::map<std::string, fem::Presser> kPressers = {
     {"flat", fem::Presser::Flat}, {"sphere", fem::Presser::Sphere}, {"pressure", fem::Presser::Pressure}};
 
-py::object map_of(fem::Map map) {
+py::object map_of(PressureMap map) {
   const Shape shape = {map.height, map.width};
   return hand_out(std::move(map.values), shape);
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/fem/map_sampling.h"
+#include "engine/tissue/map_sampling.h"
 
 namespace palpate::fem {
 namespace {

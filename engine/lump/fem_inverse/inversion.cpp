@@ -34,7 +34,7 @@ void check(const Observation& observation) {
   if (observation.pressure_Pa.empty() || observation.pressure_Pa.size() != observation.force_N.size())
     refuse("one pressure map for each force", std::to_string(observation.pressure_Pa.size()) + " maps and " +
                                                   std::to_string(observation.force_N.size()) + " forces");
-  for (const fem::Map& map : observation.pressure_Pa)
+  for (const PressureMap& map : observation.pressure_Pa)
     if (map.width != observation.pressure_Pa[0].width || map.height != observation.pressure_Pa[0].height ||
         map.values.size() != size_t{map.width} * map.height)
       refuse("maps of one size", "others");
@@ -64,7 +64,7 @@ Case::Lump first_guess(const Observation& observation) {
   lump.diameter_mm = 0.4 * observation.block_mm[2];
   lump.depth_mm = 0.25 * observation.block_mm[2];
   lump.stiffness_ratio = 6;
-  fem::Map map = observation.pressure_Pa.back();
+  PressureMap map = observation.pressure_Pa.back();
   double sum = 0, seen = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) {
@@ -107,14 +107,14 @@ Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, do
   const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
   Spread spread{end.sd * std::sqrt(std::max(1.0, reduced_chi_square)), LumpStep::Zero()};
   const Case::Lump& lump = best.lump;
-  const bool upright = lump.shape == fem::InclusionShape::Cylinder;
+  const bool upright = lump.shape == InclusionShape::Cylinder;
   const double finest_mm = observation.block_mm[0] / (model.cells[0] * model.grids.back());
   const double faces_mm = (upright ? kUprightDoubt : kFaceDoubt) * finest_mm;
   LumpStep& cells = spread.cells;
   cells(kLnSize) = faces_mm / lump.diameter_mm;
   cells(kLnDepth) = faces_mm / lump.depth_mm;
   if (upright) cells(kLnRatio) = kUprightRatioDoubt;
-  if (lump.shape == fem::InclusionShape::LyingCylinder) cells(kLnRatio) = kLyingRatioDoubt;
+  if (lump.shape == InclusionShape::LyingCylinder) cells(kLnRatio) = kLyingRatioDoubt;
   return spread;
 }
 

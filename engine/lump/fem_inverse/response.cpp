@@ -61,7 +61,7 @@ struct Pressing {
 /// Means over a square of the pitch around each node.
 Eigen::VectorXd read(const fem::PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
   const fem::PressureField field(surface);
-  const fem::Map& map = nodes.observation().pressure_Pa.front();
+  const PressureMap& map = nodes.observation().pressure_Pa.front();
   const double gauss = 0.5 / std::sqrt(3.0), dx = gauss * map.pitch_mm[0], dy = gauss * map.pitch_mm[1];
   Eigen::VectorXd values(static_cast<Eigen::Index>(nodes.count()));
   for (size_t n = 0; n < nodes.count(); ++n) {
@@ -181,26 +181,26 @@ std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
 }  // namespace
 
 ComparedNodes::ComparedNodes(const Observation& observation, double rim_mm) : observation_(observation) {
-  const fem::Map& first = observation.pressure_Pa.front();
+  const PressureMap& first = observation.pressure_Pa.front();
   for (size_t n = 0; n < first.values.size(); ++n) {
     nodes_.push_back(n);
     const size_t last = nodes_.size() - 1;
     const bool inside = std::abs(x_mm(last)) <= observation.block_mm[0] / 2 - rim_mm &&
                         std::abs(y_mm(last)) <= observation.block_mm[1] / 2 - rim_mm;
     const bool seen = std::all_of(observation.pressure_Pa.begin(), observation.pressure_Pa.end(),
-                                  [n](const fem::Map& map) { return std::isfinite(map.values[n]); });
+                                  [n](const PressureMap& map) { return std::isfinite(map.values[n]); });
     if (!inside || !seen) nodes_.pop_back();
   }
 }
 
 double ComparedNodes::x_mm(size_t node) const {
-  const fem::Map& map = observation_.pressure_Pa.front();
+  const PressureMap& map = observation_.pressure_Pa.front();
   return observation_.window_mm[0] +
          (static_cast<double>(nodes_[node] % map.width) - (map.width - 1) / 2.0) * map.pitch_mm[0];
 }
 
 double ComparedNodes::y_mm(size_t node) const {
-  const fem::Map& map = observation_.pressure_Pa.front();
+  const PressureMap& map = observation_.pressure_Pa.front();
   const size_t row = nodes_[node] / map.width;
   return observation_.window_mm[1] + (static_cast<double>(row) - (map.height - 1) / 2.0) * map.pitch_mm[1];
 }
@@ -208,7 +208,7 @@ double ComparedNodes::y_mm(size_t node) const {
 Eigen::VectorXd ComparedNodes::values() const {
   Eigen::VectorXd all(static_cast<Eigen::Index>(nodes_.size() * observation_.pressure_Pa.size()));
   Eigen::Index at = 0;
-  for (const fem::Map& map : observation_.pressure_Pa)
+  for (const PressureMap& map : observation_.pressure_Pa)
     for (const size_t n : nodes_) all(at++) = double{map.values[n]};
   return all;
 }

@@ -38,12 +38,13 @@ struct MapSums {
   double nodes = 0;    ///< that were seen
 };
 
-std::array<double, 2> place_of(const Observation& observation, const fem::Map& map, uint32_t x, uint32_t y) {
+std::array<double, 2> place_of(const Observation& observation, const PressureMap& map, uint32_t x,
+                               uint32_t y) {
   return {observation.window_mm[0] + (x - (map.width - 1) / 2.0) * map.pitch_mm[0],
           observation.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]};
 }
 
-MapSums sums_of(const Observation& observation, const fem::Map& map) {
+MapSums sums_of(const Observation& observation, const PressureMap& map) {
   MapSums sums;
   double on_block = 0;
   for (uint32_t y = 0; y < map.height; ++y)
@@ -265,7 +266,7 @@ void Look::sum() {
       at = k;
     }
   }
-  const fem::Map& map = observation_.pressure_Pa[at];
+  const PressureMap& map = observation_.pressure_Pa[at];
   const double sd = std::hypot(kGauge, 1e-6 * map.pitch_mm[0] * map.pitch_mm[1] * observation_.noise_Pa *
                                            std::sqrt(sums_[at].nodes) / observation_.force_N[at]);
   if (most < kMostSum + 4 * sd) return;
@@ -278,7 +279,7 @@ void Look::sum() {
 
 void Look::rim() {
   // The lowest load spreads the block least; a row of nodes has little noise.
-  const fem::Map& map = observation_.pressure_Pa.front();
+  const PressureMap& map = observation_.pressure_Pa.front();
   const double mean = sums_.front().mean_Pa, spread = 1 + 0.06 + 0.6 * std::min(1.0, load_.front());
   for (size_t axis = 0; axis < 2; ++axis) {
     const uint32_t rows = axis == 0 ? map.width : map.height, along = axis == 0 ? map.height : map.width;

@@ -233,7 +233,7 @@ std::vector<Fit> fits_of(const Model& model, const Fitter& fitter, const Answer&
     const bool tried = method == Method::Refined && answer.shape_probability[s] > kUnlikely;
     if (!model.shapes[s] || (s != likeliest && !tried)) continue;
     Fit fit;
-    fit.shape = static_cast<fem::InclusionShape>(s);
+    fit.shape = static_cast<InclusionShape>(s);
     for (const Parameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.marginals[s][p].middle;
     fit.at(3) = answer.shift_mm[0];
     fit.at(4) = answer.shift_mm[1];
@@ -291,7 +291,7 @@ Inference weigh_one(const Model& model, const PressedNodes& nodes, Method method
     for (size_t s = 0; s < 4; ++s)
       if (model.shapes[s])
         posterior.parts.push_back(
-            {answer.shape_probability[s], static_cast<fem::InclusionShape>(s), answer.marginals[s]});
+            {answer.shape_probability[s], static_cast<InclusionShape>(s), answer.marginals[s]});
   } else {
     std::vector<double> log_weights;
     for (const Fit& fit : fits)

@@ -14,7 +14,7 @@ using LumpVector = Eigen::Matrix<double, 5, 1>;
 
 /// A lump of one shape; the patch lies as it does.
 struct Fit {
-  fem::InclusionShape shape = fem::InclusionShape::Sphere;
+  InclusionShape shape = InclusionShape::Sphere;
   LumpVector at = LumpVector::Zero();
   double chi_square = 0;  ///< squares, of unit variance each
   Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Identity();
@@ -45,7 +45,7 @@ class Fitter {
 struct Posterior {
   struct Part {
     double weight = 0;
-    fem::InclusionShape shape = fem::InclusionShape::Sphere;
+    InclusionShape shape = InclusionShape::Sphere;
     std::array<SplitNormal, kParameters> marginals{};  ///< of the logarithms
   };
   std::vector<Part> parts;

@@ -114,8 +114,7 @@ Look look_for_lump(const Model& model, const PressedNodes& nodes) {
     patch.set_pattern(kUsualPattern * nodes.peak);
     const Answer answer = answer_of(model, network_features(model, nodes, patch));
     double along = 0, across = 0;  // only long shapes have a say
-    for (const fem::InclusionShape shape :
-         {fem::InclusionShape::Ellipsoid, fem::InclusionShape::LyingCylinder}) {
+    for (const InclusionShape shape : {InclusionShape::Ellipsoid, InclusionShape::LyingCylinder}) {
       const auto s = static_cast<size_t>(shape);
       across += answer.shape_probability[s] * answer.across_probability[s];
       along += answer.shape_probability[s] * (1 - answer.across_probability[s]);

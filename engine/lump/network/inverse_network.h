@@ -39,7 +39,7 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
 
 /// The network's output for a patch.
 struct Answer {
-  std::array<double, 4> shape_probability{};   ///< in the order of fem::InclusionShape
+  std::array<double, 4> shape_probability{};   ///< in the order of InclusionShape
   std::array<double, 4> across_probability{};  ///< of each shape, that it lies across the patch
   std::array<std::array<SplitNormal, kParameters>, 4> marginals{};  ///< of the logarithms, were it this shape
   std::array<double, 2> shift_mm{}, shift_sd_mm{};  ///< of the lump's centre, in the patch's axes
@@ -61,10 +61,10 @@ inline constexpr Eigen::Index kBells = kClasses;     ///< four shapes x three lo
 inline constexpr Eigen::Index kShift = kBells + 36;  ///< two middles, two log sds
 inline constexpr Eigen::Index kCount = kShift + 4;
 /// A class's shape, and whether it lies across.
-constexpr fem::InclusionShape shape_of(Eigen::Index of) {
-  return of < 4    ? static_cast<fem::InclusionShape>(of)
-         : of == 4 ? fem::InclusionShape::Ellipsoid
-                   : fem::InclusionShape::LyingCylinder;
+constexpr InclusionShape shape_of(Eigen::Index of) {
+  return of < 4    ? static_cast<InclusionShape>(of)
+         : of == 4 ? InclusionShape::Ellipsoid
+                   : InclusionShape::LyingCylinder;
 }
 }  // namespace reader_output
 

@@ -119,9 +119,8 @@ Eigen::Matrix<double, kFeatures, 1> lump_features(const Guess& guess, const Sett
   Eigen::Matrix<double, kFeatures, 1> in;
   in << guess.log_size, guess.log_depth, guess.log_ratio, contrast, size, depth, setting.thickness_mm, below,
       size * size / ((size + depth) * (size + depth)), std::abs(setting.x_mm), std::abs(setting.y_mm), load,
-      setting.cell_mm, guess.shape == fem::InclusionShape::Ellipsoid ? 1 : 0,
-      guess.shape == fem::InclusionShape::Cylinder ? 1 : 0,
-      guess.shape == fem::InclusionShape::LyingCylinder ? 1 : 0;
+      setting.cell_mm, guess.shape == InclusionShape::Ellipsoid ? 1 : 0,
+      guess.shape == InclusionShape::Cylinder ? 1 : 0, guess.shape == InclusionShape::LyingCylinder ? 1 : 0;
   if (changes != nullptr) {
     changes->setZero();
     (*changes)(0, 0) = (*changes)(1, 1) = (*changes)(2, 2) = 1;

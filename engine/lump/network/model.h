@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/fem/scene.h"
 #include "engine/lump/observation/observation.h"
 #include "engine/numeric/mlp.h"
+#include "engine/tissue/inclusion_shape.h"
 
 namespace palpate::lump {
 
@@ -138,7 +138,7 @@ struct Model {
 
 /// A lump as the network sees it; sizes as logarithms. `x_mm`, `y_mm`: of its centre, in the patch's axes.
 struct Guess {
-  fem::InclusionShape shape = fem::InclusionShape::Sphere;
+  InclusionShape shape = InclusionShape::Sphere;
   double log_size = 0, log_depth = 0, log_ratio = 0;
 };
 struct Setting {

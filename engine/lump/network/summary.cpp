@@ -25,7 +25,7 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   estimate.shape_probability = found.posterior.shape_probability;
   const auto likeliest =
       std::max_element(estimate.shape_probability.begin(), estimate.shape_probability.end());
-  estimate.shape = static_cast<fem::InclusionShape>(likeliest - estimate.shape_probability.begin());
+  estimate.shape = static_cast<InclusionShape>(likeliest - estimate.shape_probability.begin());
   bool outside = false;
   std::array<double, kParameters> logs{};
   for (const Parameter p : {kSize, kDepth, kRatio})

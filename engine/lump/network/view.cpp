@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "engine/base/text.h"
-#include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -43,8 +43,8 @@ void check(const Observation& observation) {
     refuse("1 to 32 pressure maps and a force for each",
            std::to_string(observation.pressure_Pa.size()) + " maps and " +
                std::to_string(observation.force_N.size()) + " forces");
-  const fem::Map& first = observation.pressure_Pa.front();
-  for (const fem::Map& map : observation.pressure_Pa)
+  const PressureMap& first = observation.pressure_Pa.front();
+  for (const PressureMap& map : observation.pressure_Pa)
     if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
         map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
       refuse("maps of the same nodes, 4 x 4 or more",
@@ -63,7 +63,7 @@ void check(const Observation& observation) {
     refuse("a noise of 0 Pa or more", quantity_text(observation.noise_Pa, "Pa"));
 }
 
-double unseen_fraction(const fem::Map& map) {
+double unseen_fraction(const PressureMap& map) {
   size_t unseen = 0;
   for (const float value : map.values) unseen += !std::isfinite(value);
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
@@ -106,7 +106,7 @@ class NodeChoice {
   bool choose_loads() {
     // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
     double always = 1;
-    for (const fem::Map& map : observation_.pressure_Pa) always = std::min(always, unseen_fraction(map));
+    for (const PressureMap& map : observation_.pressure_Pa) always = std::min(always, unseen_fraction(map));
     bool saturated = false;
     for (size_t k = 0; k < observation_.pressure_Pa.size(); ++k) {
       const double load = observation_.force_N[k] / (observation_.block_mm[0] * observation_.block_mm[1] *
@@ -141,7 +141,7 @@ class NodeChoice {
         std::abs(pitch / model_.node_pitch_mm - 1) < 0.02 &&
         std::abs(observation_.pressure_Pa.front().pitch_mm[1] / model_.node_pitch_mm - 1) < 0.02;
     for (const size_t k : used_) {
-      const fem::Map& map = observation_.pressure_Pa[k];
+      const PressureMap& map = observation_.pressure_Pa[k];
       maps_.push_back(fits ? map
                            : node_means(map, {0, 0},
                                         {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
@@ -157,7 +157,7 @@ class NodeChoice {
 
   // Those that all loads saw, off the rim.
   bool choose_nodes() {
-    const fem::Map& first = maps_.front();
+    const PressureMap& first = maps_.front();
     for (uint32_t j = 0; j < first.height; ++j)
       for (uint32_t i = 0; i < first.width; ++i) {
         const double x = observation_.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
@@ -167,7 +167,7 @@ class NodeChoice {
           continue;
         const size_t n = size_t{j} * first.width + i;
         if (!std::all_of(maps_.begin(), maps_.end(),
-                         [n](const fem::Map& map) { return std::isfinite(map.values[n]); }))
+                         [n](const PressureMap& map) { return std::isfinite(map.values[n]); }))
           continue;
         seen_.push_back(n);
         nodes_.x_mm.push_back(x);
@@ -195,7 +195,7 @@ class NodeChoice {
       }
     }
     double rough_Pa = 0;
-    for (const fem::Map& map : maps_) rough_Pa += roughness(map) / static_cast<double>(maps_.size());
+    for (const PressureMap& map : maps_) rough_Pa += roughness(map) / static_cast<double>(maps_.size());
     nodes_.noise_fraction = std::max({noise_Pa_ / peak_Pa_, rough_Pa / peak_Pa_, kLeastNoise});
     nodes_.peak = peak_Pa_ / observation_.young_Pa;
     nodes_.noise = nodes_.noise_fraction * nodes_.peak;
@@ -205,9 +205,9 @@ class NodeChoice {
   const Observation& observation_;
   Estimate& estimate_;
   PressedNodes nodes_;
-  std::vector<size_t> used_;    // loads
-  std::vector<fem::Map> maps_;  // of those
-  std::vector<size_t> seen_;    // nodes of the maps
+  std::vector<size_t> used_;       // loads
+  std::vector<PressureMap> maps_;  // of those
+  std::vector<size_t> seen_;       // nodes of the maps
   double noise_Pa_ = 0, peak_Pa_ = 0;
 };
 

@@ -62,7 +62,7 @@ double GaussianFit::at(double x) const {
   return gaussian({amplitude, center_mm, width_mm, offset}, x);
 }
 
-std::array<double, 2> bump_center_mm(const fem::Map& map, double fraction) {
+std::array<double, 2> bump_center_mm(const PressureMap& map, double fraction) {
   const auto level = static_cast<double>(median(map.values));
   const double middle_x = (map.width - 1) / 2.0, middle_y = (map.height - 1) / 2.0;
   double sum = 0, x = 0, y = 0, largest = 0;
@@ -83,7 +83,7 @@ std::array<double, 2> bump_center_mm(const fem::Map& map, double fraction) {
   return {x / sum * map.pitch_mm[0], y / sum * map.pitch_mm[1]};
 }
 
-Profile profile_along_x(const fem::Map& map, double y_mm) {
+Profile profile_along_x(const PressureMap& map, double y_mm) {
   const double row = std::clamp(y_mm / map.pitch_mm[1] + (map.height - 1) / 2.0, 0.0, map.height - 1.0);
   const auto j = std::min(static_cast<uint32_t>(row), map.height - 2);
   const double t = row - j;

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/fem/scene.h"
+#include "engine/tissue/pressure_map.h"
 
 namespace palpate::lump {
 
@@ -32,10 +32,10 @@ struct GaussianFit {
 
 /// Centre of what differs from the map's median within the inner `fraction` of its sides, mm from its middle:
 /// {0, 0} where nothing does.
-std::array<double, 2> bump_center_mm(const fem::Map& map, double fraction = 0.8);
+std::array<double, 2> bump_center_mm(const PressureMap& map, double fraction = 0.8);
 
 /// The map along x through y_mm (from its middle, linear between rows), x from the middle as well.
-Profile profile_along_x(const fem::Map& map, double y_mm);
+Profile profile_along_x(const PressureMap& map, double y_mm);
 
 /// The part within |x| <= half_width_mm.
 Profile inner_part(const Profile& profile, double half_width_mm);

@@ -8,7 +8,7 @@
 
 namespace palpate::lump {
 
-double roughness(const fem::Map& map) {
+double roughness(const PressureMap& map) {
   std::vector<double> sizes;
   for (uint32_t y = 1; y + 1 < map.height; ++y)
     for (uint32_t x = 1; x + 1 < map.width; ++x) {

@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/fem/scene.h"
+#include "engine/tissue/inclusion_shape.h"
+#include "engine/tissue/pressure_map.h"
 
 namespace palpate::lump {
 
@@ -18,7 +19,7 @@ struct Observation {
   /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
   /// square of the pitch around it. The window's middle lies at `window_mm` from the block's middle. NaN: not
   /// seen.
-  std::vector<fem::Map> pressure_Pa;
+  std::vector<PressureMap> pressure_Pa;
   std::array<double, 2> window_mm = {0, 0};
   double place_sd_mm = kPlaceSd_mm;  ///< of window_mm, along each axis
   std::vector<double> force_N;       ///< on the whole block at each load, of the gauge
@@ -82,8 +83,8 @@ struct Estimate {
   Value depth_mm;                  ///< surface to the top
   Value stiffness_ratio;
   Value x_mm, y_mm;  ///< of its centre from the block's middle
-  fem::InclusionShape shape = fem::InclusionShape::Sphere;
-  std::array<double, 4> shape_probability{};  ///< in the order of fem::InclusionShape
+  InclusionShape shape = InclusionShape::Sphere;
+  std::array<double, 4> shape_probability{};  ///< in the order of InclusionShape
   std::string method;                         ///< who estimated: "network", "refined", "direct inversion"
   double wall_s = 0;
   /// Where the observation has several bumps: their tops from the block's middle, the highest first. Else
@@ -95,7 +96,7 @@ struct Estimate {
 
 /// A map's noise by its roughness: mixed second differences of neighbours, of which smooth pressure has next
 /// to none. Right to 4 % on 700 nodes. 0 for a map that has no 3 x 3 nodes with values.
-double roughness(const fem::Map& map);
+double roughness(const PressureMap& map);
 
 /// Widens `value`'s interval so that it contains that of `other`.
 void widen(Value& value, const Value& other);

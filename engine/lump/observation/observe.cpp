@@ -10,7 +10,7 @@
 
 namespace palpate::lump {
 
-Observation observe(std::vector<fem::Map> pressure_Pa, const std::vector<double>& force_N) {
+Observation observe(std::vector<PressureMap> pressure_Pa, const std::vector<double>& force_N) {
   if (force_N.size() != pressure_Pa.size() || force_N.empty())
     throw Error(Failure::Usage, "a force for each of " + std::to_string(pressure_Pa.size()) + " maps",
                 std::to_string(force_N.size()), "one force a map, in the same order");

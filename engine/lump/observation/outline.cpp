@@ -11,8 +11,8 @@
 
 #include "engine/base/normal.h"
 #include "engine/base/text.h"
-#include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -53,7 +53,7 @@ class BumpFit {
  public:
   BumpFit(const Observation& observation)
       : half_x_(observation.block_mm[0] / 2), half_y_(observation.block_mm[1] / 2) {
-    const fem::Map& map = observation.pressure_Pa.back();
+    const PressureMap& map = observation.pressure_Pa.back();
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double x = observation.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
@@ -162,7 +162,7 @@ class BumpFit {
 };
 
 /// The line at half height around the bump, on map minus block. Empty where it leaves what was seen.
-std::vector<std::array<double, 2>> contour(const Observation& observation, const fem::Map& bump,
+std::vector<std::array<double, 2>> contour(const Observation& observation, const PressureMap& bump,
                                            const Fit& fit, double half_Pa) {
   std::vector<std::array<double, 2>> points;
   const double cx = fit.bump(0), cy = fit.bump(1), step = bump.pitch_mm[0] / 4;
@@ -218,8 +218,9 @@ Value placed(Value centre, double place_sd_mm) {
   return {centre.value, centre.value - reach_mm, centre.value + reach_mm};
 }
 
-fem::Map minus_block(const Observation& observation, const BumpFit& fitter, const Fit& fit, fem::Map* block) {
-  fem::Map bump = observation.pressure_Pa.back();
+PressureMap minus_block(const Observation& observation, const BumpFit& fitter, const Fit& fit,
+                        PressureMap* block) {
+  PressureMap bump = observation.pressure_Pa.back();
   if (block) *block = bump;
   for (uint32_t j = 0; j < bump.height; ++j)
     for (uint32_t i = 0; i < bump.width; ++i) {
@@ -275,7 +276,7 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
     fit.bump(4) += std::numbers::pi / 2;
   }
   Outline out;
-  const fem::Map bump = minus_block(observation, fitter, fit, &out.block_Pa);
+  const PressureMap bump = minus_block(observation, fitter, fit, &out.block_Pa);
   const double height = fit.linear(kBlockTerms);
   out.residual_Pa = std::sqrt(fit.squares / (static_cast<double>(values.size()) - kBlockTerms - 6));
   out.half_widths_mm = {std::exp(fit.bump(2)), std::exp(fit.bump(3))};

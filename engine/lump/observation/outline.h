@@ -26,7 +26,7 @@ struct Outline {
   double angle_rad = 0;                    ///< of the long axis from +x towards +y
   double significance = 0;                 ///< height over its standard error, chi-square counted as noise
   double residual_Pa = 0;                  ///< rms of map minus block minus Gaussian
-  fem::Map block_Pa;                       ///< the smooth block under the bump
+  PressureMap block_Pa;                    ///< the smooth block under the bump
 };
 
 /// The outline on the highest load. Block and bump are fitted at once: even powers of x and y up to the

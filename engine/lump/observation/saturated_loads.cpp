@@ -8,14 +8,14 @@
 namespace palpate::lump {
 namespace {
 
-double unseen_fraction(const fem::Map& map) {
+double unseen_fraction(const PressureMap& map) {
   const auto unseen =
       std::count_if(map.values.begin(), map.values.end(), [](float value) { return !std::isfinite(value); });
   return map.values.empty() ? 0 : static_cast<double>(unseen) / static_cast<double>(map.values.size());
 }
 
 /// Unseen nodes from which a way over unseen nodes leads to the map's border.
-std::vector<bool> open_to_border(const fem::Map& map) {
+std::vector<bool> open_to_border(const PressureMap& map) {
   std::vector<bool> open(map.values.size());
   std::vector<size_t> next;
   const auto visit = [&](uint32_t i, uint32_t j) {
@@ -48,7 +48,7 @@ std::vector<bool> open_to_border(const fem::Map& map) {
 
 std::vector<double> saturated_fractions(const Observation& observation) {
   std::vector<double> fractions;
-  for (const fem::Map& map : observation.pressure_Pa) fractions.push_back(unseen_fraction(map));
+  for (const PressureMap& map : observation.pressure_Pa) fractions.push_back(unseen_fraction(map));
   if (fractions.empty()) return fractions;
   const double saturated = std::clamp(observation.saturated_fraction, 0.0, 1.0);
   // The highest load's unseen nodes are saturated ones and those that no load sees.
@@ -58,9 +58,9 @@ std::vector<double> saturated_fractions(const Observation& observation) {
   return fractions;
 }
 
-double saturated_fraction(const std::vector<fem::Map>& pressure_Pa) {
+double saturated_fraction(const std::vector<PressureMap>& pressure_Pa) {
   if (pressure_Pa.empty() || pressure_Pa.back().values.empty()) return 0;
-  const fem::Map &first = pressure_Pa.front(), &last = pressure_Pa.back();
+  const PressureMap &first = pressure_Pa.front(), &last = pressure_Pa.back();
   const std::vector<bool> open = open_to_border(last);
   const bool same = first.values.size() == last.values.size();
   size_t saturated = 0, seen = 0;

@@ -19,7 +19,7 @@ std::vector<double> saturated_fractions(const Observation& observation);
 
 /// Saturated fraction of the last map where the sensor is not known: unseen nodes that an earlier map has
 /// seen, and holes with seen nodes all around. Share of what is not unseen for another reason.
-double saturated_fraction(const std::vector<fem::Map>& pressure_Pa);
+double saturated_fraction(const std::vector<PressureMap>& pressure_Pa);
 
 /// The observation without the loads whose top is hidden. `estimate` gets a reason for each of them and for
 /// those that stay with kReportedSaturation and more. None where no load is left: verdict Saturated.

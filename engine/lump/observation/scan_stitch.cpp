@@ -8,8 +8,8 @@
 
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
-#include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -42,7 +42,7 @@ void check(const std::vector<ScanPress>& presses) {
     for (size_t k = 0; k < r.force_N.size(); ++k)
       if (!(r.force_N[k] > (k > 0 ? r.force_N[k - 1] : 0)))
         refuse(p.name, "forces that rise", text("%g N", r.force_N[k]));
-    for (const fem::Map& map : r.pressure_Pa)
+    for (const PressureMap& map : r.pressure_Pa)
       if (map.width < 4 || map.height < 4 || map.values.size() != size_t{map.width} * map.height ||
           !(map.pitch_mm[0] > 0) || !(map.pitch_mm[1] > 0) || map.width != r.pressure_Pa[0].width ||
           map.height != r.pressure_Pa[0].height)
@@ -53,16 +53,16 @@ void check(const std::vector<ScanPress>& presses) {
 }
 
 /// The maps at other forces: pressure over force is nearly straight in force.
-std::vector<fem::Map> at_forces(const Observation& r, const std::vector<double>& forces_N) {
-  std::vector<fem::Map> maps;
+std::vector<PressureMap> at_forces(const Observation& r, const std::vector<double>& forces_N) {
+  std::vector<PressureMap> maps;
   for (const double force_N : forces_N) {
-    fem::Map map = r.pressure_Pa[0];
+    PressureMap map = r.pressure_Pa[0];
     size_t k = 0;
     while (k + 2 < r.force_N.size() && r.force_N[k + 1] < force_N) ++k;
     const bool one = r.force_N.size() == 1;
     const double low = r.force_N[k], high = one ? low : r.force_N[k + 1];
     const double t = one ? 0 : (force_N - low) / (high - low);
-    const fem::Map &a = r.pressure_Pa[k], &b = r.pressure_Pa[one ? k : k + 1];
+    const PressureMap &a = r.pressure_Pa[k], &b = r.pressure_Pa[one ? k : k + 1];
     for (size_t i = 0; i < map.values.size(); ++i)
       map.values[i] = static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.values[i]) / low +
                                                     t * static_cast<double>(b.values[i]) / high));
@@ -73,7 +73,7 @@ std::vector<fem::Map> at_forces(const Observation& r, const std::vector<double>&
 
 /// A press while it is put into its place.
 struct Placed {
-  std::vector<fem::Map> maps;  // at the common forces
+  std::vector<PressureMap> maps;  // at the common forces
   std::array<double, 2> stage_mm;
   double noise_Pa;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // shift x, y, ln gain
@@ -82,14 +82,14 @@ struct Placed {
 
   /// At a place of the block; NaN off the window and where nothing was seen.
   double at(size_t load, double x_mm, double y_mm) const {
-    const fem::Map& map = maps[load];
+    const PressureMap& map = maps[load];
     const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
     if (edge_mm(x_mm, y_mm) < -1e-9) return kNaN;
     return map_at(map, x, y) * std::exp(-place(2));
   }
   /// How far inside the window; < 0: outside.
   double edge_mm(double x_mm, double y_mm) const {
-    const fem::Map& map = maps[0];
+    const PressureMap& map = maps[0];
     const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
     return std::min(map.pitch_mm[0] * (map.width - 1) / 2 - std::abs(x),
                     map.pitch_mm[1] * (map.height - 1) / 2 - std::abs(y));
@@ -98,7 +98,7 @@ struct Placed {
   /// nearer half. Else a window that reaches over the block's rim would cost the rim.
   double near(size_t load, double x_mm, double y_mm) const {
     if (const double v = at(load, x_mm, y_mm); std::isfinite(v) || edge_mm(x_mm, y_mm) < -1e-9) return v;
-    const fem::Map& map = maps[load];
+    const PressureMap& map = maps[load];
     const double i = (x_mm - stage_mm[0] - place(0)) / map.pitch_mm[0] + (map.width - 1) / 2.0,
                  j = (y_mm - stage_mm[1] - place(1)) / map.pitch_mm[1] + (map.height - 1) / 2.0;
     const uint32_t i0 = std::min(static_cast<uint32_t>(std::max(0.0, i)), map.width - 2),
@@ -223,7 +223,7 @@ class Registration {
   Eigen::VectorXd right_;
 };
 
-fem::Map empty_map(const Grid& grid, float value) {
+PressureMap empty_map(const Grid& grid, float value) {
   return {grid.width,
           grid.height,
           {grid.pitch_mm, grid.pitch_mm},

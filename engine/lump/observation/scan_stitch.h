@@ -44,8 +44,8 @@ struct ScanMap {
   /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger;
   /// `place_sd_mm` that of the press whose place is known worst, `uneven_sd` the largest of the presses'.
   Observation observation;
-  fem::Map disagreement_Pa;        ///< at the highest load: standard deviation between presses; NaN below two
-  fem::Map presses;                ///< how many saw each place at the highest load
+  PressureMap disagreement_Pa;     ///< at the highest load: standard deviation between presses; NaN below two
+  PressureMap presses;             ///< how many saw each place at the highest load
   double seen_fraction = 0;        ///< of the block's places, but its rim, which no sensor sees
   double between_presses_Pa = 0;   ///< pooled standard deviation between presses, 0: no overlap
   std::vector<PressPlace> places;  ///< in the presses' order

@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
-#include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/fixed_pattern.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -38,7 +38,7 @@ void check(const PalpationSensor& sensor, size_t maps, size_t forces) {
   check_range(sensor.gauge_fraction, 0, 1, "a gauge's error as a share");
 }
 
-double peak_of(const fem::Map& map) {
+double peak_of(const PressureMap& map) {
   double peak = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) peak = std::max(peak, static_cast<double>(value));
@@ -54,9 +54,9 @@ struct NodeSums {
 
 }  // namespace
 
-Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
-                               std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
-                               uint64_t seed) {
+Observation sensor_observation(const std::vector<PressureMap>& pressure_Pa,
+                               const std::vector<double>& force_N, std::array<double, 3> block_mm,
+                               double young_Pa, const PalpationSensor& sensor, uint64_t seed) {
   check(sensor, pressure_Pa.size(), force_N.size());
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -73,8 +73,8 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
   const double pitch = sensor.node_pitch_mm;
   // Nodes at the window's edge see half of their square, or the window is cut so that none lies there.
   const double margin = sensor.least_cell > 0.5 ? 0 : pitch;
-  const uint32_t width = fem::window_nodes(sensor.window_mm[0] + margin, pitch),
-                 height = fem::window_nodes(sensor.window_mm[1] + margin, pitch);
+  const uint32_t width = window_nodes(sensor.window_mm[0] + margin, pitch),
+                 height = window_nodes(sensor.window_mm[1] + margin, pitch);
   const auto node_of = [&](uint32_t pixel, size_t axis, uint32_t nodes) {
     const double place = (pixel + 0.5 - sensor.size_px[axis] / 2.0) * pixel_mm[axis];
     const double node = std::floor(place / pitch + nodes / 2.0);
@@ -111,7 +111,7 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
         nodes.saturated[n] += gray >= 255;
       }
     }
-    fem::Map map;
+    PressureMap map;
     map.width = width;
     map.height = height;
     map.pitch_mm = {pitch, pitch};
@@ -144,13 +144,13 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
   return observation;
 }
 
-Observation ideal_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
+Observation ideal_observation(const std::vector<PressureMap>& pressure_Pa, const std::vector<double>& force_N,
                               std::array<double, 3> block_mm, double young_Pa, double node_pitch_mm) {
   Observation observation;
   observation.block_mm = block_mm;
   observation.young_Pa = young_Pa;
   observation.force_N = force_N;
-  for (const fem::Map& map : pressure_Pa)
+  for (const PressureMap& map : pressure_Pa)
     observation.pressure_Pa.push_back(node_means(map, {0, 0}, {block_mm[0], block_mm[1]}, node_pitch_mm));
   return observation;
 }

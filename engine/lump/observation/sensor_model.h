@@ -34,12 +34,12 @@ struct PalpationSensor {
 /// `force_N` at rising loads. Values with more than one pixel in fifty at level 255 are NaN (not seen) and
 /// counted in `saturated_fraction`. Deterministic by seed. Throws Error(Failure::Usage) naming a field that
 /// is out of range.
-Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
-                               std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
-                               uint64_t seed);
+Observation sensor_observation(const std::vector<PressureMap>& pressure_Pa,
+                               const std::vector<double>& force_N, std::array<double, 3> block_mm,
+                               double young_Pa, const PalpationSensor& sensor, uint64_t seed);
 
 /// The same by an ideal sensor: means around nodes over the whole block, the true force, no noise.
-Observation ideal_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
+Observation ideal_observation(const std::vector<PressureMap>& pressure_Pa, const std::vector<double>& force_N,
                               std::array<double, 3> block_mm, double young_Pa, double node_pitch_mm);
 
 }  // namespace palpate::lump

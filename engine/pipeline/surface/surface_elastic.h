@@ -18,8 +18,8 @@ class ElasticSurface : public SurfaceMethod {
   void record(gpu::Commands& commands, FrameSlot& slot) override;
   void solve(FrameSlot& slot) override;
   SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const override;
-  std::optional<PressureMap> pressure() const override {
-    return PressureMap{&elastic_.pressure(), elastic_.pressure_pitch(), elastic_.pressure_start()};
+  std::optional<DevicePressure> pressure() const override {
+    return DevicePressure{&elastic_.pressure(), elastic_.pressure_pitch(), elastic_.pressure_start()};
   }
   uint64_t memory_bytes() const override { return elastic_.memory_bytes(); }
   using SurfaceMethod::memory_bytes;

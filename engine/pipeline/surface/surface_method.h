@@ -13,7 +13,7 @@
 namespace palpate {
 
 /// Pressure by pixel, MPa, on the device: that of the frame whose commands ran last.
-struct PressureMap {
+struct DevicePressure {
   const gpu::DeviceBuffer* buffer = nullptr;
   uint32_t pitch = 0;  ///< floats from row to row
   uint32_t start = 0;  ///< of pixel (0, 0)
@@ -41,7 +41,7 @@ class SurfaceMethod {
   virtual bool expects_weights() const { return false; }
   virtual void record_weighted(gpu::Commands&, FrameSlot&) const {}
   /// Where pixels are pressures.
-  virtual std::optional<PressureMap> pressure() const { return std::nullopt; }
+  virtual std::optional<DevicePressure> pressure() const { return std::nullopt; }
 
   const Grid& grid() const { return grid_; }  ///< of the depth
   /// Times of what is submitted apart from the slot's own commands.

@@ -51,12 +51,12 @@ lump::Sweep sweep_of(const Common& common, const Options& o) {
     sweep.coarser_cells = parse_cells("--coarser-cells", o.coarser_cells, "32x32x16");
   if (!o.nodes.empty()) sweep.nodes = {o.nodes.front(), o.nodes.back()};
   if (!o.shapes.empty()) {
-    // In the order of fem::InclusionShape and each once: the order in which they were typed makes no other
+    // In the order of InclusionShape and each once: the order in which they were typed makes no other
     // sweep.
-    std::set<fem::InclusionShape> shapes;
+    std::set<InclusionShape> shapes;
     for (const std::string& name : o.shapes) {
       bool known = false;
-      for (const fem::InclusionShape shape : lump::Sweep().shapes)
+      for (const InclusionShape shape : lump::Sweep().shapes)
         if (name == to_string(shape)) known = shapes.insert(shape).second || true;
       if (!known)
         throw Error(Failure::Usage, "--shapes of sphere, ellipsoid, cylinder, lying", "'" + name + "'",

@@ -36,7 +36,7 @@ struct Extent {
 
 std::string shapes_of(const Sweep& sweep) {
   std::string text;
-  for (const fem::InclusionShape shape : sweep.shapes)
+  for (const InclusionShape shape : sweep.shapes)
     text += (text.empty() ? "" : ", ") + std::string(to_string(shape));
   return text;
 }
@@ -148,7 +148,7 @@ DatasetInfo dataset_info(const std::filesystem::path& file) {
     rows[5].extent.add(sample.what.young_Pa);
     for (const double press : sample.what.press_mm) rows[6].extent.add(press);
     for (const double force : sample.force_N) rows[7].extent.add(force);
-    for (const fem::Map& map : sample.pressure_Pa)
+    for (const PressureMap& map : sample.pressure_Pa)
       for (const float pressure : map.values) rows[8].extent.add(double{pressure});
     for (const double ratio : sample.least_volume_ratio) rows[9].extent.add(ratio);
   }
@@ -176,7 +176,7 @@ DatasetInfo dataset_info(const std::filesystem::path& file) {
                 {"good", states[1]},
                 {"not_converged", states[2]},
                 {"not_done", states[0]}};
-  for (size_t s = 0; s < 4; ++s) value["shapes"][to_string(static_cast<fem::InclusionShape>(s))] = shapes[s];
+  for (size_t s = 0; s < 4; ++s) value["shapes"][to_string(static_cast<InclusionShape>(s))] = shapes[s];
   value["no_lump"] = shapes[4];
   value["ranges"] = ranges;
   value["sweep"] = json::parse(to_json(data.sweep));

@@ -163,7 +163,7 @@ Data read_lump_file(const std::filesystem::path& path) {
         sample.residual.push_back(residual[i * loads + l]);
         sample.least_volume_ratio.push_back(volume[i * loads + l]);
         if (std::isnan(sample.force_N[l])) continue;
-        fem::Map map;
+        PressureMap map;
         map.width = static_cast<uint32_t>(width);
         map.height = static_cast<uint32_t>(height);
         map.pitch_mm = s.pitch_mm();

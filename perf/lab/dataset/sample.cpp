@@ -92,7 +92,7 @@ std::string pack(const Sweep& sweep, const Sample& sample) {
   put(&head, sizeof head);
   for (const auto* values : {&sample.force_N, &sample.residual, &sample.least_volume_ratio})
     put(values->data(), sweep.loads * sizeof(double));
-  for (const fem::Map& map : sample.pressure_Pa) put(map.values.data(), map.values.size() * sizeof(float));
+  for (const PressureMap& map : sample.pressure_Pa) put(map.values.data(), map.values.size() * sizeof(float));
   return bytes;
 }
 
@@ -123,7 +123,7 @@ Sample unpack(const Sweep& sweep, const std::string& bytes) {
     get(values->data(), sweep.loads * sizeof(double));
   }
   for (uint32_t l = 0; l < head.reached; ++l) {
-    fem::Map map;
+    PressureMap map;
     map.width = sweep.nodes[0];
     map.height = sweep.nodes[1];
     map.pitch_mm = sweep.pitch_mm();

@@ -25,7 +25,7 @@ struct Sample {
   // One per load of the case; NaN for loads that were not reached.
   std::vector<double> force_N, residual, least_volume_ratio;
   /// True pressure in the frame of the plate, one per load that was reached; axes are the case's.
-  std::vector<fem::Map> pressure_Pa;
+  std::vector<PressureMap> pressure_Pa;
 };
 
 /// Who presses a scene, on two grids where the coarser one has cells: press_lump(), or another in tests.

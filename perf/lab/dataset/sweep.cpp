@@ -59,7 +59,7 @@ void inside(const std::string& what, const Range& range, double low, double high
 /// The longest side of the smallest lump of the longest shape.
 double longest(const Sweep& s) {
   double length = 1;
-  for (const fem::InclusionShape shape : s.shapes) length = std::max(length, length_over_diameter(shape));
+  for (const InclusionShape shape : s.shapes) length = std::max(length, length_over_diameter(shape));
   return length;
 }
 
@@ -153,7 +153,7 @@ fem::Scene scene_of(const Sweep& s, const Case& what) {
 std::string to_json(const Sweep& s) {
   const auto pair = [](const Range& r) { return json::Value::array({r.low, r.high}); };
   json::Value shapes = json::Value::array();
-  for (const fem::InclusionShape shape : s.shapes) shapes.push_back(to_string(shape));
+  for (const InclusionShape shape : s.shapes) shapes.push_back(to_string(shape));
   return json::Value{{"sequence", "sobol, scrambled"},
                      {"seed", s.seed},
                      {"diameter_mm", pair(s.size_mm)},
@@ -205,10 +205,9 @@ Sweep sweep_from_json(const std::string& text) {
     s.shapes.clear();
     for (const json::Value& name : v.at("shapes")) {
       const auto* const found =
-          std::find(std::begin(fem::kShapeNames), std::end(fem::kShapeNames), name.get<std::string>());
-      if (found == std::end(fem::kShapeNames))
-        throw Error(Failure::Input, "a shape", name.dump(), "another file");
-      s.shapes.push_back(static_cast<fem::InclusionShape>(found - std::begin(fem::kShapeNames)));
+          std::find(std::begin(kShapeNames), std::end(kShapeNames), name.get<std::string>());
+      if (found == std::end(kShapeNames)) throw Error(Failure::Input, "a shape", name.dump(), "another file");
+      s.shapes.push_back(static_cast<InclusionShape>(found - std::begin(kShapeNames)));
     }
     s.no_lump_fraction = v.at("no_lump_share").get<double>();
     s.loads = v.at("loads").get<uint32_t>();

@@ -31,9 +31,8 @@ struct Sweep {
   double poisson = 0.495;
   double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
   /// d is the diameter: a ball; d high and wide and 1.5 d long; d high and wide upright; 2.5 d long lying.
-  std::vector<fem::InclusionShape> shapes = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
-                                             fem::InclusionShape::Cylinder,
-                                             fem::InclusionShape::LyingCylinder};
+  std::vector<InclusionShape> shapes = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
+                                        InclusionShape::Cylinder, InclusionShape::LyingCylinder};
   double no_lump_fraction = 1.0 / 12;            ///< of the cases, tissue alone
   uint32_t loads = 4;                            ///< equal steps of the press
   std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr uint32_t kWidth_px = 640, kHeight_px = 480;
 
 /// Pressure at a place from the surface's middle, linear between nodes; 0 off the block.
-double pressure_MPa(const fem::Map& map, double x_mm, double y_mm) {
+double pressure_MPa(const PressureMap& map, double x_mm, double y_mm) {
   const double i = x_mm / map.pitch_mm[0] + (map.width - 1) / 2.0;
   const double j = y_mm / map.pitch_mm[1] + (map.height - 1) / 2.0;
   if (!(i >= 0 && j >= 0 && i <= map.width - 1 && j <= map.height - 1)) return 0;
@@ -34,7 +34,7 @@ double pressure_MPa(const fem::Map& map, double x_mm, double y_mm) {
 }
 
 Plot maps_plot(const ForwardOutcome& o) {
-  const fem::Map &stress = o.result.stress_Pa, &deflection = o.result.deflection_mm;
+  const PressureMap &stress = o.result.stress_Pa, &deflection = o.result.deflection_mm;
   const auto [least_mm, most_mm] = std::minmax_element(deflection.values.begin(), deflection.values.end());
   const double most = static_cast<double>(*most_mm);
   const PlotUnit unit = plot_unit(*std::max_element(stress.values.begin(), stress.values.end()), "Pa");
@@ -75,7 +75,7 @@ Plot profile_plot(const ForwardOutcome& o) {
 
 }  // namespace
 
-PlotMap plot_map(const fem::Map& map, double factor) {
+PlotMap plot_map(const PressureMap& map, double factor) {
   PlotMap plot{map.width, map.height, map.pitch_mm[0], map.pitch_mm[1]};
   for (const float value : map.values) plot.values.push_back(factor * static_cast<double>(value));
   return plot;
@@ -98,7 +98,7 @@ std::string headline(const ForwardOutcome& o) {
                       unit.factor * o.fit.amplitude, unit.name.c_str(), 2.3548 * std::abs(o.fit.width_mm));
 }
 
-TactileImage tactile_image(const fem::Map& stress, const Sensor* sensor) {
+TactileImage tactile_image(const PressureMap& stress, const Sensor* sensor) {
   TactileImage image;
   image.width = kWidth_px;
   image.height = kHeight_px;
@@ -146,7 +146,7 @@ TactileImage tactile_image(const fem::Map& stress, const Sensor* sensor) {
 
 std::string write_files(const ForwardOutcome& o, const TactileImage& image, const fs::path& folder) {
   make_output_folder(folder);
-  const fem::Map& stress = o.result.stress_Pa;
+  const PressureMap& stress = o.result.stress_Pa;
   write_npy(folder / "stress_Pa.npy", stress.values, {stress.height, stress.width});
   write_npy(folder / "deflection_mm.npy", o.result.deflection_mm.values, {stress.height, stress.width});
   write_npy(folder / "tactile.npy", image.gray, {image.height, image.width});

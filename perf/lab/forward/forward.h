@@ -49,7 +49,7 @@ struct TactileImage {
 /// the surface; or, of a sensor with a straight force calibration of the gray sum, the light that gives the
 /// same force: pressure times a pixel's area over c1. Throws Error(Failure::Sensor) where its calibration is
 /// of another kind or has no scale.
-TactileImage tactile_image(const fem::Map& stress_Pa, const Sensor* sensor);
+TactileImage tactile_image(const PressureMap& stress_Pa, const Sensor* sensor);
 
 /// Writes stress_Pa.npy, deflection_mm.npy, profile.csv, tactile.npy, tactile.png, forward.json and the plots
 /// maps and profile (PNG and SVG) into `folder`. Returns their names in words.

@@ -21,7 +21,7 @@ Json or_null(double value) {
 ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
   ForwardOutcome outcome{scene, std::move(result), {}, {}};
   if (!outcome.result.converged) return outcome;
-  const fem::Map& stress = outcome.result.stress_Pa;
+  const PressureMap& stress = outcome.result.stress_Pa;
   outcome.profile = lump::profile_along_x(stress, lump::bump_center_mm(stress)[1]);
   const lump::Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
   if (inner.x_mm.size() >= 6) outcome.fit = fit_gaussian(inner);

@@ -25,8 +25,8 @@ struct Input {
 constexpr Input kInputs[] = {{"d", "diameter d, mm"},        {"h", "depth h, mm"},
                              {"E_r", "stiffness ratio E_r"}, {"s", "shape s"},
                              {"t", "thickness t, mm"},       {"l", "press l, mm"}};
-constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
-                                           fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
+constexpr InclusionShape kShapes[] = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
+                                           InclusionShape::Cylinder, InclusionShape::LyingCylinder};
 /// Full width at half the height of a Gaussian.
 double full_width_mm(const lump::GaussianFit& fit) {
   return 2 * std::sqrt(2 * std::log(2.0)) * fit.width_mm;
@@ -63,7 +63,7 @@ std::vector<Case> sweep_cases(const fem::Scene& base) {
     add("s", static_cast<double>(i), [&](fem::Scene&, fem::Inclusion& lump) {
       lump.shape = kShapes[i];
       // The ellipsoid is half as high as wide, the others have the sphere's outer sizes.
-      lump.size_mm = {d, d, kShapes[i] == fem::InclusionShape::Ellipsoid ? d / 2 : d};
+      lump.size_mm = {d, d, kShapes[i] == InclusionShape::Ellipsoid ? d / 2 : d};
     });
   for (const double f : {0.7, 0.85, 1.0, 1.25, 1.5, 2.0})
     add("t", f * room, [&](fem::Scene& scene, fem::Inclusion&) { scene.block_mm[2] = f * room; });
@@ -246,7 +246,7 @@ ConvergenceTables converge(const fem::Scene& scene, const fem::Options& options)
   for (const double aspect : {0.25, 0.5, 2.0})
     add([&](fem::Scene& s, fem::Inclusion& lump) {
       const double d = lump.size()[0];
-      lump.shape = fem::InclusionShape::Ellipsoid;
+      lump.shape = InclusionShape::Ellipsoid;
       lump.size_mm = {d, d, std::min(aspect * d, 0.9 * (s.block_mm[2] - lump.depth_mm))};
     });
   for (fem::Result& result : fem::solve(ranges, options)) {

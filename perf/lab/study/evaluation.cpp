@@ -66,7 +66,7 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
       const size_t i = job.first + n / job.repeats * job.every;
       const uint64_t repeat = n % job.repeats;
       const Example& e = examples[i];
-      std::vector<fem::Map> maps;
+      std::vector<PressureMap> maps;
       std::vector<double> forces;
       const size_t all = e.force_N.size(), count = job.loads == 0 ? all : std::min<size_t>(job.loads, all);
       for (size_t k = 0; k < count; ++k) {
@@ -181,10 +181,9 @@ std::string score_text(const Score& s) {
                           r.high < 1e8 ? palpate::text("%.0f", r.high).c_str() : "more", r.count,
                           100 * r.median[0], 100 * r.median[1], 100 * r.median[2]);
   text += palpate::text("\nshape right in %.1f %%; truth by answer:\n%-10s", 100 * s.shape_rate, "");
-  for (size_t b = 0; b < 4; ++b)
-    text += palpate::text(" %9s", to_string(static_cast<fem::InclusionShape>(b)));
+  for (size_t b = 0; b < 4; ++b) text += palpate::text(" %9s", to_string(static_cast<InclusionShape>(b)));
   for (size_t a = 0; a < 4; ++a) {
-    text += palpate::text("\n%-10s", to_string(static_cast<fem::InclusionShape>(a)));
+    text += palpate::text("\n%-10s", to_string(static_cast<InclusionShape>(a)));
     for (const size_t n : s.shapes[a]) text += palpate::text(" %9zu", n);
   }
   text += palpate::text(

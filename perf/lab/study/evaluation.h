@@ -48,7 +48,7 @@ struct Score {
   std::array<double, 3> coverage{};             ///< of the intervals
   std::array<double, 3> determined_median{};    ///< of those with verdict Found alone
   std::vector<ErrorRange> by_ratio;
-  std::array<std::array<size_t, 4>, 4> shapes{};  ///< truth x answer, by fem::InclusionShape
+  std::array<std::array<size_t, 4>, 4> shapes{};  ///< truth x answer, by InclusionShape
   double shape_rate = 0;
   double sensitivity = 0;  ///< of all lumps
   size_t goal_lumps = 0;   ///< of 6 mm and more at 8 mm and less

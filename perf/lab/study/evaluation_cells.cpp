@@ -49,7 +49,7 @@ judge::Cases cases_of(const std::vector<Judged>& judged) {
   cases.conditions = {{"size_mm", {}},      {"depth_mm", {}},  {"ratio", {}},
                       {"thickness_mm", {}}, {"offset_mm", {}}, {"shape", {}}};
   for (size_t s = 0; s < 4; ++s)
-    cases.conditions.back().labels.emplace_back(to_string(static_cast<fem::InclusionShape>(s)));
+    cases.conditions.back().labels.emplace_back(to_string(static_cast<InclusionShape>(s)));
   cases.quantities = {{"size_mm", 0.9}, {"depth_mm", 0.9}, {"ratio", 0.9}};
   cases.wrong_means = "off by more than a factor of two and outside the interval, or no lump there";
   for (const Judged& j : judged) cases.cases.push_back(case_of(j));

@@ -89,8 +89,8 @@ void compare(const std::vector<FigureRow>& rows, std::vector<std::string>& broke
   }
 }
 
-constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
-                                           fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
+constexpr InclusionShape kShapes[] = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
+                                      InclusionShape::Cylinder, InclusionShape::LyingCylinder};
 
 struct Change {
   std::string input;
@@ -122,8 +122,8 @@ std::vector<Change> changes(const fem::Scene& base) {
     add("s", static_cast<double>(i), to_string(kShapes[i]), [&](fem::Scene&, fem::Inclusion& lump) {
       lump.shape = kShapes[i];
       const double d = lump.size_mm[0];
-      if (kShapes[i] == fem::InclusionShape::Ellipsoid) lump.size_mm = {1.5 * d, d, d};
-      if (kShapes[i] == fem::InclusionShape::LyingCylinder) lump.size_mm = {2.5 * d, d, d};
+      if (kShapes[i] == InclusionShape::Ellipsoid) lump.size_mm = {1.5 * d, d, d};
+      if (kShapes[i] == InclusionShape::LyingCylinder) lump.size_mm = {2.5 * d, d, d};
     });
   for (const double t : {16.0, 18.0, 20.0, 24.0, 28.0})
     add("t", t, text("%g mm", t), [&](fem::Scene& scene, fem::Inclusion&) { scene.block_mm[2] = t; });

@@ -24,7 +24,7 @@ struct Press {
 
   Observation read(std::array<double, 2> last_mm = {0, 0}) const {
     const size_t all = example.force_N.size(), count = loads == 0 ? all : std::min<size_t>(loads, all);
-    std::vector<fem::Map> maps;
+    std::vector<PressureMap> maps;
     std::vector<double> forces;
     for (size_t k = 0; k < count; ++k) {
       const size_t load = all - 1 - (count - 1 - k) * all / count;
@@ -54,19 +54,19 @@ Press seen_in(Press press, std::array<double, 2> window_mm, std::array<double, 2
 
 template <typename Change>
 Observation each_map(Observation observation, const Change& change) {
-  for (fem::Map& map : observation.pressure_Pa) change(map);
+  for (PressureMap& map : observation.pressure_Pa) change(map);
   return observation;
 }
 
 Observation with_pitch(Observation observation, double factor) {
-  return each_map(std::move(observation), [factor](fem::Map& map) {
+  return each_map(std::move(observation), [factor](PressureMap& map) {
     for (double& pitch : map.pitch_mm) pitch *= factor;
   });
 }
 
 Observation with_pressures(Observation observation, double factor) {
   observation.noise_Pa *= factor;
-  return each_map(std::move(observation), [factor](fem::Map& map) {
+  return each_map(std::move(observation), [factor](PressureMap& map) {
     for (float& value : map.values) value *= static_cast<float>(factor);
   });
 }
@@ -78,8 +78,8 @@ Observation with_forces(Observation observation, double factor) {
 
 /// The nodes of the whole face from a corner on.
 Observation part(Observation observation, uint32_t first, uint32_t side) {
-  return each_map(std::move(observation), [&](fem::Map& map) {
-    fem::Map cut{side, side, map.pitch_mm, {}};
+  return each_map(std::move(observation), [&](PressureMap& map) {
+    PressureMap cut{side, side, map.pitch_mm, {}};
     for (uint32_t y = 0; y < side; ++y)
       for (uint32_t x = 0; x < side; ++x) cut.values.push_back(map.at(first + x, first + y));
     map = std::move(cut);
@@ -87,7 +87,7 @@ Observation part(Observation observation, uint32_t first, uint32_t side) {
 }
 
 Observation tilted(Observation observation, double share) {
-  return each_map(std::move(observation), [&](fem::Map& map) {
+  return each_map(std::move(observation), [&](PressureMap& map) {
     for (uint32_t y = 0; y < map.height; ++y)
       for (uint32_t x = 0; x < map.width; ++x) {
         const double place = 2 * (x - (map.width - 1) / 2.0) * map.pitch_mm[0] / observation.block_mm[0];
@@ -97,8 +97,8 @@ Observation tilted(Observation observation, double share) {
 }
 
 Observation transposed(Observation observation) {
-  return each_map(std::move(observation), [](fem::Map& map) {
-    fem::Map turned{map.height, map.width, map.pitch_mm, {}};
+  return each_map(std::move(observation), [](PressureMap& map) {
+    PressureMap turned{map.height, map.width, map.pitch_mm, {}};
     for (uint32_t x = 0; x < map.width; ++x)
       for (uint32_t y = 0; y < map.height; ++y) turned.values.push_back(map.at(x, y));
     map = std::move(turned);

@@ -139,7 +139,7 @@ std::string quality_script(const lump::Score& s) {
   title = text("shape right in %.1f %%", 100 * s.shape_rate);
   std::string names;
   for (size_t i = 0; i < 4; ++i)
-    names += std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<fem::InclusionShape>(i)) + "' " +
+    names += std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<InclusionShape>(i)) + "' " +
              std::to_string(i);
   script += std::string("set title ") + gnuplot_quoted(title) +
             "\nset xlabel 'answer'\nset ylabel 'truth'\nset xtics (" + names +

@@ -116,7 +116,7 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
     }
     StabilityRow row{what, block->result.converged, {}};
     if (row.pressed) {
-      std::vector<fem::Map> maps;
+      std::vector<PressureMap> maps;
       std::vector<double> forces;
       for (size_t l = kLoads - what.loads; l < kLoads; ++l) {
         maps.push_back(block->result.loads[l].pressure_Pa);
@@ -174,10 +174,10 @@ std::vector<CostRow> press_costs(uint32_t threads) {
   scene.cells = cells(64);
   const fem::PressedBlock truth = solve_extrapolated(scene, cells(48), loads, options).loads.at(0);
   std::vector<CostRow> rows;
-  const auto add = [&](const char* choice, const std::string& name, double wall_s, const fem::Map& map,
+  const auto add = [&](const char* choice, const std::string& name, double wall_s, const PressureMap& map,
                        double force_N) {
     CostRow row{choice, name, wall_s, 0, force_N / truth.force_N - 1};
-    const auto at = [](const fem::Map& m, uint32_t x, uint32_t y) {
+    const auto at = [](const PressureMap& m, uint32_t x, uint32_t y) {
       return double{m.at(x * (m.width - 1) / 32, y * (m.height - 1) / 32)};
     };
     for (uint32_t y = 8; y <= 24; ++y)

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "engine/base/normal.h"
-#include "engine/fem/map_sampling.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/observation/fixed_pattern.h"
+#include "engine/tissue/map_sampling.h"
 #include "perf/lab/training/steps.h"
 
 namespace palpate::lump {
@@ -44,14 +44,14 @@ Observation noisy(const Observation& ideal, size_t count, double noise_fraction,
   const size_t all = ideal.force_N.size();
   observation.pressure_Pa.clear();
   observation.force_N.clear();
-  const fem::Map& last = ideal.pressure_Pa.back();
+  const PressureMap& last = ideal.pressure_Pa.back();
   double peak = 0;
-  const uint32_t half_x = std::min(fem::window_nodes(kWindow_mm[0], last.pitch_mm[0]), last.width) / 2,
-                 half_y = std::min(fem::window_nodes(kWindow_mm[1], last.pitch_mm[1]), last.height) / 2;
+  const uint32_t half_x = std::min(window_nodes(kWindow_mm[0], last.pitch_mm[0]), last.width) / 2,
+                 half_y = std::min(window_nodes(kWindow_mm[1], last.pitch_mm[1]), last.height) / 2;
   for (size_t k = 0; k < count; ++k) {
     const size_t load = all - 1 - (count - 1 - k) * all / count;
-    const fem::Map& from = ideal.pressure_Pa[load];
-    fem::Map map;
+    const PressureMap& from = ideal.pressure_Pa[load];
+    PressureMap map;
     map.pitch_mm = from.pitch_mm;
     map.width = 2 * half_x + 1;
     map.height = 2 * half_y + 1;
@@ -67,10 +67,10 @@ Observation noisy(const Observation& ideal, size_t count, double noise_fraction,
   const double pattern_Pa =
       share(random) < 1. / 3 ? 0 : peak * kPattern[0] * std::pow(kPattern[1] / kPattern[0], share(random));
   const PatternKind kind = any_pattern(random);
-  const fem::Map& any = observation.pressure_Pa.front();
+  const PressureMap& any = observation.pressure_Pa.front();
   const Eigen::MatrixXd pattern =
       fixed_pattern(any.width, any.height, any.pitch_mm[0], kind.length_mm, random);
-  for (fem::Map& map : observation.pressure_Pa)
+  for (PressureMap& map : observation.pressure_Pa)
     for (size_t n = 0; n < map.values.size(); ++n) {
       float& value = map.values[n];
       const double fixed =

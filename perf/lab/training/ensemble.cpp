@@ -59,7 +59,7 @@ std::vector<Seen> learn_from(const Model& model, const Examples& all, uint32_t t
     const Model& own = by_cells.at(e.cell_mm);
     const auto nodes = pressed_nodes(own, all.observations[i], ignored);
     if (!nodes) return;
-    const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
+    const bool round = e.shape == InclusionShape::Sphere || e.shape == InclusionShape::Cylinder;
     for (const bool swapped : {false, true}) {
       if (!round && swapped != e.along_y) continue;
       PatchView view(model, *nodes, e.offset_mm, swapped);

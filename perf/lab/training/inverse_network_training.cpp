@@ -45,7 +45,7 @@ Sweep sweep_of(const Model& model, uint64_t seed) {
   sweep.no_lump_fraction = 0;
   sweep.shapes.clear();
   for (size_t s = 0; s < model.shapes.size(); ++s)
-    if (model.shapes[s]) sweep.shapes.push_back(static_cast<fem::InclusionShape>(s));
+    if (model.shapes[s]) sweep.shapes.push_back(static_cast<InclusionShape>(s));
   return sweep;
 }
 
@@ -369,7 +369,7 @@ Lesson make_lesson(const Model& model, const ObservationMaker& maker, uint32_t n
   std::normal_distribution<double> normal;
   const Made made = maker.make(number, random);
   const Case::Lump& lump = *made.what.lump;
-  const bool round = lump.shape == fem::InclusionShape::Sphere || lump.shape == fem::InclusionShape::Cylinder;
+  const bool round = lump.shape == InclusionShape::Sphere || lump.shape == InclusionShape::Cylinder;
   std::array<double, 2> place = lump.offset_mm;
   bool across = random() % 3 == 0;
   if (random() % 2 == 0) {
@@ -390,7 +390,7 @@ Lesson make_lesson(const Model& model, const ObservationMaker& maker, uint32_t n
   Lesson lesson;
   lesson.shape = static_cast<size_t>(lump.shape);
   lesson.output = static_cast<Eigen::Index>(lesson.shape);
-  if (!round && across) lesson.output = lump.shape == fem::InclusionShape::Ellipsoid ? 4 : 5;
+  if (!round && across) lesson.output = lump.shape == InclusionShape::Ellipsoid ? 4 : 5;
   const Guess guess = guess_of(lump);
   const std::array<double, kParameters> logs = {guess.log_size, guess.log_depth, guess.log_ratio};
   for (size_t p = 0; p < kParameters; ++p)

@@ -14,14 +14,14 @@ namespace palpate::lump {
 /// A block whose lump is known.
 struct Example {
   bool lump = true;
-  fem::InclusionShape shape = fem::InclusionShape::Sphere;
+  InclusionShape shape = InclusionShape::Sphere;
   bool along_y = false;                                   ///< long shapes: their long axis is y
   double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;  ///< size as in Estimate
   std::array<double, 2> offset_mm{};
   std::array<double, 3> block_mm = {40, 40, 20};
   double young_Pa = 4000;
   double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
-  std::vector<fem::Map> pressure_Pa;
+  std::vector<PressureMap> pressure_Pa;
   std::vector<double> force_N;
 };
 

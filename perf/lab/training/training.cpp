@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "engine/base/text.h"
-#include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
 #include "engine/numeric/dense.h"
+#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 #include "perf/lab/training/steps.h"
 
@@ -134,14 +134,14 @@ void in_parallel(uint32_t threads, size_t count, const std::function<void(size_t
 Base fit_base(const Model& model, const Examples& all, const std::function<bool(size_t)>& used) {
   Base base;
   base.pitch_mm = model.node_pitch_mm;
-  base.side = (fem::window_nodes(model.block_mm[0], model.node_pitch_mm) + 1) / 2;
+  base.side = (window_nodes(model.block_mm[0], model.node_pitch_mm) + 1) / 2;
   const auto n = static_cast<Eigen::Index>(base.side);
   std::vector<Eigen::VectorXd> rows, values;
   for (size_t i = 0; i < all.examples.size(); ++i) {
     if (all.examples[i].lump || !used(i)) continue;
     const Observation& observation = all.observations[i];
     for (size_t k = 0; k < observation.force_N.size(); ++k) {
-      const fem::Map& map = observation.pressure_Pa[k];
+      const PressureMap& map = observation.pressure_Pa[k];
       const double load = load_of(observation, k);
       // All eight images of the quarter's node: the block looks the same from every side.
       Eigen::VectorXd value(n * n);
@@ -194,7 +194,7 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
     const float peak = *std::max_element(observation.pressure_Pa.back().values.begin(),
                                          observation.pressure_Pa.back().values.end());
     const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
-    const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
+    const bool round = e.shape == InclusionShape::Sphere || e.shape == InclusionShape::Cylinder;
     // Neighbouring loads look alike: every second is enough.
     for (size_t k = (observation.force_N.size() + 1) % 2; k < observation.force_N.size(); k += 2) {
       const Eigen::VectorXf quarter = model.base.quarter(observation.block_mm[2], load_of(observation, k));

@@ -33,7 +33,7 @@ lump::Observation reading_of(const Options& o) {
   if (o.force_N.size() != o.maps.size())
     throw Error(Failure::Usage, "a force for each of " + std::to_string(o.maps.size()) + " maps",
                 std::to_string(o.force_N.size()), "--force-N F1,F2,...");
-  std::vector<fem::Map> maps;
+  std::vector<PressureMap> maps;
   for (const std::string& file : o.maps) maps.push_back(read_pressure_map(file, o.pitch_mm));
   lump::Observation observation = lump::observe(std::move(maps), o.force_N);
   observation.young_Pa = o.young_Pa;
@@ -47,7 +47,7 @@ lump::Observation reading_of(const Options& o) {
 }
 
 std::string script_of(const lump::Observation& observation, const lump::Estimate& e) {
-  const fem::Map& map = observation.pressure_Pa.back();
+  const PressureMap& map = observation.pressure_Pa.back();
   std::vector<std::vector<double>> pixels(3), outline(2);
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x) {

@@ -178,7 +178,7 @@ std::string map_csv(const lump::ScanMap& map) {
   for (const double force_N : map.observation.force_N)
     csv += palpate::text(",pressure_Pa_at_%.4g_N", force_N);
   csv += ",between_presses_Pa\n";
-  const fem::Map& top = map.observation.pressure_Pa.back();
+  const PressureMap& top = map.observation.pressure_Pa.back();
   const auto cell = [](float value) {
     return std::isfinite(value) ? plot_number(static_cast<double>(value)) : std::string();
   };
@@ -186,7 +186,7 @@ std::string map_csv(const lump::ScanMap& map) {
     for (uint32_t i = 0; i < top.width; ++i) {
       csv += plot_number(place(i, top.width, top.pitch_mm[0])) + "," +
              plot_number(place(j, top.height, top.pitch_mm[1])) + "," + cell(map.presses.at(i, j));
-      for (const fem::Map& load : map.observation.pressure_Pa) csv += "," + cell(load.at(i, j));
+      for (const PressureMap& load : map.observation.pressure_Pa) csv += "," + cell(load.at(i, j));
       csv += "," + cell(map.disagreement_Pa.at(i, j)) + "\n";
     }
   return csv;
@@ -202,14 +202,14 @@ std::string ellipse(double x, double y, double width, double height) {
   return lines;
 }
 
-double largest(const fem::Map& map) {
+double largest(const PressureMap& map) {
   double most = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) most = std::max(most, static_cast<double>(value));
   return most;
 }
 
-std::string matrix(const fem::Map& map) {
+std::string matrix(const PressureMap& map) {
   std::string lines;
   for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
     for (uint32_t i = 0; i < map.width; ++i)
@@ -444,9 +444,9 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   make_output_folder(folder);
   const lump::ScanMap& map = r.answer.map;
   std::vector<float> loads;
-  for (const fem::Map& load : map.observation.pressure_Pa)
+  for (const PressureMap& load : map.observation.pressure_Pa)
     loads.insert(loads.end(), load.values.begin(), load.values.end());
-  const fem::Map& top = map.observation.pressure_Pa.back();
+  const PressureMap& top = map.observation.pressure_Pa.back();
   write_npy(folder / "pressure_Pa.npy", loads, {map.observation.pressure_Pa.size(), top.height, top.width});
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));

@@ -20,12 +20,11 @@ std::array<uint32_t, 3> parse_cells(const std::string& option, const std::string
   return cells;
 }
 
-const std::map<std::string, fem::InclusionShape>& lump_shapes() {
-  static const std::map<std::string, fem::InclusionShape> shapes = {
-      {"sphere", fem::InclusionShape::Sphere},
-      {"ellipsoid", fem::InclusionShape::Ellipsoid},
-      {"cylinder", fem::InclusionShape::Cylinder},
-      {"lying", fem::InclusionShape::LyingCylinder}};
+const std::map<std::string, InclusionShape>& lump_shapes() {
+  static const std::map<std::string, InclusionShape> shapes = {{"sphere", InclusionShape::Sphere},
+                                                               {"ellipsoid", InclusionShape::Ellipsoid},
+                                                               {"cylinder", InclusionShape::Cylinder},
+                                                               {"lying", InclusionShape::LyingCylinder}};
   return shapes;
 }
 

@@ -15,6 +15,6 @@ std::array<uint32_t, 3> parse_cells(const std::string& option, const std::string
                                     const std::string& example);
 
 /// sphere, ellipsoid, cylinder, lying.
-const std::map<std::string, fem::InclusionShape>& lump_shapes();
+const std::map<std::string, InclusionShape>& lump_shapes();
 
 }  // namespace palpate

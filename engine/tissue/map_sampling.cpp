@@ -1,10 +1,10 @@
-#include "engine/fem/map_sampling.h"
+#include "engine/tissue/map_sampling.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace palpate::fem {
+namespace palpate {
 MapTaps map_taps(double place, uint32_t nodes) {
   const double i = std::clamp(place, 0.0, nodes - 1.0);
   const uint32_t cell = std::min(static_cast<uint32_t>(i), nodes - 2);
@@ -27,7 +27,7 @@ MapTaps map_taps(double place, uint32_t nodes) {
   return taps;
 }
 
-double map_at(const Map& map, double x_mm, double y_mm) {
+double map_at(const PressureMap& map, double x_mm, double y_mm) {
   const MapTaps x = map_taps(x_mm / map.pitch_mm[0] + (map.width - 1) / 2.0, map.width),
                 y = map_taps(y_mm / map.pitch_mm[1] + (map.height - 1) / 2.0, map.height);
   double sum = 0;
@@ -45,9 +45,9 @@ uint32_t window_nodes(double window_mm, double pitch_mm) {
   return 2 * static_cast<uint32_t>(std::max(0.0, std::floor((window_mm / pitch_mm - 1) / 2 + 1e-9))) + 1;
 }
 
-Map node_means(const Map& map, std::array<double, 2> center_mm, std::array<double, 2> window_mm,
-               double pitch_mm, uint32_t samples) {
-  Map out;
+PressureMap node_means(const PressureMap& map, std::array<double, 2> center_mm,
+                       std::array<double, 2> window_mm, double pitch_mm, uint32_t samples) {
+  PressureMap out;
   out.width = window_nodes(window_mm[0], pitch_mm);
   out.height = window_nodes(window_mm[1], pitch_mm);
   out.pitch_mm = {pitch_mm, pitch_mm};
@@ -74,4 +74,4 @@ Map node_means(const Map& map, std::array<double, 2> center_mm, std::array<doubl
   return out;
 }
 
-}  // namespace palpate::fem
+}  // namespace palpate
