@@ -78,7 +78,7 @@ constexpr Arrow kArrows[] = {
     {"viz/commands", "viz/display perf/profile viz/commands/support"},
     {"viz/main", "viz/commands"},
     // The laboratory uses the instrument, and nothing uses the laboratory.
-    {"perf/rivals", "engine/base"},
+    {"perf/rivals", "engine/pad"},
     {"perf/lab", "perf/profile perf/rivals viz/commands/support"},
 };
 
