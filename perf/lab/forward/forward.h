@@ -85,7 +85,7 @@ json::Value convergence_json(const ConvergenceTables& tables);
 std::string write_convergence(const ConvergenceTables& tables, const std::filesystem::path& folder);
 
 /// A map of the surface, times `factor`.
-PlotMap plot_map(const fem::Map& map, double factor = 1);
+PlotMap plot_map(const PressureMap& map, double factor = 1);
 /// The fit from -half_mm to half_mm, times `factor`.
 PlotCurve gaussian_curve(const lump::GaussianFit& fit, double half_mm, double factor = 1);
 
