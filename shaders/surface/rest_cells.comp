@@ -13,9 +13,10 @@ void main() {
   uint cell = gl_GlobalInvocationID.x;
   if (cell >= push.cells_x * push.cells_y) return;
   uint x = cell % push.cells_x, y = cell / push.cells_x;
-  vec4 inside = vec4(lessThan(4 * x + uvec4(0, 1, 2, 3), uvec4(push.width)));
+  bvec4 inside = lessThan(4 * x + uvec4(0, 1, 2, 3), uvec4(push.width));
   uint rows = min(kCellSide, push.height - y * kCellSide);
   vec4 sum = vec4(0.0);
   for (uint i = 0; i < rows; ++i) sum += texelFetch(depth_texels, int((y * kCellSide + i) * push.pitch + x));
-  means[cell] = dot(sum, inside) / (dot(inside, vec4(1.0)) * float(rows));
+  // Beyond the map's width a texel holds anything, NaN included.
+  means[cell] = dot(mix(vec4(0.0), sum, inside), vec4(1.0)) / (dot(vec4(inside), vec4(1.0)) * float(rows));
 }

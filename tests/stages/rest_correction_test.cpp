@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 
 #include "engine/gpu/commands.h"
 #include "tests/support/gpu_fixture.h"
@@ -33,7 +34,7 @@ class RestCorrectionTest : public GpuTest {
 
   void write(const std::function<double(double, double)>& height) {
     const auto values = upload_.as<float>();
-    std::ranges::fill(values, 1e9f);  // what lies beside the frame must not matter
+    std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());  // padding must not matter
     for (uint32_t y = 0; y < grid_.height; ++y)
       for (uint32_t x = 0; x < grid_.width; ++x) values[at(x, y)] = static_cast<float>(height(x, y));
     upload_.flush();

@@ -1,5 +1,7 @@
 #include "engine/pipeline/surface/surface_method.h"
 
+#include <algorithm>
+
 #include "engine/pipeline/surface/weighted_solve.h"
 
 namespace palpate {
@@ -59,6 +61,7 @@ void SurfaceMethod::make_host_solve(FrameSlot& slot, const gpu::DeviceBuffer& fr
   slot.surface.right_side =
       gpu::DeviceBuffer(context_, "right side readback", from.bytes(), gpu::Memory::Readback);
   slot.surface.solved = gpu::DeviceBuffer(context_, "solved heights", grid_.bytes(), gpu::Memory::Upload);
+  std::ranges::fill(slot.surface.solved.as<float>(), 0.0f);  // the host writes none of the rows' padding
   slot.surface.after_solve = gpu::Commands(context_);
 }
 
