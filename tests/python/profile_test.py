@@ -17,8 +17,13 @@ TABLES = ("frames", "stages", "growth", "solvers", "outputs", "live", "ceiling")
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    out = tmp_path_factory.mktemp("profile") / "out"
-    return pp.profile.measure(sizes=[(64, 48), (96, 64)], budget_s=6, out=out), out
+    # On a busy machine a budget leaves parts out, and says so: a larger one then.
+    for budget_s in (6, 30, 150):
+        out = tmp_path_factory.mktemp("profile") / "out"
+        profile = pp.profile.measure(sizes=[(64, 48), (96, 64)], budget_s=budget_s, out=out)
+        if set(profile.frames["width_px"]) == {64, 96} and all(getattr(profile, name).rows > 0 for name in TABLES):
+            break
+    return profile, out
 
 
 def test_tables_are_the_program_s(measured):
