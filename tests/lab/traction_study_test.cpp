@@ -1,4 +1,4 @@
-// What the tables of `palpate_bench --traction` say of errors, nothing timed.
+// Errors in the tables of `palpate-lab bench --traction`; nothing is timed.
 #include <gtest/gtest.h>
 
 #include <cmath>
