@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Calibrate a gel
 #
-# A gel shows slopes by colour; how much force a change of its image means has to be learnt once, from presses beside
+# A gel shows slopes by colour; how much force a change of its image means has to be learnt once, from presses with
 # a force gauge. Three balls or more, so that a force can be judged on an object of another shape. The simulated gel is
 # its own gauge (`gauge="truth"`); a real one's is a table of `time_s,force_N`.
 
@@ -20,7 +20,7 @@ print(calibration.verdict)
 print(calibration)
 
 # %% [markdown]
-# A press of a fourth ball, by the calibrated sensor, beside what was really there. What is not valid leaves a gap.
+# A press of a fourth ball, by the calibrated sensor, and what was really there. What is not valid leaves a gap.
 
 # %%
 sensor = calibration.sensor
