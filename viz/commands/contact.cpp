@@ -206,7 +206,7 @@ Report example() {
                           c.pressure_max_MPa, c.depth_mm);
     if (c.force_error > 0.04)
       text += palpate::text(
-          "         warning: Hertz makes the force at this depth %.0f %% too high beside the sphere's own\n",
+          "         warning: Hertz makes the force at this depth %.0f %% too high against the sphere's own\n",
           100 * c.force_error);
     for (const std::string& w : c.warnings) text += "         warning: " + w + "\n";
     cases.push_back({{"force_N", c.force_N},

@@ -175,7 +175,7 @@ void add_integrate(CommandLine& program, Common& common, Command& chosen) {
       "rows x columns, at least 0: how much each pixel's gradient counts; 0: unknown, and may be NaN");
   command->add_flag("--kinks", options->kinks,
                     "Find places where the slope jumps (the rim of a pressed ball) and keep the heights "
-                    "beside them from ringing");
+                    "around them from ringing");
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
       ->add_option("--solver", options->solver,

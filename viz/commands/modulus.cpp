@@ -184,7 +184,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--scale-sd", o->scale_sd, "Relative standard error of the camera's scale")
       ->check(fraction);
   command->add_option("--gauge", o->gauge,
-                      "CSV of a force gauge beside the recording, instead of the image's force");
+                      "CSV of a force gauge with the recording, instead of the image's force");
   command->add_option("--approach", o->approach, "CSV with frame and approach_mm: the stage's travel");
   command
       ->add_option("--stage-sd-mm", o->stage_sd_mm,

@@ -86,8 +86,7 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--grid-pictures", i.grid_pictures,
                       "Pictures of a grid with known spacing, for the scale");
   command
-      ->add_option("--grid-background", i.grid_rest,
-                   "Picture of the pad at rest beside a grid that is pressed")
+      ->add_option("--grid-background", i.grid_rest, "Picture of the pad at rest, for a grid that is pressed")
       ->check(Check::existing_file());
   command->add_option("--grid", i.grid, "COLUMNSxROWS of that grid");
   command->add_option("--pattern", i.pattern, "What the grid is made of: chessboard or dots")

@@ -70,7 +70,8 @@ std::string headline(const WrenchSeries& series) {
 
 std::string check_text(const WrenchCheck& check) {
   return text(
-      "beside the gauge: mean error %.3g N, %.1f %% of its largest reading, over %zu frames; %.3g N over the "
+      "against the gauge: mean error %.3g N, %.1f %% of its largest reading, over %zu frames; %.3g N over "
+      "the "
       "%zu "
       "that are valid; the 95 %% interval held %.0f %%; the gauge is %.3g times the force\n",
       check.mean_error_N, 100 * check.mean_error_N / check.full_N, check.readings, check.valid_mean_error_N,

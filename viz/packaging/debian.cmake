@@ -77,7 +77,7 @@ if(TARGET palpate-lab)
   palpate_package(lab palpate-lab "laboratory of palpate: models, training, studies, benchmarks"
     "palpate-lab presses finite-element models of tissue, makes data sets of them
 (HDF5), trains the networks that find lumps, judges intervals and verdicts
-against known truth, times every stage beside its rivals, and finds the
+against known truth, times every stage and its rivals, and finds the
 kernel constants that suit a device." DEPENDS "palpate (= ${version})"
     RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS palpate-mpi
     REPLACES "palpate-datasets" CONFLICTS "palpate-datasets")

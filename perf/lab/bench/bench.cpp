@@ -1,4 +1,4 @@
-// palpate-lab bench: contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See
+// palpate-lab bench: contact, surface and whole frame against OpenCV's CPU chain and FFTW, in one run. See
 // perf/README.md for the method.
 #include "perf/lab/bench/bench.h"
 

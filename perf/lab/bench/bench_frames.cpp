@@ -1,4 +1,4 @@
-// Whole frames: to height and depth, beside OpenCV and FFTW, and frames per second.
+// Whole frames: to height and depth, against OpenCV and FFTW, and frames per second.
 #include "perf/lab/bench/bench.h"
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// palpate-lab goals: speed goals of the frame pipeline: each goal beside its rival, paired in one run. A row
+// palpate-lab goals: speed goals of the frame pipeline: each goal against its rival, paired in one run. A row
 // that is short does not change the exit code.
 #include <algorithm>
 #include <chrono>
@@ -390,7 +390,7 @@ namespace palpate {
 void add_goals(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "goals",
-      "The frame pipeline's goals beside their rivals, paired in one run, by CPU time of the process");
+      "The frame pipeline's goals against their rivals, paired in one run, by CPU time of the process");
   auto repetitions = std::make_shared<int>(15);
   command->add_option("--repetitions", *repetitions, "Paired repetitions of each row")
       ->capture_default_str()

@@ -128,8 +128,7 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
   auto o = std::make_shared<Options>();
   lump::Sweep& sweep = o->job.sweep;
   o->job.count = 1000;
-  command->add_option("FILE", o->file, "The data set, *.h5. While it is made: FILE.part beside it")
-      ->required();
+  command->add_option("FILE", o->file, "The data set, *.h5. While it is made: FILE.part")->required();
   command->add_option("--count", o->job.count, "Cases")->capture_default_str();
   command->add_option("--first", o->job.first, "Number of the first case in the sweep")
       ->capture_default_str();
@@ -156,7 +155,7 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
   range("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)");
   command->add_option("--poisson", sweep.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
   command->add_option("--floor-mm", sweep.floor_mm, "Least tissue below a lump, mm")->capture_default_str();
-  command->add_option("--rim-mm", sweep.rim_mm, "Least tissue beside a lump, mm")->capture_default_str();
+  command->add_option("--rim-mm", sweep.rim_mm, "Least tissue around a lump, mm")->capture_default_str();
   command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
       ->delimiter(',');
   command->add_option("--no-lump-share", sweep.no_lump_fraction,

@@ -54,7 +54,7 @@ Force force_of(const BlockChoice& choice, const MeasuredInput& input,
     return true_force(*tissue);
   }
   if (is_camera(input.input))
-    throw Error(Failure::Usage, "a recording beside --gauge FILE", "a camera",
+    throw Error(Failure::Usage, "a recording with --gauge FILE", "a camera",
                 "palpate record, then palpate replay SESSION --gauge FILE");
   return gauge_force(choice.gauge, input);
 }
@@ -76,7 +76,7 @@ void BlockChoice::add_to(CommandLine& command) {
                   "The window's middle from the block's, x y (default 0 0, or the synthetic block's)")
       ->expected(2);
   command.add_option("--gauge", gauge,
-                     "CSV of the force on the whole block, beside a recording (default: what the window "
+                     "CSV of the force on the whole block, with a recording (default: what the window "
                      "sees, where it sees all of the block; truth: of synthetic blocks)");
   for (const char* name : {"--block-mm", "--young-Pa", "--window-at-mm", "--gauge"})
     command.get_option(name)->group(kGroup);
@@ -93,7 +93,7 @@ std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const M
   std::copy_n(choice.window_mm.begin(), choice.window_mm.size(), block.window_mm.begin());
   if (choice.young_Pa > 0) block.young_Pa = choice.young_Pa;
   if (!tissue && !(choice.young_Pa > 0))
-    throw Error(Failure::Usage, "the tissue's modulus beside the block's other properties", "none",
+    throw Error(Failure::Usage, "the tissue's modulus with the block's other properties", "none",
                 "--young-Pa E, from a place without a lump");
   setup.force = force_of(choice, input, tissue);
   if (round > 0 && setup.force)

@@ -50,7 +50,7 @@ def integrate(
         weights: how much each pixel counts, rows x columns, at least 0; where it is 0 slopes may be NaN.  A
             mask of booleans will do.
         solver: ``best``, on the device or the processor, or ``live``, which is faster.
-        kinks: look for places where the slope jumps, and keep heights beside them from ringing.
+        kinks: look for places where the slope jumps, and keep heights around them from ringing.
         device: index or part of the name of a Vulkan device; by default the best one.
     """
     return Heights(**_palpate.integrate(gx, gy, weights, solver, kinks, device))

@@ -216,7 +216,7 @@ def wrench(
     """Force and moment on the pad, pressure and shear, by its elastic layer (``layer`` of the sensor file).
 
     Args:
-        gauge: table of a force gauge beside the recording, or ``"truth"`` of a simulated scene.
+        gauge: table of a force gauge with the recording, or ``"truth"`` of a simulated scene.
         align: as of :func:`palpate.calibrate.force`.
         recording, sensor, background, rate_Hz, sequence, device, seed: as of :func:`palpate.open`.
     """

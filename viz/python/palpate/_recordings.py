@@ -243,7 +243,7 @@ def modulus(
             radius_mm, area_mm2, depth_mm, mean_depth_mm, approach_mm.
         sample: ``cube,10mm``, ``block,10x8mm`` (width x height), ``cylinder,12x10mm`` (diameter x height) or
             ``sphere,16mm`` (diameter).
-        gauge: table of a force gauge beside the recording, instead of the image's force.
+        gauge: table of a force gauge with the recording, instead of the image's force.
         approach: table of the stage's way: frame, approach_mm.
         stage_sd_mm, zero_sd_mm: standard errors of the stage and of its zero, mm.
         poisson, size_sd: of the sample: Poisson's ratio, relative standard error of its size.

@@ -320,7 +320,7 @@ def photometric(
             radius by the older name, refused where the pictures show that it is the diameter; or
         balls: a table of presses: image, center_x_px, center_y_px, contact_radius_px, ball_radius_mm.
         sensor: a sensor file to start from; by default only what the pictures say.
-        background: the untouched image; kept beside ``out``.
+        background: the untouched image; kept next to ``out``.
         pitch_mm_per_px: the scale; 0: the sensor file's.
         every: look at every n-th frame; by default at 400.
         rest_weight: weight of the untouched frame's pixels.

@@ -59,9 +59,9 @@ class Profile:
     growth: Table = field(repr=False)
     """time = constant x pixels^exponent, with the exponent's standard error (0: of two sizes)."""
     solvers: Table = field(repr=False)
-    """Error of the surface's solvers against exact surfaces (relative, 1) beside their time; ``on_front``: nothing else is both faster and better."""
+    """Error of the surface's solvers against exact surfaces (relative, 1) and their time; ``on_front``: nothing else is both faster and better."""
     outputs: Table = field(repr=False)
-    """What a frame costs when outputs are left out, beside the full frame (``cpu_ratio``)."""
+    """What a frame costs when outputs are left out, over that of the full frame (``cpu_ratio``)."""
     live: Table = field(repr=False)
     """How old a measurement and a picture are when a simulated camera sets the pace."""
     ceiling: Table = field(repr=False)
