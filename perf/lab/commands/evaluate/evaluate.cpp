@@ -13,7 +13,7 @@ void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
       "  palpate-lab evaluate table results.csv --by size_mm,depth_mm\n"
       "  palpate-lab evaluate match --trials 500 --out out/match\n"
       "  palpate-lab evaluate modulus --out out/modulus\n"
-      "  palpate help evaluate force\n");
+      "  palpate-lab help evaluate force\n");
   add_evaluate_table(*group, common, chosen);
   add_evaluate_match(*group, common, chosen);
   add_evaluate_modulus(*group, common, chosen);
