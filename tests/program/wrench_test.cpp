@@ -34,6 +34,23 @@ TEST_F(WrenchProgram, OfASimulatedGelBesideItsTruth) {
     EXPECT_GT(cv::imread((folder_ / "out" / picture).string()).cols, 500) << picture;
 }
 
+// A skin with a pattern is not missing where the pictures are only taken to be separate.
+TEST_F(WrenchProgram, SeparatePicturesOfAMarkedSkinNeedASequence) {
+  const Ended made = run({"simulate", "press", "--mode", "gel", "--skin", "markers", "--size", "320x240",
+                          "--frames", "30", "--out", folder_ / "made"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  std::vector<std::string> arguments = {"wrench", folder_ / "made" / "frames", "--sensor",
+                                        folder_ / "made" / "sensor.json"};
+  const Ended separate = run(arguments);
+  ASSERT_EQ(separate.exit_code, 0) << separate.err;
+  EXPECT_NE(separate.out.find("frames that follow each other (--rate, or --sequence)"), std::string::npos)
+      << separate.out;
+  EXPECT_EQ(separate.out.find("\"skin\""), std::string::npos) << separate.out;
+  arguments.emplace_back("--sequence");
+  const Ended followed = run(arguments);
+  EXPECT_EQ(followed.out.find("Fx, Fy and Mz need"), std::string::npos) << followed.out;
+}
+
 TEST_F(WrenchProgram, FilesOfPressure) {
   const Ended done =
       run({"export", kGel, "--traction", "npy,tiff,ply", "--frames", "120:121", "--out", folder_ / "out"});

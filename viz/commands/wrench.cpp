@@ -92,7 +92,8 @@ std::vector<size_t> peaks_of(const WrenchSeries& series) {
   return peaks;
 }
 
-std::string text_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check) {
+/// `separate`: pictures whose skin could be followed if they were one sequence.
+std::string text_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check, bool separate) {
   std::string out = headline(series) + "\n\n";
   const std::vector<size_t> peaks = peaks_of(series);
   if (!peaks.empty())
@@ -110,7 +111,9 @@ std::string text_of(const WrenchSeries& series, const std::optional<WrenchCheck>
            "   Mz " + with_error(t.moment_z_Nmm, "N mm") + "\n";
   }
   if (series.peak && !has_value(series.frames[*series.peak].wrench.force_x_N))
-    out += "Fx, Fy and Mz need a pattern on the skin that is followed (\"skin\" in the sensor file)\n";
+    out += separate
+               ? "Fx, Fy and Mz need frames that follow each other (--rate, or --sequence)\n"
+               : "Fx, Fy and Mz need a pattern on the skin that is followed (\"skin\" in the sensor file)\n";
   for (const std::string& note : series.notes) out += "note: " + note + "\n";
   if (check) out += "\n" + check_text(*check);
   return out;
@@ -244,7 +247,9 @@ Report run(const Common& common, const Options& options) {
                      run_watch(common));
   if (interrupted()) return {"", "", kInterrupted};
   const std::optional<WrenchCheck> check = check_wrench(series);
-  Report report{text_of(series, check), json_of(series, check).dump(2), 0};
+  const bool separate = input.sensor.skin && !options.one_sequence && series.peak &&
+                        !std::isfinite(series.frames[*series.peak].time_s);
+  Report report{text_of(series, check, separate), json_of(series, check).dump(2), 0};
   if (!common.out.empty()) {
     make_output_folder(common.out);
     write_whole(common.out / "wrench.csv", std::string_view(wrench_csv(series)));
