@@ -1,5 +1,5 @@
 // Constants of the kernels' structure that depend on the device, and their measured values, from
-// `palpate tune`, in the user's cache folder. No result depends on them beyond rounding, and the exact sums
+// `palpate-lab tune`, in the user's cache folder. No result depends on them beyond rounding, and the exact sums
 // not at all.
 #pragma once
 
