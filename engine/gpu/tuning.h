@@ -1,6 +1,6 @@
 // Constants of the kernels' structure that depend on the device, and their measured values, from
-// `palpate-lab tune`, in the user's cache folder. No result depends on them beyond rounding, and the exact sums
-// not at all.
+// `palpate-lab tune`, in the user's cache folder. No result depends on them beyond rounding, and the exact
+// sums not at all.
 #pragma once
 
 #include <cstdint>
