@@ -26,7 +26,7 @@ constexpr Input kInputs[] = {{"d", "diameter d, mm"},        {"h", "depth h, mm"
                              {"E_r", "stiffness ratio E_r"}, {"s", "shape s"},
                              {"t", "thickness t, mm"},       {"l", "press l, mm"}};
 constexpr InclusionShape kShapes[] = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
-                                           InclusionShape::Cylinder, InclusionShape::LyingCylinder};
+                                      InclusionShape::Cylinder, InclusionShape::LyingCylinder};
 /// Full width at half the height of a Gaussian.
 double full_width_mm(const lump::GaussianFit& fit) {
   return 2 * std::sqrt(2 * std::log(2.0)) * fit.width_mm;
