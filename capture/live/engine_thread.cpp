@@ -29,7 +29,7 @@ bool LiveEngine::fetch(milliseconds patience) {
 /// Starts the oldest frame that is not in flight; false where every slot is taken.
 bool LiveEngine::submit() {
   Captured& next = *pending_[in_flight_];
-  // Of several frames of which only the last got here, any may have come after a gap.
+  // Any of several frames of which only the last got here may have come after a gap.
   if (next.gaps != gaps_) next.frame.after_gap = true;
   next.leased = next.frame.leased != nullptr;
   if (!pipeline_.submit(next.frame)) return false;

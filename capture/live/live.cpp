@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 /// A part of the session in a thread of its own; ended and joined at the latest with the object.
 class SessionThread {
  public:
-  /// What `work` throws ends the session, but for a lost device. `done`: whatever became of it.
+  /// An exception of `work` ends the session, but for a lost device. `done` is called in any case.
   SessionThread(LiveSession& session, const std::function<void()>& work, const std::function<void()>& done)
       : session_(session), thread_([this, work, done] {
           try {

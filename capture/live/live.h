@@ -25,7 +25,7 @@ class LiveViewer {
 using MakeViewer = std::function<std::unique_ptr<LiveViewer>(LiveSession& session, LatencyLog& latency,
                                                              const Pipeline& pipeline)>;
 
-/// What is measured and how, the same on every device.
+/// Sensor and options of a measurement, the same on every device.
 struct MeasuredRun {
   const Sensor& sensor;
   const Frame& background;

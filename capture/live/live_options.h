@@ -27,7 +27,7 @@ class Recording;
 /// Called on the caller's thread first, and on capture's at each start of a loop.
 using OpenSource = std::function<std::shared_ptr<Source>()>;
 
-/// Of images without times, as they are shown.
+/// Rate at which images without times are shown.
 inline constexpr double kFolderRate_Hz = 10;
 
 /// Settings of the loop that a person makes.

@@ -20,7 +20,7 @@ class Patience {
   /// Asked again and again by the thread that waits for a frame: whether the source has been gone or silent
   /// too long.
   bool over(const Source& source);
-  /// What then ends the run.
+  /// Error that then ends the run.
   Error error() const;
 
  private:

@@ -46,7 +46,7 @@ class Recording {
   /// The engine's thread, rising sequence numbers. `ready_ns`: when the measurement was, CLOCK_MONOTONIC.
   void measured(const Touch& touch, int64_t ready_ns);
 
-  /// Of the session in hand, else of the last one; any thread.
+  /// Status of the session in hand, else of the last one; any thread.
   Written latest() const;
   /// Ends the session in hand and waits for the disk: all sessions since the last call, in order.
   std::vector<Written> finish();

@@ -122,7 +122,7 @@ struct LiveSession {
     const std::lock_guard lock(mutex_);
     if (!error_) error_ = std::move(error);
   }
-  /// Of engine or viewer, which both may find it.
+  /// Called by engine or viewer, which both may find it.
   void lose_device(const DeviceLost& error) {
     const std::lock_guard lock(mutex_);
     if (!device_error_) device_error_ = error;

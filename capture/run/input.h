@@ -57,7 +57,7 @@ inline const std::map<std::string, Output> kOutputNames = {
     {"force", Output::Force},       {"surface", Output::Surface},   {"confidence", Output::Confidence},
     {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin},
     {"traction", Output::Traction}};
-/// What a person asked for, with what that needs: contacts and skin bring the force.
+/// Requested outputs, with those that they need: contacts and skin bring the force.
 Outputs outputs_of(std::span<const Output> asked);
 
 }  // namespace palpate

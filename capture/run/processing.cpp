@@ -40,8 +40,8 @@ bool has_range(DepthFormat format) {
   return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
 }
 
-/// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
-/// the untouched image.
+/// Writes the files with which images of rectified frames can be measured again: the sensor without
+/// rectification, and the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
   sensor = for_rectified_frames(std::move(sensor));
   if (sensor.background.kind == BackgroundKind::Untouched) {

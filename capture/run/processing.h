@@ -54,14 +54,14 @@ class RecordingPictures {
   virtual void finish() = 0;
 };
 
-/// Of the settings: those of measuring, `rate_Hz` of inputs without one (0: their times stay unknown), and
-/// `max_frames`. Pictures without a rate, where none is given, are presses of their own unless they are
+/// Settings that count: those of measuring, `rate_Hz` of inputs without one (0: their times stay unknown),
+/// and `max_frames`. Pictures without a rate, where none is given, are presses of their own unless they are
 /// `one_sequence`: what only a sequence shows (shift, shear, slip, the skin's motion) is then not measured.
 /// Without a solver: SurfaceSolver::Best.
 struct ProcessRequest : RunSettings {
   Outputs outputs = Output::Force | Output::Surface;
-  /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
-  /// compared with what was recorded.
+  /// Measures the frames of a session that were measured when it was recorded, with its outputs and its
+  /// solver; compared with what was recorded.
   bool as_recorded = false;
   std::vector<DepthFormat> depth;        ///< one file a frame of each
   std::vector<DepthFormat> confidence;   ///< the same: PNG and NumPy only

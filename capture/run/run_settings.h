@@ -20,7 +20,7 @@
 
 namespace palpate {
 
-/// What a person says about a run of one input, live or recorded.
+/// Settings of a run of one input, live or recorded.
 struct RunSettings : LoopSettings {
   std::filesystem::path sensor;        ///< sensor file; empty: the input's own
   std::optional<Sensor> given_sensor;  ///< in place of a file
@@ -59,7 +59,7 @@ std::string range_words(const Setting& setting);
 
 /// The input with its sensor and outputs. Throws Error.
 MeasuredInput find_input(const RunSettings& settings);
-/// What is left open becomes as the session was recorded.
+/// Sets what is left open as the session was recorded.
 void as_recorded(RunSettings& settings, const SessionInfo& session);
 /// How the frames of `source` are measured; `solver`: where none is chosen. Throws Error(Failure::Usage)
 /// where an output is chosen by name that separate pictures cannot have.

@@ -219,7 +219,7 @@ struct Camera::Impl {
     ++counts.damaged;
   }
 
-  /// What is wrong with pixels; without words nothing is.
+  /// Fault of pixels; without words there is none.
   struct Fault {
     std::string words;
     bool of_format = false;  ///< values that the format does not have

@@ -55,7 +55,7 @@ struct Ticks {
   double rate_Hz = 0;            ///< mean; 0: not known
   int64_t end = 0, longest = 0;  ///< of the last frame; from one frame to the next
 };
-/// Of the whole file; empty where it does not open.
+/// Time stamps of the whole file; empty where it does not open.
 Ticks read_ticks(const std::filesystem::path& file);
 
 }  // namespace palpate

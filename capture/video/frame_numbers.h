@@ -57,7 +57,7 @@ class FrameNumbers {
 
   /// Pictures left out so far: doubtful ones that were taken, and those that never came out.
   uint64_t left_out() const { return left_out_ + lost_at_end_; }
-  /// Of those, pictures after the last one that came out.
+  /// Lost pictures after the last one that came out.
   uint64_t lost_at_end() const { return lost_at_end_; }
 
  private:

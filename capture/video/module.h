@@ -21,7 +21,7 @@ struct BgrView {
   size_t row_bytes = 0;
 };
 
-/// What is wrong with a film, as far as it has been decoded; counts begin anew with a jump.
+/// Faults of a film, as far as it has been decoded; counts begin anew with a jump.
 struct FilmFaults {
   uint64_t left_out = 0;  ///< frames that do not decode whole
   uint64_t seen = 0;      ///< frames up to here, with those

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What the frames need to be read.
+/// Head of the file, needed to read its frames.
 struct VideoHead {
   std::string text;                    ///< the session's; empty: none that is whole
   uint32_t width = 0, height = 0;      ///< px, as coded; 0: not known

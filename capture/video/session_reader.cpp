@@ -111,7 +111,7 @@ Reader::Step Reader::step(FrameStamp& stamp) {
   if (damaged_ == 0 && !file_.read(at_, block_)) {
     const SessionFile::Gap gap = file_.pass_damage(at_);
     at_ = gap.next;
-    // What lies between two frames was one, even where nothing of it is left.
+    // A gap between two frames was one, even where nothing of it is left.
     damaged_ = std::max<uint64_t>(gap.damaged, among_frames_ && gap.next < file_.bytes() ? 1 : 0);
     if (damaged_ == 0 && !file_.read(at_, block_)) return Step::End;
   }

@@ -17,7 +17,7 @@ struct Facts {
     json[key] = std::move(value);
     text += line;
   }
-  /// What only people read: headings, and lines that put several values together.
+  /// Adds a line for people alone: a heading, or several values together.
   void say(const std::string& line) { text += line; }
 };
 

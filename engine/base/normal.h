@@ -1,4 +1,4 @@
-// What an interval of a normal distribution holds.
+// Intervals of the normal distribution.
 #pragma once
 
 namespace palpate {

@@ -42,7 +42,7 @@ struct PanelRow {
 
 inline constexpr int kByUnit = -2;
 
-/// What most quantities have as it is here.
+/// Defaults of most quantities.
 template <typename Of>
 struct QuantityDetails {
   const char* unit = nullptr;             ///< null: as the name ends

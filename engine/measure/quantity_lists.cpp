@@ -356,7 +356,7 @@ constexpr MeasuredQuantity<Touch> kTraction[] = {
          .why = "--traction writes the ratio of each cell"}),
 };
 
-// What is said in another way in a row of a table.
+// Quantities with a special form in a table's row.
 constexpr MeasuredQuantity<Touch> kOfFrame[] = {
     field<Touch, &Touch::at_border>("at_border", kNoColumn,
                                     "Reaches the frame's border: what presses beyond it is missing.",

@@ -58,7 +58,7 @@ std::vector<Peak> peaks(const std::vector<float>& contrast, int width, int heigh
       for (int j = -1; j <= 1 && largest; ++j)
         for (int i = -1; i <= 1; ++i) {
           const float other = sign * c[j * width + i];
-          // Of equal ones the first counts.
+          // The first of equal ones counts.
           if (other > here || (other == here && (j < 0 || (j == 0 && i < 0)))) largest = false;
         }
       if (largest) found.push_back({here, x, y});
@@ -77,7 +77,7 @@ std::vector<Peak> peaks(const std::vector<float>& contrast, int width, int heigh
   return kept;
 }
 
-// What stands between the dots is no dot, nor what is far weaker than the strong ones: strengths differ with
+// A peak between the dots is no dot, nor one that is far weaker than the strong ones: strengths differ with
 // the light, but not by that much.
 size_t dots_among(const std::vector<Peak>& dots, const std::vector<Peak>& others) {
   if (dots.empty()) return 0;
@@ -268,7 +268,7 @@ class TemplateMaker {
   Eigen::MatrixXd light_basis_;  // orthonormal
 };
 
-// What has a small fraction of the others' contrast would only follow noise.
+// A point with a small fraction of the others' contrast would only follow noise.
 void drop_faint(std::vector<SkinTemplate>& templates, const std::vector<double>& contrast) {
   std::vector<double> sorted = contrast;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),

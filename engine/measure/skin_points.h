@@ -19,7 +19,8 @@ std::vector<float> skin_image(const Frame& frame);
 std::vector<std::array<float, 2>> find_skin_points(const std::vector<float>& image, uint32_t width,
                                                    uint32_t height, const SkinPattern& pattern);
 
-/// What is compared: `side` x `side` samples, each the sum of `stride` x `stride` px from its place on.
+/// Window that is compared: `side` x `side` samples, each the sum of `stride` x `stride` px from its place
+/// on.
 struct SkinWindow {
   explicit SkinWindow(const SkinPattern& pattern);
   uint32_t side = 0;    ///< odd, 7 to 21
@@ -40,7 +41,7 @@ struct SkinTemplate {
   std::array<int32_t, 4> neighbours{};  ///< nearest followed points; -1: none
 };
 
-/// Of the points whose window lies in the frame and has contrast along both axes; may be empty.
+/// Templates of the points whose window lies in the frame and has contrast along both axes; may be empty.
 std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32_t width, uint32_t height,
                                          const SkinPattern& pattern);
 

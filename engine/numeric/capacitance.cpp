@@ -168,7 +168,7 @@ std::optional<Capacitance> capacitance(const CellFaces& faces) {
   if (count == 0) return result;
   const Green green(faces.width, faces.height);
   const auto n = static_cast<Eigen::Index>(count);
-  // What a unit source at column j takes off m - s of row i. A source is balanced by all cells together.
+  // Change of m - s of row i by a unit source at column j. A source is balanced by all cells together.
   Eigen::MatrixXd takes(n, n);
   const double balance = 1.0 / faces.width / faces.height;
   for (Eigen::Index j = 0; j < n; ++j) {

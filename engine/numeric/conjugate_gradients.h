@@ -14,7 +14,7 @@ class ConjugateGradients {
   using Product = std::function<void(const double* in, double* out)>;
   using Preconditioner = std::function<void(const float* in, float* out)>;
 
-  /// Of `size` unknowns. Keeps the team, which outlives it.
+  /// Solver of `size` unknowns. Keeps the team, which outlives it.
   ConjugateGradients(size_t size, WorkTeam& team);
 
   /// Adds to x about K^-1 residual and takes K times it off the residual, until the residual's norm is

@@ -16,7 +16,7 @@ namespace {
 
 /// Candidates of each point that is wanted: fewer give a coarser choice, more only time.
 constexpr double kCandidatesEach = 8;
-/// Of the box, that the contact is expected to fill at least.
+/// Share of the box that the contact is expected to fill at least.
 constexpr double kLeastFilled = 0.05;
 constexpr uint32_t kMostCandidates = 200000;
 

@@ -104,7 +104,7 @@ struct SymmetricEigen {
 };
 SymmetricEigen symmetric_eigen(const MatrixXd& a);
 VectorXd symmetric_eigenvalues(const MatrixXd& a);
-/// Of a x = lambda b x, b positive definite; rising.
+/// Eigenvalues of a x = lambda b x, b positive definite; rising.
 VectorXd generalized_eigenvalues(const MatrixXd& a, const MatrixXd& b);
 
 // General systems
@@ -139,7 +139,7 @@ struct ColumnSpace {
 ColumnSpace column_space(const MatrixXd& a, double threshold);
 /// Orthonormal columns that span those of `a`, which are independent.
 MatrixXd thin_q(const MatrixXd& a);
-/// Of the shortest least squares' solution, by a complete orthogonal decomposition.
+/// The shortest least squares' solution, by a complete orthogonal decomposition.
 VectorXd shortest_solution(const MatrixXd& a, const VectorXd& right);
 MatrixXd pseudo_inverse(const MatrixXd& a);
 

@@ -40,7 +40,7 @@ struct NetworkTraining {
   std::function<bool(uint32_t round, double error)> done = {};
 };
 
-/// What is to become small, summed over a batch: `out` outputs x batch, of the samples with these numbers.
+/// Loss, summed over a batch: `out` outputs x batch, of the samples with these numbers.
 /// Sets `slope` (outputs x batch) to how the sum changes with each output.
 using NetworkLoss = std::function<double(const Eigen::MatrixXf& out, std::span<const Eigen::Index> samples,
                                          Eigen::MatrixXf& slope)>;

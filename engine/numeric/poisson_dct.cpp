@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-/// Of the second difference; a multiple of 16, those beyond n any number but 0.
+/// Eigenvalues of the second difference; a multiple of 16, those beyond n any number but 0.
 std::vector<double> eigenvalues(uint32_t n) {
   std::vector<double> values(divide_up(n, LaneMap::kSide) * LaneMap::kSide, 1.0);
   for (uint32_t k = 0; k < n; ++k) values[k] = 2 - 2 * std::cos(std::numbers::pi * k / n);

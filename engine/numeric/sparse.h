@@ -20,8 +20,8 @@ class Entry {
   double value_;
 };
 
-/// Of a matrix whose lower half is read. Throws nothing: what cannot be factored is not ok(), and nothing
-/// else may be asked then.
+/// Factor of a matrix whose lower half is read. Throws nothing: a matrix that cannot be factored is not ok(),
+/// and nothing else may be asked then.
 class Factor {
  public:
   enum class Kind { Llt, Ldlt };  ///< Llt: positive definite only

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// What slopes at pixel centres say of each face between neighbours: height differences and their weights.
+/// Faces between neighbours, from slopes at pixel centres: height differences and their weights.
 /// Cell (x, y) keeps its right face in `across` and its lower one in `down`; those beyond the border have
 /// weight 0.
 struct WeightedFaces {
@@ -33,7 +33,7 @@ uint64_t cut_kinks(WeightedFaces& faces, std::span<const float> gradients, std::
 inline constexpr double kKinkWeight = 1e-3;
 inline constexpr double kKinkFraction = 0.1;
 
-/// Of the normal equations: A z, and the right side.
+/// Left and right side of the normal equations: A z, and b.
 std::vector<double> apply(const WeightedFaces& faces, std::span<const double> z);
 std::vector<double> right_side(const WeightedFaces& faces);
 

@@ -69,7 +69,7 @@ std::vector<Gaussian> gaussians(const LayerKernel& kernel) {
   return near;
 }
 
-/// What a level's cell must answer along one axis, 0 .. count - 1 cells away, so that after restriction and
+/// Response of a level's cell along one axis, 0 .. count - 1 cells away, with which after restriction and
 /// interpolation a pixel's load gives a Gaussian of unit mass: the Gaussian's spectrum over that of the
 /// B-splines of all levels between.
 std::vector<double> axis_response(double variance_px, int level, int count) {

@@ -34,9 +34,9 @@ class LayerKernel {
   /// CellAnswer::depth alone.
   double depth(double dx, double dy) const;
 
-  /// Of depth: mm per MPa and per cell of 1/r.
+  /// Scale of depth: mm per MPa and per cell of 1/r.
   double depth_scale_mm_per_MPa() const { return (1 - poisson_) * scale_mm_per_MPa_; }
-  /// What the finite thickness takes away from 1/r at r cells, 1/cell.
+  /// Reduction of 1/r by the finite thickness at r cells, 1/cell.
   double depth_loss(double r_cells) const;
   /// Infinite for a half space.
   double thickness_cells() const { return thickness_cells_; }

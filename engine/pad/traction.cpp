@@ -242,7 +242,7 @@ struct TractionSolver::Impl {
     wrench.moment_sd_Nmm[1] = force_N * grid.width * grid.cell_mm / 2;
   }
 
-  /// What the pressure beyond the border would change here if it was off by its standard error.
+  /// Adds the change here by the pressure beyond the border if it was off by its standard error.
   void add_beyond() {
     continuation->depth_by_beyond(pressure, scratch);
     laplacian(scratch, scratch2);
@@ -299,7 +299,7 @@ struct TractionSolver::Impl {
     if (options.errors && input.goes_on && wrench.force_N[2] == 0) unseen_plate(touched_mm2);
     if (!input.shift_x_mm.empty()) measure_shear();
     if (!input.pressure_MPa.empty()) return;
-    // What is left of the slopes.
+    // Residual slopes.
     for (size_t i = 0; i < n; ++i) scratch[i] = depth[i];
     depth_by_pressure(pressure, answer);
     for (size_t i = 0; i < n; ++i) scratch[i] -= answer[i];

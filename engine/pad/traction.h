@@ -20,8 +20,8 @@
 
 namespace palpate {
 
-/// Of the largest pressure: cells that carry less have no shear, since friction holds none there, and no
-/// ratio of shear to pressure. Of a sphere's contact that is the outer thousandth of its radius.
+/// Share of the largest pressure: cells that carry less have no shear, since friction holds none there, and
+/// no ratio of shear to pressure. Of a sphere's contact that is the outer thousandth of its radius.
 inline constexpr double kLeastPressureShare = 0.05;
 
 /// Cells of the traction's maps.
@@ -40,7 +40,7 @@ struct TractionOptions {
   bool errors = true;  ///< of the wrench: three more solves
 };
 
-/// What is known of the surface; each map is height x width cells.
+/// Known surface; each map is height x width cells.
 struct TractionInput {
   std::span<const float> depth_mm{};  ///< into the layer, up to a constant
   /// Where it is known already: only shear is solved for; with depth_mm the solution of those depths, whose
@@ -53,7 +53,7 @@ struct TractionInput {
   std::span<const float> shift_x_mm{};  ///< along the surface, since it was untouched; empty: not known
   std::span<const float> shift_y_mm{};
   std::span<const uint8_t> shift_known{};  ///< where; empty: everywhere
-  /// What presses in the outermost cells goes on beyond the grid, as it is there, for a thickness or half of
+  /// Pressure in the outermost cells goes on beyond the grid, as it is there, for a thickness or half of
   /// the grid, whichever is less; otherwise nothing presses there.
   bool goes_on = false;
 };

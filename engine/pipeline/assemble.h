@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// What is known of a frame before its stages have seen it.
+/// Facts about a frame before its stages have seen it.
 struct FrameStamp {
   uint64_t sequence = 0;
   int64_t time_ns = 0;
@@ -20,7 +20,7 @@ struct FrameStamp {
   std::optional<LightSummary> light = {};
 };
 
-/// Of several faults the gravest: the order of the members of DepthFaults.
+/// State by the gravest of several faults, in the order of DepthFaults' members.
 Validity validity_of(const DepthFaults& faults);
 /// Likewise: light, convergence, the depth map's own fault (but that nothing touches), border, too deep,
 /// covered.

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// What a surface is made from, as far as it counts here.
+/// Properties of a surface's equations that the choice depends on.
 struct SolveCase {
   bool transforms = true;  ///< slopes without weights: a cosine transform solves them on the host
   bool processor = false;  ///< the device is the processor's own driver

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What may be wrong with a depth map; several may hold.
+/// Faults of a depth map; several may hold.
 struct DepthFaults {
   bool light_unknown = false;
   bool apart = false;        ///< the contact lies on an island of its own
@@ -24,7 +24,7 @@ struct DepthFaults {
   bool untouched = false;    ///< nothing touches: the map is at rest
 };
 
-/// What may be wrong with a wrench that is known; several may hold.
+/// Faults of a wrench that is known; several may hold.
 struct WrenchFaults {
   bool light_unknown = false;
   bool not_converged = false;

@@ -34,7 +34,7 @@ struct SurfaceSlot {
   WeightedSlot weighted;
 };
 
-/// Of the layer's traction. Empty where none is asked for.
+/// Memory of the layer's traction. Empty where none is asked for.
 struct TractionSlot {
   gpu::DeviceBuffer input;   ///< cell heights, or the map of pressures
   gpu::Commands heights;     ///< makes them of the final depth
@@ -66,18 +66,18 @@ struct FrameSlot {
     pages.reset();
   }
 
-  /// What everything but the skin stage measures.
+  /// The image that all stages but the skin's measure.
   const PaddedImage& without_markers() const { return markers ? markers->frame : frame; }
 
   PaddedImage frame;
   std::optional<Markers::Slot> markers;  ///< where they are filled
   const PaddedImage& background;         ///< where nothing is subtracted the frame itself: it is not read
-  // What comes before `commands`: moving what the processor wrote, where device memory is not mapped, or
+  // Commands before `commands`: moving what the processor wrote, where device memory is not mapped, or
   // padding what is read in place.
   gpu::Commands staged;
   gpu::Commands padded;
   gpu::Commands* first = nullptr;  ///< the one of them that went with the last frame
-  // Of a frame that is read in place, until it is finished.
+  // Pages of a frame that is read in place, until it is finished.
   std::shared_ptr<MappedPages> pages;
   std::shared_ptr<const uint8_t> lease;  ///< given back before the pages, wherever both go
   uint32_t copies = 0;

@@ -234,7 +234,7 @@ FrameParts& Frames::measure(uint32_t index) {
   return parts_;
 }
 
-// What contacts, noise and traction would start from.
+// Forgets the start of contacts, noise and traction.
 void Frames::forget() {
   if (gel_contacts_) gel_contacts_->restart();
   if (traction_) traction_->forget();
@@ -324,7 +324,7 @@ void Frames::measure_surface(FrameSlot& slot) {
   parts_.map.pitch = grid.pitch * 4;
 }
 
-// That a contact reaches the border stays its outline's.
+// Whether a contact reaches the border stays its outline's.
 void Frames::measure_areas() {
   const std::span<const float> depth_mm = rest_correction_->depth_mm();
   const bool at_border = parts_.whole.at_border;

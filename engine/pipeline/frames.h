@@ -40,7 +40,7 @@ class Frames {
   bool finished(uint32_t slot) const;
   /// Waits for the slot's frame, and gives its lease back.
   void wait(uint32_t slot);
-  /// What the finished frame says by itself, good until the next one; solves what the host has to.
+  /// Parts of the finished frame by itself, valid until the next one; solves what the host has to.
   FrameParts& measure(uint32_t slot);
 
   /// As Result's, of a frame that is measured. `rest_mm`: SurfaceSummary::depth_offset_mm.

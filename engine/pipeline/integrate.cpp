@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-// What the normal equations leave, on the host and in double precision, so that the statistics does not share
-// the solver's rounding.
+// Residual of the normal equations, on the host and in double precision, so that the statistics does not
+// share the solver's rounding.
 double relative_residual(std::span<const float> right, std::span<const double> z, const Grid& grid) {
   const uint32_t w = grid.width, h = grid.height, pitch = grid.pitch * 4;
   double mean = 0;
@@ -50,8 +50,8 @@ double step(const Sample& at, uint32_t i, uint32_t n) {
   return (-a + 13 * b + 13 * c - d) / 24;
 }
 
-// What no height map can explain, relative to what is asked of it: 0 for the gradients of a surface, towards
-// 1 for a field that only turns.
+// Part of the gradients that no height map explains, relative to all: 0 for the gradients of a surface,
+// towards 1 for a field that only turns.
 double inconsistency(std::span<const float> gradients, double scale, std::span<const double> z, uint32_t w,
                      uint32_t h) {
   const auto slope = [&](uint32_t x, uint32_t y, size_t part) {
@@ -131,7 +131,7 @@ struct StagedGradients {
   }
 };
 
-/// What the device gives: the normal equations' right side, and heights that solve them (none where the host
+/// Results of the device: the normal equations' right side, and heights that solve them (none where the host
 /// solves).
 struct Solved {
   gpu::DeviceBuffer right, heights;
@@ -183,7 +183,7 @@ std::vector<double> unpadded_heights(const Solved& solved, const Grid& grid, uin
   return z;
 }
 
-/// Of heights.
+/// Mean, least and greatest of heights.
 struct Range {
   double mean = 0, low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
 

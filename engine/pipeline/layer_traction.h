@@ -27,8 +27,8 @@ class LayerTraction {
   void make(FrameSlot& slot) const;
   /// After the surface, in the slot's own commands.
   void record(gpu::Commands& commands, FrameSlot& slot) const;
-  /// Of a frame whose contacts, surface and skin points `parts` has already: parts.traction, and the maps,
-  /// which stay in the slot.
+  /// Measures parts.traction of a frame whose contacts, surface and skin points `parts` has already, and the
+  /// maps, which stay in the slot.
   void measure(FrameSlot& slot, FrameParts& parts);
 
   /// The next frame does not start from this one's solution.
@@ -56,7 +56,7 @@ class LayerTraction {
   TractionSolver solver_;
   std::optional<TractionStage> stage_;  ///< where the device finds the pressure
   bool follows_ = false;                ///< both begin from a frame before
-  // Of the frame that is measured; kept so that frames allocate nothing.
+  // Maps of the frame that is measured; kept so that frames allocate nothing.
   std::vector<float> depth_, pressure_, shift_x_, shift_y_, weight_;
   std::vector<uint8_t> contact_, known_, shift_known_;
 };

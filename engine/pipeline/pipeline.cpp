@@ -33,7 +33,7 @@ const Sensor& checked(const Sensor& sensor, const FrameFormat& format, const Pip
 
 }  // namespace
 
-/// What a slot lends to the result of its frame, from `submit` to the end of that result. Memory goes from
+/// Memory that a slot lends to the result of its frame, from `submit` to the end of that result. It goes from
 /// one frame to the next, so that frames allocate nothing.
 struct Result::Hold {
   std::atomic<bool> taken = false;
@@ -43,7 +43,7 @@ struct Result::Hold {
   SurfaceMap surface;
   uint32_t slot = 0;
   const Frames* frames = nullptr;  ///< null: the pipeline is gone
-  // What was read back of this frame.
+  // Maps of this frame that were read back.
   bool has_depth = false, has_confidence = false;
   std::vector<float> depth_mm;
   std::vector<uint16_t> confidence;
@@ -89,7 +89,7 @@ std::span<const uint16_t> Result::confidence() const {
 }
 
 struct Pipeline::Impl {
-  /// What is known of a slot's frame from outside.
+  /// Facts about a slot's frame from outside.
   struct Slot {
     std::shared_ptr<Result::Hold> hold = std::make_shared<Result::Hold>();
     FrameStamp stamp;

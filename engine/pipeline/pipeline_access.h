@@ -17,7 +17,7 @@ struct PipelineAccess {
                         const PipelineOptions& options, const Tuning& tuning);
   /// Device time of each named stage of a finished frame; empty unless the context has timers on.
   static std::vector<gpu::ScopeTime> times(const Pipeline& pipeline, const Result& result);
-  /// What each named stage reads and writes with every frame.
+  /// Memory traffic of each named stage with every frame.
   static std::vector<gpu::ScopeTraffic> traffic(const Pipeline& pipeline);
   static const SurfaceMap& surface(const Result& result);
 };

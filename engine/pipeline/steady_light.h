@@ -34,7 +34,7 @@ class SteadyLight {
   /// The frame in the light of the background: `frame` itself where nothing has changed, else a copy that
   /// lives until the next call.
   const Frame& steady(const Frame& frame);
-  /// Of the last frame.
+  /// Summary of the last frame.
   const LightSummary& summary() const { return summary_; }
 
  private:

@@ -17,7 +17,7 @@ struct SurfaceMap {
   uint32_t width = 0;                         ///< px
   uint32_t height = 0;                        ///< px
   uint32_t pitch = 0;                         ///< floats from one row to the next
-  /// What is known of each pixel (shaders/shared/confidence.h), in host memory, rows confidence_pitch apart;
+  /// Confidence of each pixel (shaders/shared/confidence.h), in host memory, rows confidence_pitch apart;
   /// empty unless Touch::confidence or pixels are saturated untouched.
   std::span<const uint16_t> confidence = {};
   uint32_t confidence_pitch = 0;

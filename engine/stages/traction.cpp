@@ -229,8 +229,8 @@ void TractionStage::press(gpu::Commands& commands, const FloatMap& from, uint32_
   commands.barrier();
 }
 
-// Of the pressure as it stands. The depth that it leaves is there already, where nothing was cut and nothing
-// entered.
+// Gradient at the present pressure. The depth that it leaves is there already, where nothing was cut and
+// nothing entered.
 void TractionStage::gradient(gpu::Commands& commands) const {
   press(commands, pressure_, shared::kTractionFreshRows);
   commands.dispatch(back_unexplained_kernel_,
@@ -273,7 +273,7 @@ void TractionStage::iterate(gpu::Commands& commands) const {
   gradient(commands);
 }
 
-// What there is to explain: the layer's answer to the depth's divergence, in all of the grid.
+// Right side: the layer's response to the depth's divergence, in all of the grid.
 void TractionStage::right_side(gpu::Commands& commands) const {
   const auto groups = [this](uint32_t invocations) {
     return std::array<uint32_t, 3>{(invocations + blocks_.workgroup - 1) / blocks_.workgroup, 1, 1};

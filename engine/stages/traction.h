@@ -24,7 +24,7 @@ namespace gpu {
 class Context;
 }  // namespace gpu
 
-/// Of one frame. Errors and shear are not among it.
+/// Results of one frame, without errors and shear.
 struct TractionReading {
   std::span<const float> pressure_MPa;  ///< height x width, >= 0; valid until the slot's next frame
   double force_N = 0;                   ///< into the layer
@@ -50,7 +50,7 @@ class TractionStage {
   };
   static Blocks blocks_for(const gpu::Context& context);
 
-  /// Of the options slope_sd and tolerance count. Throws Error(Failure::Input) as TractionSolver, and where
+  /// Only the options slope_sd and tolerance count. Throws Error(Failure::Input) as TractionSolver, and where
   /// no iterations are wanted.
   TractionStage(gpu::Context& context, const Pad& pad, const TractionGrid& grid,
                 const TractionOptions& options, uint32_t iterations = kIterations);
@@ -76,7 +76,7 @@ class TractionStage {
   /// The slot's depth to its pressure. A depth that is not finite, or beyond 1e6 mm, counts as not known.
   /// Frames run one after the other, each from the pressure of the one before, whichever slot that had.
   void record(gpu::Commands& commands, const Slot& slot) const;
-  /// Of a finished submission.
+  /// Reads the results of a finished submission.
   TractionReading read(const Slot& slot) const;
   /// The next frame begins from nothing. No frame may be in flight.
   void forget(gpu::Context& context) const;

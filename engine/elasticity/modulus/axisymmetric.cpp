@@ -16,7 +16,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 using Element = Eigen::Matrix<double, 8, 8>;
 
-/// Of one quadrilateral at unit modulus, around the whole circle: u_r and u_z of its four corners in turn.
+/// Stiffness of one quadrilateral at unit modulus, around the whole circle: u_r and u_z of its four corners
+/// in turn.
 Element element_stiffness(const std::array<std::array<double, 2>, 4>& corner, double poisson) {
   constexpr std::array<double, 4> kXi = {-1, 1, 1, -1}, kEta = {-1, -1, 1, 1};
   const double g = 1 / std::sqrt(3.0);

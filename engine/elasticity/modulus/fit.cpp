@@ -15,7 +15,7 @@ constexpr double kFirstError = 0.01;  // of the largest reading, until the scatt
 constexpr double kThinPad = 0.3;  // a / H up to which (a) takes the pad as a half space
 constexpr int kRounds = 3;        // of finding standard errors and the answer in turn
 
-/// What is known with an error that all frames share: fitted along, held by its standard error.
+/// Inputs with an error that all frames share: fitted along, held by their standard errors.
 enum Shared : uint8_t { kPad, kForce, kLength, kSize, kEdge, kZero, kShared };
 
 struct Observation {

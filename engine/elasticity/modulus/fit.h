@@ -14,7 +14,8 @@ inline double edge_sd(const Sample& sample) {
   return sample.flat() ? kFlatEdge : kBallEdge;
 }
 
-/// What a fit takes as given, over its nominal value: for intervals these are drawn from their errors.
+/// Inputs that a fit takes as given, over their nominal values: for intervals these are drawn from their
+/// errors.
 struct ModulusGiven {
   double pad = 1;      ///< the pad's modulus
   double size = 1;     ///< the sample's
@@ -37,7 +38,7 @@ struct ModulusFit {
   std::vector<ModulusPoint> points;
 };
 
-/// What a way compares: the readings themselves, and what (a) and (b) make of them.
+/// Quantities that a method compares: the readings themselves, and those that (a) and (b) derive from them.
 enum class Seen : uint8_t { Radius, Depth, MeanDepth, Approach, Strain, Shortening, Modulus };
 inline constexpr size_t kSeen = 7;
 /// Standard errors of those whose readings state none; 0 on entry: from the scatter about the fit.

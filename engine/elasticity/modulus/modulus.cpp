@@ -301,7 +301,7 @@ ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const Modu
     answer.why = "it uses every reading, with the pad's thickness and the contact's own shape";
     return answer;
   }
-  // What is wrong with the press bends every way, also one that fits its part of the readings.
+  // A fault of the press affects every method, also one that fits its part of the readings.
   if (joint.state == ModulusState::DoesNotFit) {
     answer.why = "a way that fits by itself uses a part of the readings, and all of them contradict it";
     return answer;

@@ -1,4 +1,4 @@
-// What presses of a sample state, and what is said of its modulus from them.
+// Presses of a sample, and the estimate of its modulus from them.
 #pragma once
 
 #include <array>

@@ -43,7 +43,7 @@ double disc_deflection(double r, double c) {
   return 4 * r / kPi * (std::comp_ellint_2(k) - (1 - k * k) * std::comp_ellint_1(k));
 }
 
-/// What the layer's thickness takes away from that, by quadrature: it is smooth.
+/// Reduction of it by the layer's thickness, by quadrature: it is smooth.
 double disc_loss(const PointLoadLoss& loss, double thickness, double r, double c) {
   static const Quadrature radial = gauss_legendre(8, 1), angular = gauss_legendre(8, kPi);
   double sum = 0;

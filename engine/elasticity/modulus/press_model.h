@@ -36,7 +36,7 @@ struct Sample {
   Support table = Support::Sliding;
 
   bool flat() const { return shape == SampleShape::Cylinder || shape == SampleShape::Cube; }
-  /// Of the circle of the face's area; a sphere's own.
+  /// Radius of the circle of the face's area; a sphere's own.
   double radius_mm() const;
   double face_mm2() const;
 };
@@ -46,7 +46,7 @@ Sample parse_sample(const std::string& text);
 /// Throws Error(Failure::Input) on sizes or ratios out of range.
 void check(const Sample& sample, const Pad& pad);
 
-/// What is seen of one press. NaN: not determined.
+/// Observed quantities of one press. NaN: not determined.
 struct PressSight {
   double radius_mm = 0;      ///< of the contact, of the circle of the same area
   double depth_mm = 0;       ///< of the pad's deepest point
@@ -74,12 +74,12 @@ class PressModel {
   PressSight at_force(double force_N, double young_MPa, double pad_MPa, double size = 1) const;
   /// A ball's depth at a contact radius, without knowing the force; NaN as above.
   double depth_at_radius_mm(double radius_mm, double young_MPa, double pad_MPa, double size = 1) const;
-  /// Of a flat sample: force over face, height and mean strain that the modulus would have at even strain,
+  /// For a flat sample: force over face, height and mean strain that the modulus would have at even strain,
   /// over the modulus: 1 on a smooth table, more where the base is held.
   double stiffening(double ratio) const;
-  /// Of a flat sample: the edge's way out over that at even strain, poisson * strain * radius.
+  /// For a flat sample: the edge's displacement over that at even strain, poisson * strain * radius.
   double bulging(double ratio) const;
-  /// Of a flat sample: mean depth of the pad times its modulus over the force, 1/mm, where the contact has
+  /// For a flat sample: mean depth of the pad times its modulus over the force, 1/mm, where the contact has
   /// widened to `spread` times the face at rest; and over the deepest.
   double mean_depth_per_force(double ratio, double spread = 1) const;
   double mean_over_deepest(double ratio) const;

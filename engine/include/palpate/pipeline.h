@@ -31,7 +31,7 @@ struct TractionMaps {
 /// Shear over pressure of each cell, >= 0; 0 where the pressure is below a twentieth of the largest, which is
 /// too little to divide by. Empty where shear is not known or nothing touches.
 PALPATE_API std::vector<float> friction_ratios(const TractionMaps& maps);
-/// Of the friction coefficient: where shear over pressure reaches this share of it, a cell counts as
+/// Share of the friction coefficient: where shear over pressure reaches it, a cell counts as
 /// slipping.
 inline constexpr double kSlippingShare = 0.9;
 

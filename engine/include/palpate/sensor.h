@@ -21,7 +21,7 @@ enum class Signal {
   Either,    ///< colour gel: g = |image - background|, the largest of the channels
 };
 
-/// What smooths the change before threshold and sums.
+/// Filter that smooths the change before threshold and sums.
 enum class Filter {
   Binomial5,  ///< 5 x 5 binomial, weights 1 4 6 4 1
   None,       ///< for frames without noise, or smoothed by the camera; no reading of one gray image
@@ -45,7 +45,7 @@ struct Origin {
   bool empty() const { return from.empty() && made.empty() && note.empty(); }
 };
 
-/// What a force is a function of.
+/// Signal that a force is a function of.
 enum class ForceSignal {
   GraySum,   ///< G, gray levels
   Area,      ///< of the contact, px
@@ -96,7 +96,7 @@ struct ForceCalibration {
   Origin origin{};
 };
 
-/// What moves with the tangential force.
+/// Displacement that measures the tangential force.
 enum class ShearSignal {
   Centroid,  ///< of the contact, since its onset
   Skin,      ///< of the pad itself under the contact, by its markers or texture
@@ -272,7 +272,7 @@ PALPATE_API Sensor for_rectified_frames(Sensor sensor);
 /// The sensor's own layer, or that of its surface.elastic where it has a thickness.
 PALPATE_API std::optional<LayerCalibration> layer_of(const Sensor& sensor);
 
-/// The sensor's own, or what is sensible for its reading: 2 % of full scale for Reconstruction::Photometric,
+/// The sensor's own, or the default of its reading: 2 % of full scale for Reconstruction::Photometric,
 /// whose slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched
 /// one.
 PALPATE_API uint32_t shadow_gray(const Sensor& sensor);
@@ -289,7 +289,7 @@ PALPATE_API bool has_gel_contacts(const Sensor& sensor);
 /// The sensor's own, or 1/4000 of the frame, 9 px, and what one marker or patch of its skin changes at most.
 PALPATE_API uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
 
-/// What a calibration makes of a sensor file.
+/// Section of a sensor file that a calibration makes.
 enum class ToMake { Nothing, Scale, Reading };
 
 /// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are

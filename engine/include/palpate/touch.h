@@ -33,7 +33,7 @@ enum class Validity : uint8_t {
 };
 PALPATE_API const char* to_string(Validity validity);
 
-/// What is wrong with a picture that was spoilt between the camera and here.
+/// Fault of a picture that was spoilt between the camera and here.
 enum class PictureFault : uint8_t {
   None,
   OneColour,    ///< a part is exactly one colour
@@ -160,7 +160,7 @@ struct TractionSummary {
   double pressure_max_kPa = 0;
   double shear_max_kPa = 0;
   double area_mm2 = 0;  ///< that carries pressure
-  /// Of the cells that have a ratio of shear to pressure (friction_ratios), those that reach the friction
+  /// Share of the cells with a ratio of shear to pressure (friction_ratios) that reach the friction
   /// limit (kSlippingShare of ShearCalibration::friction); none where shear or the coefficient is not known.
   std::optional<double> slipping_fraction;
   double unexplained_slope = 0;  ///< RMS of the surface's slopes that no traction explains; 0: not solved for
@@ -202,7 +202,7 @@ struct Touch {
   int64_t time_ns = 0;
 
   bool contact = false;  ///< some pixel of the filtered, background-subtracted image reached the threshold
-  /// Of a damaged picture nothing else is measured: no contact, and every state says so.
+  /// A damaged picture is not measured: no contact, and every state says so.
   PictureFault picture = PictureFault::None;
   bool repeated = false;  ///< equal to the frame before in every pixel
   double gray_sum = 0;    ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
@@ -216,7 +216,7 @@ struct Touch {
   Ellipse ellipse;
   double peak_gray = 0;  ///< largest filtered gray, gray levels
   /// Raw pixels that touch has brought to the sensor's saturation level, whole frame. Those that are there
-  /// untouched (dead_gray()) do not count: they tell nothing.
+  /// untouched (dead_gray()) do not count: their saturation means nothing.
   uint64_t saturated_px = 0;
 
   bool at_border = false;  ///< contact pixels in the frame's outermost rows or columns: what presses beyond

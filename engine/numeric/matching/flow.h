@@ -47,7 +47,7 @@ struct FlowStage {
   bool count_freedom = false;
   double cooling = 0.85;  ///< least fraction of the variance that an iteration leaves
   uint32_t most_iterations = 60;
-  /// Of neighbourhoods as the template is placed, 0 to 1, n x m; none: seen for itself.
+  /// Likeness of neighbourhoods as the template is placed, 0 to 1, n x m; none: computed here.
   const Eigen::MatrixXf* likeness = nullptr;
   uint32_t context_every = 5;  ///< iterations: neighbourhoods are seen anew
 };

@@ -21,7 +21,7 @@ constexpr double kReach = 0.5;  // of the points' spacing: how uncertain a place
 constexpr double kCooling = 0.7;
 constexpr double kLeastWeight = 1e-6;
 
-// What the partners say of each template point.
+// Pull of its partners on each template point.
 struct Pull {
   VectorXd weight;   // n
   MatrixXd mean;     // n x axes

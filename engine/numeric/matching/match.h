@@ -1,4 +1,4 @@
-// What is asked of a match of two point sets, and what it answers.
+// Options and result of a match of two point sets.
 #pragma once
 
 #include <cstdint>
@@ -87,7 +87,7 @@ struct MatchResult {
   double evidence = 0;
   /// log_likelihood_gain of target points that were left out of the warp's fit, a fifth at a time.
   double held_out_gain = 0;
-  /// Of the warp that won against all other warps that a start ended in, as their likelihoods have it. 1
+  /// Posterior of the warp that won against all other warps that a start ended in, by their likelihoods. 1
   /// where `most_turn_deg` says where the template lies.
   double posterior = 1;
   double scale = 1;   ///< template's RMS distance from its centre, in its unit

@@ -67,7 +67,7 @@ double rms_radius(const MatrixXd& centred) {
   return std::sqrt(centred.rowwise().squaredNorm().mean());
 }
 
-// Of the box round the target; flat directions get a tenth of the widest.
+// Log volume of the box around the target; flat directions get a tenth of the widest.
 double log_volume(const MatrixXd& points) {
   const RowVectorXd size = points.colwise().maxCoeff() - points.colwise().minCoeff();
   return size.cwiseMax(0.1 * size.maxCoeff()).array().log().sum();
@@ -203,7 +203,7 @@ double resolution(const PointSet& set) {
   return 0;
 }
 
-// Of one pair of sets, points in an order of their own.
+// Matches one pair of sets, points in an order of their own.
 class Matcher {
  public:
   Matcher(const PointSet& from, const PointSet& to, const MatchOptions& options)

@@ -39,7 +39,8 @@ constexpr double kSharper = 0.06, kFarOff = 25, kNearSpacing = 0.15, kElsewhere 
 // noise and so many pairs on.
 constexpr double kUneven = 0.52, kUnevenSd = 0.012;
 constexpr size_t kUnevenPairs = 20;
-// Of the points' spacing: how exactly the template is fitted to its slid self, and what that may leave.
+// Shares of the points' spacing: how exactly the template is fitted to its slid self, and the residual
+// allowed.
 constexpr double kSlidFit = 0.1, kMostSlidMiss = 0.25, kSlidSdOfSpacing = 0.3;
 constexpr int64_t kMostSlidPart = 4;  // of the curve: the longest slide is its length over this
 constexpr int kSlides = 6;            // one after the other
@@ -77,7 +78,7 @@ bool uneven(const FlowState& state, const MatrixXd& to) {
   if (squares.size() < kUnevenPairs) return false;
   double mean = 0;
   for (const double s : squares) mean += s / static_cast<double>(squares.size());
-  // Of a chi-squared variable with 2 or 3 degrees of freedom, over its mean.
+  // Median of a chi-squared variable with 2 or 3 degrees of freedom, over its mean.
   const double even = to.cols() == 2 ? 0.693 : 0.789;
   return median(std::move(squares)) < kUneven * even * mean;
 }

@@ -40,7 +40,7 @@ class Search {
   FlowState& best() { return best_; }
   /// Neighbourhoods are found again far closer than the best warp leaves their points: parts of it are wrong.
   bool contradicted() const;
-  /// Of the best warp against all others that a start ended in, each basin once.
+  /// Posterior of the best warp against all others that a start ended in, each basin once.
   double posterior() const;
 
  private:

@@ -16,8 +16,8 @@ using Eigen::Vector2d;
 
 constexpr Index kPlaces = 16, kNeighbours = 12, kArms = 3;
 constexpr int kMostMissed = 4;
-// Of the points' spacing: how far a neighbour may be off, by the two points alone (less among many strangers,
-// of whom chance finds one everywhere) and by all.
+// Shares of the points' spacing: how far a neighbour may be off, by the two points alone (less among many
+// strangers, of whom chance finds one everywhere) and by all.
 constexpr double kReach = 0.5, kFineReach = 0.2;
 constexpr double kLeastScale = 0.5, kMostScale = 2;
 constexpr int kMostCells = 128;

@@ -23,12 +23,12 @@ class Votes {
   Votes(const Eigen::MatrixXd& from, const Eigen::MatrixXd& to, bool reflections);
 
   size_t size() const { return votes_.size(); }
-  /// Of the kth best turn: 0 where each neighbourhood has its like, to 2.
+  /// Unlikeness of the kth best turn: 0 where each neighbourhood has its like, to 2.
   double unlikeness(size_t k) const { return votes_[k].unlikeness; }
   /// For rows: points * turn.
   const Eigen::MatrixXd& turn(size_t k) const { return votes_[k].turn; }
-  /// Of each template point's neighbourhood, turned so, and each target point's; none where sets were
-  /// thinned.
+  /// Likeness of each template point's neighbourhood, turned so, and each target point's; none where sets
+  /// were thinned.
   const Eigen::MatrixXf* likeness(size_t k) const { return thinned_ ? nullptr : &votes_[k].likeness; }
   /// The similarity that fits the partners which the neighbourhoods name after the kth best turn, outliers
   /// weighed down.

@@ -16,8 +16,8 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-// Of the points' spacing: how far a point may come to lie from the next one, in the mean, and how well the
-// points that a turn is made from must fit.
+// Shares of the points' spacing: how far a point may come to lie from the next one, in the mean, and how well
+// the points that a turn is made from must fit.
 constexpr double kMostMiss = 0.25, kMostFrameMiss = 0.5;
 constexpr size_t kMostTried = 2000;
 constexpr Index kFirstLook = 12;

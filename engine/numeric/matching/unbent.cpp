@@ -215,7 +215,7 @@ class Maps {
     const double least = std::max(kLeastSd * radius_, options_.resolution / std::sqrt(12.));
     const double squares = f.squares + k * axes * least * least;
     sd = std::sqrt(squares / over);
-    // Of the map's own numbers beforehand: normal, as wide as the target.
+    // Prior of the map's own numbers: normal, as wide as the target.
     const RowVectorXd middle = (RowVectorXd(axes_ + 1) << 1, from_.colwise().mean()).finished() * f.map;
     const auto freedom = static_cast<double>(f.freedom);
     const double before =

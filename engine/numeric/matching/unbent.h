@@ -24,7 +24,7 @@ struct UnbentMap {
   /// partners paid for (Student's marginal likelihood: the noise is not known beforehand).
   double evidence = 0;
   double turn_deg = 0;
-  /// Of this map against all others that bring the template somewhere else, 0 to 1.
+  /// Posterior of this map against all others that bring the template somewhere else, 0 to 1.
   double posterior = 0;
 };
 

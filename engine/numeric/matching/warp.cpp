@@ -54,7 +54,7 @@ std::vector<Index> spread_subset(const MatrixXd& points, Index count) {
 WarpModes::WarpModes(const MatrixXd& points) {
   const std::vector<Index> chosen = spread_subset(points, kLandmarks);
   landmarks_ = points(chosen, Eigen::all);
-  // What an affine map can do is no mode's business. Points on a line or in a plane have fewer of those maps.
+  // Modes contain no affine map. Points on a line or in a plane have fewer of those maps.
   const dense::ColumnSpace affine_maps = dense::column_space(with_ones(landmarks_), 1e-9);
   const Index left = landmarks_.rows() - affine_maps.rank;
   modes_.resize(landmarks_.rows(), 0);

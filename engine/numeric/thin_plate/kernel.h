@@ -26,7 +26,7 @@ struct PlateTerms {
   std::vector<double> weight;  ///< fields x count
 };
 
-/// What plate_sums leaves per field: the value, then `axes` first derivatives, then the second ones (xx, or
+/// Outputs of plate_sums per field: the value, then `axes` first derivatives, then the second ones (xx, or
 /// xx, xy, yy, or xx, xy, xz, yy, yz, zz), as far as `order` (0 to 2) asks.
 constexpr size_t plate_outputs(uint32_t axes, int order) {
   return 1 + (order > 0 ? axes : 0) + (order > 1 ? axes * (axes + 1) / 2 : 0);

@@ -1,4 +1,4 @@
-// What is done to a spline's points before anything is solved: near-coincident ones merged, all centred,
+// Preparation of a spline's points before anything is solved: near-coincident ones merged, all centred,
 // scaled and reduced to the axes that they determine.
 #pragma once
 

@@ -130,7 +130,7 @@ PlateSystem::Choice PlateSystem::choose(const Eigen::MatrixXd& values, double wi
   const Eigen::MatrixXd turned = polynomial_.qt_times(white);
   const Eigen::MatrixXd seen = tridiagonal_->form.qt_times(turned.bottomRows(left));
   const double widest = std::max(tridiagonal_->eigenvalues.maxCoeff(), std::numeric_limits<double>::min());
-  // What rounding leaves of the values counts as chi-square, so that none of it is followed.
+  // Rounding of the values counts as chi-square, so that none of it is followed.
   const double rounding = std::pow(16 * kEpsilon, 2) * white.squaredNorm();
   const double all = static_cast<double>(points_) + static_cast<double>(averaged);
   double plain = 0;  // of the last score

@@ -34,7 +34,7 @@ struct PlateOptions {
   bool spread = true;
 };
 
-/// What stands behind a spline.
+/// Statistics of a spline.
 struct PlateStatistics {
   double lambda = 0;           ///< as used; of points scaled to an RMS distance of 1 from their centre
   bool lambda_raised = false;  ///< the one asked for was too small for the points: the least that is solvable

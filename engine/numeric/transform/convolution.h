@@ -35,7 +35,7 @@ class Convolution {
     Real* values = nullptr;
     uint32_t pitch = 0;
   };
-  /// What `kernels[i]` make of input i, summed, times `factor`; no kernel: nothing.
+  /// Sum of the inputs convolved with their `kernels[i]`, times `factor`; no kernel: nothing.
   template <typename Real>
   struct Sum {
     Map<Real> to;

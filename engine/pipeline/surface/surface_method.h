@@ -57,7 +57,7 @@ class SurfaceMethod {
   SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                 const Contact& contact, const Tuning& tuning);
 
-  /// What every method measures, with heights counted from the rest level that the map shows.
+  /// Measurements common to all methods, with heights counted from the rest level that the map shows.
   SurfaceSummary measure_heights(const FrameSlot& slot) const;
   /// The same where heights are depths: 0 is the untouched pad. Volume counts from the map's rest level.
   SurfaceSummary measure_depths(const FrameSlot& slot) const;

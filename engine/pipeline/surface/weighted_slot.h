@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// What one frame in flight owns.
+/// Memory of one frame in flight.
 struct WeightedSlot {
   gpu::DeviceBuffer scalars;           ///< of the solve on the GPU
   gpu::Commands commands;              ///< the surface once more, with weights

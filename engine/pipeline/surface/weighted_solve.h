@@ -45,7 +45,7 @@ class WeightedSolve {
   void record_solve(gpu::Commands& commands, FrameSlot& slot) const;
   /// The filtered image, where one is read, belongs to whichever frame came last: made again.
   void record_filtered(gpu::Commands& commands, const FrameSlot& slot) const;
-  /// Of a finished frame whose confidence is counted: whether it needs weights, and its solve, to the end.
+  /// Decides whether a finished frame whose confidence is counted needs weights, and solves it, to the end.
   /// Solve::Exact leaves the heights in the slot's `solved`, rows `pitch` floats apart. Not thread
   /// safe.
   void solve(FrameSlot& slot, uint32_t pitch);
@@ -74,7 +74,7 @@ class WeightedSolve {
   FloatMap cells_;                          ///< heights of those
   FloatMap slope_x_, slope_y_;              ///< Solve::Exact
   uint32_t still_islands_ = 1;
-  // Of the frame that is solved; kept so that frames allocate nothing.
+  // Mask of the frame that is solved; kept so that frames allocate nothing.
   std::vector<uint8_t> known_;
   IslandFinder islands_;
 };

@@ -51,7 +51,8 @@ class Confidence {
   Confidence(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
              const Markers* markers = nullptr);
 
-  /// What background and outline say for every frame; the device must not be reading the last one.
+  /// Sets the confidence by background and outline, common to all frames; the device must not be reading the
+  /// last one.
   void set_background(const Frame& background);
 
   uint32_t pitch() const { return push_.groups * 16; }  ///< pixels from one row of a map to the next
@@ -62,7 +63,7 @@ class Confidence {
   /// A map, by its pairs, as the weighted surface takes it.
   void record_weights(gpu::Commands& commands, const gpu::TexelView& map, const FloatMap& weights) const;
 
-  /// What background and outline say: a map's pairs.
+  /// Confidence by background and outline: a map's pairs.
   const gpu::TexelView& still_pairs() const { return still_pairs_; }
   /// The same for each pixel, height x width: not 0 where it is known.
   std::vector<uint8_t> still_known() const;

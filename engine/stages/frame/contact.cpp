@@ -33,7 +33,7 @@ namespace {
 // Rows that a tile fetches beyond its own; without the filter about what its last sums cost.
 constexpr uint32_t kLeadIn = 4;
 
-// What a workgroup of contact_tile.comp owns: a row of eight words for each of eight rows, an invocation a
+// Tile of a workgroup of contact_tile.comp: a row of eight words for each of eight rows, an invocation a
 // word.
 constexpr uint32_t kTileRows = 8, kTileWorkgroup = 64;
 // Workgroups of parts in a row of the dispatch, which devices limit to 65535.

@@ -41,7 +41,7 @@ class Contact {
   /// Adds one tile's record, of all its contact or a part of it.
   void add(ContactMoments& moments, const shared::ContactRecord& record, uint32_t tile) const;
 
-  /// What the stage `regions` lists of tiles' parts, on the GPU.
+  /// Parts of tiles for the stage `regions`, on the GPU.
   struct Parts {
     const gpu::DeviceBuffer& list;   ///< shared::RegionPart
     const gpu::TexelView& marks;     ///< R32UI: kMaxTileRows rows of each

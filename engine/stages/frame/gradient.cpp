@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kColumns = 16;
-// Of gradient_tile.comp, whose workgroup owns as many words.
+// Tile of gradient_tile.comp, whose workgroup owns as many words.
 constexpr uint32_t kTileColumns = 32, kTileRows = 8;
 
 gpu::Shader shader_for(bool color, bool tiled) {

@@ -68,7 +68,7 @@ class Markers {
     gpu::DeviceBuffer buffer;
     gpu::TexelView texels;
   };
-  // What is made for the untouched image, and for frames by their change from it.
+  // Kernels for the untouched image, and for frames by their change from it.
   struct Kernels {
     gpu::Kernel mask, fill, frame;
   };

@@ -29,7 +29,7 @@ class Regions {
   /// `contact` keeps marks and outlives this.
   Regions(gpu::Context& context, const Contact& contact, const FrameFormat& format);
 
-  /// What one frame in flight owns.
+  /// Memory of one frame in flight.
   struct Slot {
     gpu::DeviceBuffer heads;    ///< RegionPart of each tile whose contact is one part
     gpu::DeviceBuffer list;     ///< RegionPart of each other part, in no order
@@ -71,7 +71,7 @@ class Regions {
   gpu::TexelView marks_;
   gpu::DeviceBuffer part_marks_;
   gpu::TexelView part_mark_texels_;
-  // Of the frame that `find` looks at; kept so that frames allocate nothing.
+  // Lists of the frame that `find` looks at; kept so that frames allocate nothing.
   std::vector<uint32_t> listed_;
   std::vector<Part> parts_;      // by tile, then by order
   std::vector<uint32_t> first_;  // of each tile in parts_, and the end

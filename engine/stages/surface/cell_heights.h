@@ -20,7 +20,7 @@ class CellHeights {
   /// Cells of shared::kCellSide px, the last of a row or column smaller.
   uint32_t cells_x() const { return push_.cells_x; }
   uint32_t cells_y() const { return push_.cells_y; }
-  /// Of the means of one map.
+  /// Size of the means of one map.
   uint64_t bytes() const { return uint64_t{push_.cells_x} * push_.cells_y * sizeof(float); }
   const shared::CellChangePush& push() const { return push_; }
 

@@ -46,7 +46,7 @@ bool RestCorrection::find(const Slot& slot, std::span<const uint8_t> at_rest) {
   const auto means = slot.means.as<const float>();
   std::copy_n(means.begin(), levels_.size(), levels_.begin());
   membrane_.fill(levels_, at_rest);
-  // What is narrow is not the surface's error, but perhaps a touch that was not noticed.
+  // A narrow bump is not the surface's error, but perhaps a touch that was not noticed.
   for (int pass = 0; pass < 2; ++pass) smooth();
   double sum = 0, squares = 0;
   for (size_t i = 0; i < levels_.size(); ++i) {

@@ -38,10 +38,10 @@ class RestCorrection {
 
   /// Leaves each cell's mean height in the slot.
   void record_means(gpu::Commands& commands, const FloatMap& depth, const Slot& slot) const;
-  /// What to take off, into the slot, from the means there and where the pad is at rest (a byte for each
+  /// Writes the correction into the slot, from the means there and where the pad is at rest (a byte for each
   /// cell). False: too little of it is.
   bool find(const Slot& slot, std::span<const uint8_t> at_rest);
-  /// Of the last frame that was found: each cell's mean height once it is corrected, mm, and how far heights
+  /// Each cell's mean height of the last corrected frame, mm, and how far heights
   /// at rest scattered before, a standard deviation, mm.
   std::span<const float> depth_mm() const { return depth_mm_; }
   double error_mm() const { return error_mm_; }

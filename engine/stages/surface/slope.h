@@ -50,7 +50,7 @@ class Slope {
   void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
                     const Surface& surface) const;
 
-  /// Of eight columns and some rows, one to an invocation.
+  /// Number of strips of eight columns and some rows, one to an invocation.
   uint32_t strips() const;
   /// A word for each strip.
   uint64_t clipped_bytes() const { return uint64_t{strips()} * sizeof(uint32_t); }
@@ -61,7 +61,7 @@ class Slope {
  private:
   std::array<uint32_t, 3> groups() const;
   void dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments, const Surface& surface) const;
-  /// What the kernels of the reading take in.
+  /// Inputs of the reading's kernels.
   std::vector<gpu::Argument> record_reading(gpu::Commands& commands, const PaddedImage& frame,
                                             const PaddedImage& background) const;
   size_t readings() const { return shading_ ? 3 : table_ ? 5 : 4; }

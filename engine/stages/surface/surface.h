@@ -77,7 +77,8 @@ class Surface {
   void make_correcting(gpu::Context& context);
   void make_coarse_levels(gpu::Context& context);
   bool tiled() const { return tuning_.surface_tiles != 0; }
-  /// Of the kernels that are not tiles, where the others are: many small workgroups, each invocation one row.
+  /// Workgroup of the kernels that are not tiles, where the others are: many small ones, each invocation one
+  /// row.
   static constexpr uint32_t kSmallWorkgroup = 64;
   gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, bool in_tiles) const;
 

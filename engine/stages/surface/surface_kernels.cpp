@@ -20,7 +20,7 @@
 namespace palpate {
 namespace {
 
-// Of coarse_levels.comp, where the device has so many.
+// Invocations of coarse_levels.comp, where the device has so many.
 constexpr uint32_t kCoarseInvocations = 512;
 
 }  // namespace
@@ -78,7 +78,7 @@ void Surface::make_tiles(gpu::Context& context) {
   make_coarse_levels(context);
 }
 
-// What corrects a solution that is there already.
+// Makes the kernels that correct a solution that is there already.
 void Surface::make_correcting(gpu::Context& context) {
   using enum gpu::Binding;
   if (tiled()) {

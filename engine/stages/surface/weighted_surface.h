@@ -41,14 +41,14 @@ class WeightedSurface {
  public:
   static constexpr uint32_t kLiveIterations = 4;
   static constexpr uint32_t kConvergedIterations = 12;
-  // Of a frame of a pipeline: Solve::Live, on cells of two by two pixels, and Solve::Converged.
+  // Iterations of a pipeline's frame: Solve::Live, on cells of two by two pixels, and Solve::Converged.
   static constexpr uint32_t kCellIterations = 3, kFrameIterations = 5;
 
   /// `scale_mm_per_px` turns slopes times one px into mm.
   WeightedSurface(gpu::Context& context, uint32_t width, uint32_t height, double scale_mm_per_px,
                   uint32_t iterations);
-  /// Of `cells` whose right side and faces the caller fills (record_given), with the field in `field_sums`
-  /// parts.
+  /// Solver for `cells` whose right side and faces the caller fills (record_given), with the field in
+  /// `field_sums` parts.
   WeightedSurface(gpu::Context& context, const Grid& cells, uint32_t field_sums, uint32_t iterations);
 
   const Grid& grid() const { return levels_.front().grid; }
