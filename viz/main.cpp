@@ -7,7 +7,7 @@ namespace {
 
 using namespace palpate;
 
-/// What palpate-lab has now (perf/lab).
+/// Commands that palpate-lab has now (perf/lab).
 constexpr MovedCommand kMoved[] = {
     {"lump dataset", "palpate-lab dataset"},
     {"lump info", "palpate-lab info"},

@@ -49,14 +49,14 @@ struct TuningField {
 };
 std::span<const TuningField> tuning_fields();
 
-/// What is sensible without a measurement, by the kind of device (processor or GPU).
+/// Defaults without a measurement, by the kind of device (processor or GPU).
 Tuning default_tuning(const gpu::Context& context);
 Tuning default_tuning(bool processor);
 
 /// Throws Error(Failure::Usage) naming the constant that is out of its range or beyond the device's limits.
 void validate(const Tuning& tuning, const VkPhysicalDeviceLimits& limits);
 
-/// What a measurement holds for: this device under this driver with these kernels.
+/// Key of a measurement: this device under this driver with these kernels.
 struct TuningKey {
   std::string device;
   uint32_t vendor_id = 0;
@@ -78,7 +78,7 @@ struct CachedTuning {
 /// `tuning.json` in the cache folder; empty where the user has none.
 std::filesystem::path tuning_file();
 
-/// What was measured for the device, or its defaults. Never throws for what the file holds.
+/// Constants measured for the device, or its defaults. Never throws for what the file holds.
 CachedTuning load_tuning(const gpu::Context& context, const std::filesystem::path& file);
 inline CachedTuning load_tuning(const gpu::Context& context) {
   return load_tuning(context, tuning_file());

@@ -1,4 +1,4 @@
-// What a benchmark prints while it runs, since it takes minutes.
+// Output of a benchmark while it runs, since it takes minutes.
 #pragma once
 
 #include <string>

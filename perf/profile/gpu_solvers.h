@@ -52,7 +52,7 @@ class MultigridSolver {
   void prepare();  ///< makes the right side of the slopes that are loaded
   /// Uses the coarser right sides up: every solve wants its own `prepare`.
   void solve();
-  /// Of a solve that is well prepared.
+  /// Errors of a solve that is well prepared.
   SurfaceErrors errors(const Truth& truth);
   /// Height x width, as solvers on the CPU take it; after `prepare`, only of solvers on pixels.
   std::vector<float> right_side();

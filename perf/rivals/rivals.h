@@ -78,7 +78,7 @@ class OpenCvFftwFrame {
                   uint32_t padded_height);
   ~OpenCvFftwFrame();
   double run(const Frame& frame);
-  /// Of the last run, height x width, up to a constant.
+  /// Heights of the last run, height x width, up to a constant.
   const std::vector<float>& heights_mm() const;
 
  private:

@@ -36,7 +36,7 @@ Report live(const Common& common, const Options& options) {
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
   // Asked before anything else is opened: without a display there is no live view.
   const std::vector<const char*> extensions = viz::window_extensions();
-  // What is written holds the frames in their order.
+  // Files that are written hold the frames in their order.
   request.replay = common.out.empty() && is_recording(request.input);
   OpenInput opened = open_input(request, interrupted);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);

@@ -38,12 +38,12 @@ struct Timeline {
   uint64_t frames = 0;  ///< of a recording in which the person can jump; 0: none
   double rate_Hz = 0;   ///< of that recording
   double start_s = 0;   ///< time of its first frame, where timed
-  /// Of such a recording the times of all frames since the first, s, rising; empty: they come evenly.
+  /// Times of all frames of such a recording since the first, s, rising; empty: they come evenly.
   std::vector<double> uneven_s = {};
   bool separate = false;  ///< pictures of separate presses: nothing follows, and nothing is drawn over time
 
   bool whole() const { return frames > 0; }
-  /// Of the first frame, on the axis.
+  /// Time of the first frame, on the axis.
   double start() const { return timed ? start_s : 0; }
   /// From the first to the last frame: s or frames.
   double length() const;
@@ -67,7 +67,7 @@ class History {
   const Timeline& timeline() const { return timeline_; }
   const std::deque<Sample>& samples() const { return samples_; }
   const std::deque<EventMark>& events() const { return events_; }
-  /// Of the last result, on the axis.
+  /// Time of the last result, on the axis.
   double now() const { return now_; }
 
  private:

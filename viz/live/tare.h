@@ -13,8 +13,8 @@ namespace palpate::viz {
 struct Tare {
   bool on = false;
   Estimate force_N, shear_x_N, shear_y_N;  ///< at the moment of zeroing
-  /// Of each contact that was there, where contacts are separated. One that comes later is shown as measured:
-  /// before it came its force was none.
+  /// Tare of each contact that was there, where contacts are separated. One that comes later is shown as
+  /// measured: before it came its force was none.
   struct OfContact {
     uint32_t id = 0;
     Estimate force_N, shear_x_N, shear_y_N;

@@ -68,7 +68,7 @@ Headline headline(const Touch& t, bool scaled) {
   return {text("%llu px", whole(t.area_px)), "of contact"};
 }
 
-/// What the headline is worth. At rest, which the headline says: what a touch would be worth.
+/// State of the headline. At rest, which the headline says, the state that a touch would have.
 std::pair<std::string, Verdict> state_of(const Touch& shown, const Sensor& sensor) {
   const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->force_z_N);
   const bool by_depth = !by_layer && !has_value(shown.force_N) && shown.surface;
@@ -87,7 +87,7 @@ std::pair<std::string, Verdict> state_of(const Touch& shown, const Sensor& senso
           force_verdict(Validity::NoContact)};
 }
 
-/// What is known first, with its uncertainty and what it is worth.
+/// The first known quantity, with its uncertainty and state.
 void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, const Sensor& sensor) {
   const float scale = frame.scale();
   const auto [state, verdict] = state_of(shown, sensor);

@@ -5,7 +5,7 @@
 
 namespace palpate::viz {
 
-/// What is out of range becomes the default again.
+/// A value out of range becomes the default again.
 void run_panel(RunSettings& run, float scale);
 
 }  // namespace palpate::viz

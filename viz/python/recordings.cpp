@@ -129,7 +129,7 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
   return answer;
 }
 
-/// What a modulus is estimated from, beside the presses.
+/// Inputs of a modulus in addition to the presses.
 struct ModulusInputs {
   std::optional<RunSettings> recording;
   std::filesystem::path table, gauge, approach;

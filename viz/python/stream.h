@@ -54,8 +54,8 @@ class HeldFrame {
   palpate::Measured measured_;
 };
 
-/// Of the settings: those of measuring, `rate_Hz` of inputs without times, and how long a camera is waited
-/// for.
+/// Settings that count: those of measuring, `rate_Hz` of inputs without times, and how long a camera is
+/// waited for.
 struct StreamRequest : RunSettings {
   MeasuredInput found;           ///< find_input() of the settings
   bool drop = true;              ///< the newest frame wins; recordings then come at their own pace
@@ -93,7 +93,7 @@ class Stream {
   uint64_t delivered() const { return delivered_; }
   std::string warning() const { return source_->warning(); }
   uint64_t damaged() const { return source_->counts().damaged; }
-  /// What a camera is waited for; empty: frames come.
+  /// Reason to wait for a camera; empty: frames come.
   std::string state() const { return source_->state(); }
   std::vector<std::pair<std::string, std::string>> details() const { return source_->details(); }
   std::string device_name() const;

@@ -51,7 +51,7 @@ struct PyWrench {
   std::shared_ptr<HeldFrame> held;
 };
 
-/// Of a quantity that is not there NaN, where it is a number, or None.
+/// NaN for a missing quantity that is a number, else None.
 template <typename Of>
 py::object as_python(const MeasuredQuantity<Of>& q, const Of& of) {
   const QuantityValue value = q.value(of);
@@ -88,7 +88,7 @@ Estimate depth_of(const Touch& touch) {
           touch.contact ? s.validity : Validity::NoContact};
 }
 
-/// What is known of it, first what is calibrated; where it is from.
+/// Description of a touch: calibrated values first, then its source.
 std::string described(const PyTouch& t) {
   const Touch& touch = t.touch();
   std::string line = text("<palpate.Touch %llu at %.3f s", static_cast<unsigned long long>(touch.sequence),
@@ -155,7 +155,7 @@ void bind_wrench(py::module_& module) {
   });
 }
 
-/// Of each quantity of a touch its column, those of its error and state, its attribute and the attribute's
+/// For each quantity of a touch, its column, those of its error and state, its attribute and the attribute's
 /// older name; "" where there is none.
 py::list quantities() {
   py::list all;
@@ -172,7 +172,7 @@ py::list quantities() {
 
 }  // namespace
 
-/// What `make` makes of what `read` reads of the frame, without the interpreter's lock; kept from then on.
+/// Reads from the frame without the interpreter's lock, makes the object, and keeps it from then on.
 template <typename Read, typename Make>
 py::object PyTouch::once(py::object& kept, const char* name, Read read, Make make) {
   if (kept) return kept;

@@ -11,7 +11,7 @@
 
 namespace palpate::python {
 
-/// What of a frame is read at once when it is handed out.
+/// Maps of a frame that are read at once when it is handed out.
 struct Kept {
   bool depth = false, image = false, confidence = false, traction = false;
 };

@@ -15,7 +15,7 @@ class Commands;
 class Context;
 }  // namespace gpu
 
-/// What the map shows; strains as PlaneStrain defines them.
+/// Quantities of the map; strains as PlaneStrain defines them.
 enum class PlateShown : uint32_t {
   Xx = shared::kPlateXx,
   Yy = shared::kPlateYy,
@@ -37,7 +37,7 @@ class PlateMap {
 
   PlateMap(gpu::Context& context, uint32_t width, uint32_t height, PlateShown shown);
 
-  /// What the next `record` shows: two fields, u and v in px, over places in px (x right, y down, pixel
+  /// Sets the map of the next `record`: two fields, u and v in px, over places in px (x right, y down, pixel
   /// centres at whole numbers), with kernel Log. Farther than `reach_px` from every point the map is NaN. No
   /// submission that reads the map's inputs may be running. Throws Error(Failure::Input) where the spline is
   /// another one, where its points do not determine a plane's strain (rank below 2) or are more than

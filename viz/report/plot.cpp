@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-/// What the panel before may have left.
+/// Resets the settings of the panel before.
 constexpr const char* kAfresh =
     "unset logscale\nset autoscale\nset size noratio\nset xtics auto\nset ytics mirror\nunset y2tics\n"
     "unset y2label\nset offsets 0, 0, 0, 0\nset ylabel textcolor default\n";

@@ -51,7 +51,7 @@ struct Options {
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
   bool moduli = false, matching = false, lumps = false, traction = false, stages = false;
 
-  /// Of the table of what was asked for.
+  /// Name of the table of what was asked for.
   const char* table() const {
     return forward    ? "forward.csv"
            : weighted ? "weighted.csv"
@@ -63,7 +63,7 @@ struct Options {
   bool all() const { return !weighted && !forward && !skin && !gels && !contacts; }
 };
 
-/// What a benchmark found, as files by their names.
+/// Results of a benchmark, as files by their names.
 using Files = std::map<std::string, std::string>;
 
 Files study_splines(const Options& options) {

@@ -98,7 +98,7 @@ class ProgressLine {
 
 Report dataset_command(const Common& common, Options& o) {
   const lump::Processes processes;
-  // Of several processes one speaks.
+  // One of several processes writes messages.
   if (processes.rank() != 0) spdlog::set_level(spdlog::level::off);
   lump::DatasetJob job = o.job;
   job.file = o.file;

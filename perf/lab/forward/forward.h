@@ -45,7 +45,7 @@ struct TactileImage {
   double brightest_change = 0;  ///< by the press, gray levels
   uint64_t clipped_px = 0;      ///< above what 8 bits hold
 };
-/// What the camera of the built-in sensor (the synthetic pad's light, 27.84 mm across) sees of the middle of
+/// Image by the camera of the built-in sensor (the synthetic pad's light, 27.84 mm across) of the middle of
 /// the surface; or, of a sensor with a straight force calibration of the gray sum, the light that gives the
 /// same force: pressure times a pixel's area over c1. Throws Error(Failure::Sensor) where its calibration is
 /// of another kind or has no scale.
@@ -89,7 +89,7 @@ PlotMap plot_map(const PressureMap& map, double factor = 1);
 /// The fit from -half_mm to half_mm, times `factor`.
 PlotCurve gaussian_curve(const lump::GaussianFit& fit, double half_mm, double factor = 1);
 
-/// What the press shows, in one sentence.
+/// Result of the press, in one sentence.
 std::string headline(const ForwardOutcome& outcome);
 
 }  // namespace palpate

@@ -53,7 +53,7 @@ struct Recipe {
   gpu::KernelInterface interface;
 };
 
-/// What pipelines of this kind of sensor can be asked for.
+/// Outputs that pipelines of this kind of sensor can be asked for.
 struct Kind {
   const char* scene;
   std::vector<Outputs> outputs;
@@ -191,7 +191,7 @@ std::vector<CompiledKernel> parse(const std::string& text) {
   return kernels;
 }
 
-/// What the child writes; empty `error`: it ended well.
+/// Output of the child; empty `error`: it ended well.
 std::string in_a_child(const std::function<void(std::ostream&)>& work, std::string& error) {
   int ends[2];
   if (pipe(ends) != 0) throw Error(Failure::Output, "a pipe", "none", "fewer open files");

@@ -1,4 +1,4 @@
-// What a GPU's own compiler makes of every kernel, on a machine without that GPU: Mesa's Radeon driver
+// Compiler statistics of every kernel for a GPU, on a machine without that GPU: Mesa's Radeon driver
 // compiles for any of its families.
 #pragma once
 

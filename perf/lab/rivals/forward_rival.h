@@ -24,7 +24,7 @@ class ForwardRival {
   Pair cycle(int repetitions, int inner);
   /// To a relative residual of 1e-6, with the solvers made.
   Pair solve(int repetitions);
-  /// Of the last solve on the device and on the processor.
+  /// Iterations of the last solve on the device and on the processor.
   uint32_t device_iterations() const { return device_iterations_; }
   uint32_t processor_iterations() const { return processor_iterations_; }
 

@@ -30,7 +30,7 @@ struct ModulusTrial {
   bool inside() const { return answer.best().low_MPa <= truth_MPa && truth_MPa <= answer.best().high_MPa; }
 };
 
-/// What the sample is pressed against, and its light.
+/// Pad that the sample is pressed against, and its light.
 struct ModulusBench {
   double pad_thickness_mm = SyntheticOptions{}.pad_thickness_mm;
   double brightness = ModulusScene{}.brightness;

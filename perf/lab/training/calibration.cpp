@@ -17,7 +17,7 @@ namespace {
 constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
 constexpr double kSensorGauge = 0.001;
 constexpr double kCoverage = 0.9;
-// Of observations that were kept aside, the ones that the model explains least: they are called strange too,
+// Share of the observations that were kept aside which the model explains least: they are called strange too,
 // which lumps in the corners of its ranges, where it errs most, deserve.
 constexpr double kStrange = 0.03;
 // Patterns of the imitated sensors, fraction of the peak; one in three has none.

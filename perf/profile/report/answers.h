@@ -1,4 +1,4 @@
-// What a profile shows, each in one sentence: the first line of its report, the titles of its plots.
+// Findings of a profile, each in one sentence: the first line of its report, the titles of its plots.
 #pragma once
 
 #include <string>
@@ -14,9 +14,9 @@ std::vector<std::string> readings_of(const Profile& profile);
 /// The largest frames of each reading that reach 30 a second: "up to" where larger ones were measured and do
 /// not, else "at", as larger ones were not tried.
 std::string headline(const Profile& profile);
-/// Of the largest frame of a reading: the stage that takes most of it.
+/// The stage that takes most of the largest frame of a reading.
 std::string slowest_stage(const Profile& profile, const std::string& reading);
-/// Of the largest frame of a reading: the time within which 99 of 100 are done.
+/// The time within which 99 of 100 of the largest frames of a reading are done.
 std::string usual_latency(const Profile& profile, const std::string& reading);
 /// The largest share of the measured ceiling that a stage reaches.
 std::string best_bandwidth(const Profile& profile, const std::string& reading);

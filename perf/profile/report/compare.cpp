@@ -85,7 +85,7 @@ void compare_errors(MachineComparison& result) {
   }
 }
 
-/// What a profile leaves at 0 is not there.
+/// A value that a profile leaves at 0 is not there.
 ComparedValue rate_beside(double first, double value) {
   return value > 0 ? beside(first, value) : ComparedValue{};
 }

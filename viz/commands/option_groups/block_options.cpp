@@ -27,7 +27,7 @@ Force true_force(const TissueOptions& tissue) {
   return [block](uint64_t sequence) { return block->block_force_N(sequence); };
 }
 
-/// Of a table, at the frames of a recording.
+/// Force of a table, at the frames of a recording.
 Force gauge_force(const std::string& file, const MeasuredInput& input) {
   auto gauge = std::make_shared<const Gauge>(read_gauge(file, GaugeColumns::Normal));
   if (gauge->by_frame())

@@ -24,7 +24,7 @@ std::string unit_of(const std::string& name) {
   return {};
 }
 
-/// What stands for an option's value where nothing else does: its unit, or its kind; as often as it is
+/// Name of an option's value where it has no other: its unit, or its kind; as often as it is
 /// wanted.
 std::string value_name(const CLI::Option& option, bool path, bool has_choices) {
   std::string name = unit_of(option.get_name());
@@ -181,7 +181,7 @@ std::vector<std::string> names_of_commands(const CLI::App& app) {
   return names;
 }
 
-/// What is wrong with a word that no command took.
+/// Error of a word that no command took.
 std::string unexpected(const std::string& word, const CLI::App& program) {
   const CLI::App& app = deepest(program);
   if (word.size() > 1 && word.front() == '-') {

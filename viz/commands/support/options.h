@@ -72,7 +72,7 @@ class CommandOption {
   CommandOption* required();
   /// Help shows the value that the variable has now, or the text given.
   CommandOption* capture_default_str();
-  /// Of values given several times all count; otherwise that is an error.
+  /// All values of an option given several times count; otherwise that is an error.
   CommandOption* take_all();
   CommandOption* description(const std::string& text);
   CommandOption* default_str(const std::string& text);
@@ -112,7 +112,7 @@ struct Parsed {
   std::vector<std::string> commands;  ///< the command and what is below it, as far as known
 };
 
-/// What may come next on a command line that is being typed.
+/// Possible next words of a command line that is being typed.
 struct Completions {
   struct Word {
     std::string word;
@@ -128,7 +128,7 @@ struct Completions {
 /// A program, or one of its commands.
 class CommandLine {
  public:
-  /// Of a whole program.
+  /// Command line of a whole program.
   CommandLine(const std::string& description, const std::string& name);
   explicit CommandLine(const std::string& description = "") : CommandLine(description, "") {}
   ~CommandLine();

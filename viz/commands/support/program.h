@@ -22,7 +22,7 @@ struct Program {
   const char* examples;  ///< lines
   /// In the order of the help.
   std::vector<void (*)(CommandLine& program, Common& common, Command& chosen)> commands;
-  /// What it does without a command; null: a command must be given.
+  /// Action without a command; null: a command must be given.
   Command (*start)(Common& common) = nullptr;
   /// Why it cannot do that here; empty: it can.
   std::string (*no_start)() = nullptr;

@@ -107,7 +107,7 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   live.interrupted = interrupted;
   live.replay = request.replay;
   live.presses = opened.presses.get();
-  // What is slow to measure takes longer: only a camera's frames cannot wait.
+  // A recording that is slow to measure takes longer: only a camera's frames cannot wait.
   live.measure_all = is_recording(input.input);
   std::optional<Measurements> measurements;
   std::optional<ContactRows> contacts;

@@ -134,7 +134,7 @@ void SensorSetup::run_all(const SetupInputs& inputs) {
   for (size_t part = 0; part < kParts; ++part) run(static_cast<Part>(part), inputs);
 }
 
-/// What a calibration says.
+/// Result of a calibration.
 struct SensorSetup::Calibrated {
   json::Value json;
   std::string text;

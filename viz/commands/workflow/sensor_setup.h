@@ -12,7 +12,7 @@ namespace palpate {
 
 struct Sensor;
 
-/// What is known from outside the recordings. Empty or 0: nothing.
+/// Inputs known from outside the recordings. Empty or 0: nothing.
 struct SetupInputs {
   using Quad = std::array<std::array<double, 2>, 4>;
 

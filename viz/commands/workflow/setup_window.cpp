@@ -103,7 +103,7 @@ void SetupWindow::take_recording(const std::string& typed) {
   made_.reset();
 }
 
-/// What is filled in, over what is known beside the form.
+/// Inputs of the form, over those known from elsewhere.
 SetupInputs SetupWindow::inputs() const {
   SetupInputs inputs = known_;
   inputs.recording = form_.recording.data();
