@@ -29,7 +29,7 @@ struct Truth {
   double center_y_px = 0;
   double radius_px = 0;       ///< contact radius
   double indentation_mm = 0;  ///< depth below rest level at the deepest point
-  double stick_fraction = 1;  ///< radius of the part of the contact that sticks over the contact's; 0: slides
+  double stick_share = 1;     ///< radius of the part of the contact that sticks over the contact's; 0: slides
   double torsion_rad = 0;     ///< turn of the skin under the contact, from +x towards +y
   double volume_mm3 = 0;      ///< indented volume below rest level
   std::vector<TrueContact> contacts;  ///< each; empty without contact

@@ -78,7 +78,7 @@ std::vector<ClockSignal> clock_signals(const GaugedRecording& recording, bool no
   add("gray sum", [](const Touch& t) { return t.contact ? t.gray_sum : 0; });
   if (first.traction)
     add("layer's force", [](const Touch& t) {
-      const double force_N = t.contact && t.traction ? t.traction->force_z_N.value : 0;
+      const double force_N = t.contact && t.traction ? t.traction->fz_N.value : 0;
       return std::isfinite(force_N) ? force_N : 0;
     });
   return signals;

@@ -55,7 +55,7 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
                              .contact = touch.contact,
                              .wrench = touch.traction.value_or(TractionSummary{}),
                              .gauge_N = kNaN});
-    const double force_N = touch.contact ? touch.traction->force_z_N.value : 0;
+    const double force_N = touch.contact ? touch.traction->fz_N.value : 0;
     if (force_N > most_N) {
       most_N = force_N;
       series.peak = series.frames.size() - 1;
@@ -85,7 +85,7 @@ std::optional<WrenchCheck> check_wrench(const WrenchSeries& series) {
   size_t held = 0;
   for (const WrenchFrame& frame : series.frames) {
     if (!frame.contact || !(frame.gauge_N > kLeastReading * check.full_N)) continue;
-    const Estimate& force = frame.wrench.force_z_N;
+    const Estimate& force = frame.wrench.fz_N;
     const double off = std::abs(force.value - frame.gauge_N);
     ++check.readings;
     check.mean_error_N += off;
@@ -129,7 +129,7 @@ std::string wrench_csv(const WrenchSeries& series) {
       text += (has_value(estimate) ? "," + cell(estimate.value) + "," + cell(estimate.standard_error) + ","
                                    : ",,,") +
               to_string(estimate.validity);
-    const bool shear = has_value(frame.wrench.force_x_N);
+    const bool shear = has_value(frame.wrench.fx_N);
     text += "," + (frame.contact ? cell(frame.wrench.pressure_max_kPa) : "") + "," +
             (shear ? cell(frame.wrench.shear_max_kPa) : "") + "," + cell(frame.gauge_N) + "\n";
   }

@@ -57,7 +57,7 @@ constexpr MeasuredQuantity<TrueFrame> kTrue[] = {
     number("true_torsion_rad", "rad", "Turn of the skin under the contact, from +x towards +y.",
            field<&Truth::torsion_rad>, {.python = "torsion_rad"}),
     number("true_stick_share", "", "Radius of the part that sticks over the contact's; 0: it slides.",
-           field<&Truth::stick_fraction>,
+           field<&Truth::stick_share>,
            {.in_table = touched, .python = "stick_share", .python_also = "stick_fraction"}),
 };
 

@@ -99,7 +99,7 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::opt
   found.outputs = Output::Force | Output::Contacts;
   if (found.sensor.skin && found.sensor.background.kind == BackgroundKind::Untouched)
     found.outputs |= Output::Skin;
-  if (found.sensor.reconstruction != Reconstruction::None) found.outputs |= Output::Surface;
+  if (found.sensor.reading != SurfaceReading::None) found.outputs |= Output::Surface;
   if (found.sensor.layer && wants(found.outputs, Output::Surface)) found.outputs |= Output::Traction;
   return found;
 }

@@ -179,8 +179,8 @@ PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Fram
       sample_(sample),
       background_(background),
       pipeline_(context, for_rectified_frames(sensor), background.format,
-                {.outputs = sensor.reconstruction == Reconstruction::None ? Output::Force
-                                                                          : Output::Force | Output::Surface,
+                {.outputs =
+                     sensor.reading == SurfaceReading::None ? Output::Force : Output::Force | Output::Surface,
                  .solver = SurfaceSolver::Best}) {
   pipeline_.set_background(background);
 }
@@ -202,7 +202,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   const uint32_t width = frame.format.width, height = frame.format.height;
   const double pitch = sensor_.pitch_mm_per_px;
   std::vector<char> inside;
-  if (sensor_.reconstruction == Reconstruction::Elastic) {
+  if (sensor_.reading == SurfaceReading::Elastic) {
     const cv::Mat change = change_of(frame, background_, sensor_);
     const std::vector<float> gray(change.begin<float>(), change.end<float>());
     const ContactEdge edge = find_edge(gray, width, height, sensor_, sample_.flat());

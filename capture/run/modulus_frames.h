@@ -29,7 +29,7 @@ struct ContactEdge {
 
 /// By the change from the untouched image, filtered, height x width gray. A flat contact ends where half of
 /// its mean light is left; a ball's where the square of the pressure, a straight line over the squared
-/// distance, reaches zero. `sensor` is one that reads pressure (Reconstruction::Elastic).
+/// distance, reaches zero. `sensor` is one that reads pressure (SurfaceReading::Elastic).
 ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t height, const Sensor& sensor,
                       bool flat);
 
@@ -42,7 +42,7 @@ class PressReader {
   /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not
   /// observed pressure gives a contact's radius by its area.
   std::optional<PressFrame> read(const Frame& frame);
-  bool depth_by_pressure() const { return sensor_.reconstruction == Reconstruction::Elastic; }
+  bool depth_by_pressure() const { return sensor_.reading == SurfaceReading::Elastic; }
   const std::string& why_not() const { return why_not_; }
   static constexpr const char* kUntouched = "nothing touches";
 

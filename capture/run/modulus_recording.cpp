@@ -135,7 +135,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
 }
 
 Pad pad_of(const Material& given, double thickness_mm, const Sensor* sensor) {
-  const bool known = sensor && sensor->reconstruction == Reconstruction::Elastic;
+  const bool known = sensor && sensor->reading == SurfaceReading::Elastic;
   Material pad = given;
   if (known && !(pad.young_MPa > 0)) pad = {sensor->elastic.young_MPa, sensor->elastic.poisson};
   if (known && !(thickness_mm > 0)) thickness_mm = sensor->elastic.thickness_mm;

@@ -10,7 +10,7 @@ enum class SyntheticMode {
   Waveguide,  ///< gray, glows with contact pressure; touch light within 2 % of uniform (falloff)
   Gel,        ///< three coloured lights at 120 degrees on a Lambertian skin: red, green, blue planes
   Lambert,    ///< gray, the contact shows facing_gray * n_z and nothing glows around it: the truth of
-              ///< Reconstruction::Shading
+              ///< SurfaceReading::Shading
 };
 
 /// Contact pressure to light.

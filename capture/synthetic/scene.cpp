@@ -111,7 +111,7 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
     if (!touching) continue;
     const double limit_N = rules.friction * s.indenter.force_N,
                  load = std::min(std::hypot(s.shear_x_N, s.shear_y_N) / limit_N, 1.0);
-    s.stick_fraction = s.slipping ? 0 : std::cbrt(1 - load);
+    s.stick_share = s.slipping ? 0 : std::cbrt(1 - load);
     s.turn_rad =
         std::clamp(s.indenter.turn, -1.0, 1.0) * rules.turn_limit_rad * std::cbrt(s.indenter.force_N);
   }

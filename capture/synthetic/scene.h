@@ -44,9 +44,9 @@ struct ScriptState {
   double shear_x_N = 0;
   double shear_y_N = 0;
   bool slipping = false;
-  double stick_fraction = 1;  ///< Cattaneo: (1 - Q / (mu P))^(1/3); 0 while it slides
-  double turn_rad = 0;        ///< of the skin under the contact
-  double light = 1;           ///< touch light over that of the same force while loading
+  double stick_share = 1;  ///< Cattaneo: (1 - Q / (mu P))^(1/3); 0 while it slides
+  double turn_rad = 0;     ///< of the skin under the contact
+  double light = 1;        ///< touch light over that of the same force while loading
 };
 
 /// Player that turns a script into states.

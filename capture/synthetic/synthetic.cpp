@@ -161,8 +161,7 @@ struct SyntheticSensor::Impl : PressedPad {
                   static_cast<float>(t.state->turn_rad),
                   static_cast<float>(a / pitch_mm)};
       for (int i = 0; i + 2 < count; ++i) {
-        f.pulled.values[i] =
-            static_cast<float>(pulled_fraction(i * step_mm, a, a * t.state->stick_fraction, h));
+        f.pulled.values[i] = static_cast<float>(pulled_fraction(i * step_mm, a, a * t.state->stick_share, h));
         f.turned.values[i] = static_cast<float>(turned_fraction(i * step_mm, a, h));
       }
       fields.push_back(std::move(f));
@@ -446,7 +445,7 @@ std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
     t.shear_x_N += s.shear_x_N;
     t.shear_y_N += s.shear_y_N;
     t.slipping |= s.slipping;
-    t.stick_fraction = std::min(t.stick_fraction, s.stick_fraction);
+    t.stick_share = std::min(t.stick_share, s.stick_share);
     t.indentation_mm = std::max(t.indentation_mm, c.contact.summary().indentation_mm);
     x += force_N * c.x_px;
     y += force_N * c.y_px;

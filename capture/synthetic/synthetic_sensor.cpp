@@ -179,11 +179,11 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   s.threshold_gray = (o.mode == SyntheticMode::Gel ? 6 : 4) * scale;
   s.saturation_gray = static_cast<uint32_t>(largest);
   if (o.mode == SyntheticMode::Lambert) {
-    s.reconstruction = Reconstruction::Shading;
+    s.reading = SurfaceReading::Shading;
     s.shading.facing_gray = optics::kFacing_gray * scale;
     s.max_slope = 0.5;  // the scenes' contacts end at slopes of 0.4; the blurred rim must not read as a cliff
   } else if (o.mode == SyntheticMode::Gel) {
-    s.reconstruction = Reconstruction::Photometric;
+    s.reading = SurfaceReading::Photometric;
     s.photometric = gel_calibration();
     if (o.pad_thickness_mm >= LayerCalibration::kThinnest_px * s.pitch_mm_per_px)
       s.layer = LayerCalibration{.young_MPa = o.pad_young_MPa,
@@ -194,7 +194,7 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   // Frames of less than 19 px across do not resolve the pad's thickness.
   if (o.mode == SyntheticMode::Waveguide &&
       o.pad_thickness_mm >= ElasticCalibration::kThinnest_px * s.pitch_mm_per_px) {
-    s.reconstruction = Reconstruction::Elastic;
+    s.reading = SurfaceReading::Elastic;
     s.elastic.gray_per_MPa = gray_per_MPa(o);
     if (o.response == SyntheticResponse::Saturating)
       s.elastic.limit_gray = optics::kResponseLimit_gray * scale;

@@ -156,7 +156,7 @@ Sensor tissue_sensor(const TissueOptions& o) {
   s.signal = Signal::Brighter;
   s.threshold_gray = 4;
   s.saturation_gray = 255;
-  s.reconstruction = Reconstruction::Elastic;
+  s.reading = SurfaceReading::Elastic;
   s.elastic.gray_per_MPa = tissue_gray_per_MPa(o);
   // A soft pad on a stiff window: its own deflection is what the surface shows.
   s.elastic.young_MPa = 0.03;

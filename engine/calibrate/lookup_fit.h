@@ -1,4 +1,4 @@
-// From presses of a known ball to the table of a gray gel (Reconstruction::Lookup): filtered change to depth.
+// From presses of a known ball to the table of a gray gel (SurfaceReading::Lookup): filtered change to depth.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// The change that Reconstruction::Lookup goes by, gray levels, height x width: by `signal`, 5 x 5 binomial
+/// The change that SurfaceReading::Lookup goes by, gray levels, height x width: by `signal`, 5 x 5 binomial
 /// filter, exactly what the contact stage keeps for 8 bits. One channel.
 std::vector<double> filtered_change(const Frame& frame, const Frame& background, Signal signal);
 

@@ -175,7 +175,7 @@ void ContactTracker::end_missing() {
 void ContactTracker::sum_skin(Touch& touch) const {
   SkinMotion whole;
   const Estimate unknown{0, 0, Validity::NoContact};
-  whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_fraction = unknown;
+  whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_share = unknown;
   if (touch.contacts.size() == 1)
     whole = std::ranges::find(tracks_, 0u, &Track::missed)->motion;
   else

@@ -90,10 +90,10 @@ ForceFeatures force_features(const Touch& t) {
           t.at_border,
           t.gradient_sum.value_or(0),
           t.gradient_sum.has_value(),
-          t.traction ? t.traction->force_z_N.value : 0,
-          t.traction ? t.traction->force_z_N.standard_error : 0,
+          t.traction ? t.traction->fz_N.value : 0,
+          t.traction ? t.traction->fz_N.standard_error : 0,
           t.traction.has_value(),
-          t.traction ? t.traction->force_z_N.validity : Validity::NotCalibrated};
+          t.traction ? t.traction->fz_N.validity : Validity::NotCalibrated};
 }
 
 ForceFeatures force_features(const ContactTouch& c) {

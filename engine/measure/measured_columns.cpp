@@ -20,8 +20,7 @@ MeasuredColumns MeasuredColumns::of(const Sensor& sensor, Outputs outputs, bool 
   add(touching && !separate && (sensor.shear || skin), Slipping);
   add(surface, Depth);
   add(surface && wants(outputs, Output::Contacts) && has_gel_contacts(sensor), Dented);
-  add(surface && (sensor.reconstruction == Reconstruction::Elastic || sensor.lookup.depth_sd_mm > 0),
-      DepthError);
+  add(surface && (sensor.reading == SurfaceReading::Elastic || sensor.lookup.depth_sd_mm > 0), DepthError);
   add(confidence, Confidence);
   add(surface && confidence, Weighted);
   add(wants(outputs, Output::Contacts), Contacts);

@@ -254,7 +254,7 @@ constexpr MeasuredQuantity<Touch> kSkinAndLight[] = {
         "torsion_rad", G::Skin,
         "Turn of the skin about the normal since the contact's onset, from +x towards +y.",
         {.row = {"torsion", 2, true, "deg", 57.29578}}),
-    field<Touch, &Touch::skin, &SkinMotion::stick_fraction>(
+    field<Touch, &Touch::skin, &SkinMotion::stick_share>(
         "stick_share", G::Skin,
         "Radius of the part of the contact that still sticks over the contact's, 0 to 1.",
         {.places = kAnglePlaces,
@@ -282,10 +282,10 @@ constexpr MeasuredQuantity<Touch> kSkinAndLight[] = {
 };
 
 bool pressed(const Touch& touch) {
-  return touch.traction && has_value(touch.traction->force_z_N);
+  return touch.traction && has_value(touch.traction->fz_N);
 }
 bool sheared(const Touch& touch) {
-  return pressed(touch) && has_value(touch.traction->force_x_N);
+  return pressed(touch) && has_value(touch.traction->fx_N);
 }
 /// A number of a traction that presses.
 template <double TractionSummary::*Field>
@@ -302,24 +302,23 @@ constexpr MeasuredQuantity<Touch> component(const char* name, const char* older,
 }
 
 constexpr MeasuredQuantity<Touch> kTraction[] = {
-    component<&TractionSummary::force_x_N>(
+    component<&TractionSummary::fx_N>(
         "wrench_fx_N", "wrench.force_x_N",
         "Force on the pad by its elastic layer, to the right; where the skin is followed."),
-    component<&TractionSummary::force_y_N>(
+    component<&TractionSummary::fy_N>(
         "wrench_fy_N", "wrench.force_y_N",
         "Force on the pad by its elastic layer, downwards; where the skin is followed."),
-    component<&TractionSummary::force_z_N>("wrench_fz_N", "wrench.force_z_N",
-                                           "Force on the pad by its elastic layer, into the pad."),
-    component<&TractionSummary::moment_x_Nmm>(
+    component<&TractionSummary::fz_N>("wrench_fz_N", "wrench.force_z_N",
+                                      "Force on the pad by its elastic layer, into the pad."),
+    component<&TractionSummary::mx_Nmm>(
         "wrench_mx_Nmm", "wrench.moment_x_Nmm",
         "Moment of that force about the axis to the right through the frame's middle."),
-    component<&TractionSummary::moment_y_Nmm>(
-        "wrench_my_Nmm", "wrench.moment_y_Nmm",
-        "Its moment about the axis downwards through the frame's middle."),
-    component<&TractionSummary::moment_z_Nmm>(
+    component<&TractionSummary::my_Nmm>("wrench_my_Nmm", "wrench.moment_y_Nmm",
+                                        "Its moment about the axis downwards through the frame's middle."),
+    component<&TractionSummary::mz_Nmm>(
         "wrench_mz_Nmm", "wrench.moment_z_Nmm",
         "Its moment about the normal in the frame's middle; where the skin is followed."),
-    field<Touch, &Touch::traction, &TractionSummary::force_z_N, &Estimate::validity>(
+    field<Touch, &Touch::traction, &TractionSummary::fz_N, &Estimate::validity>(
         "wrench_state", G::Traction, "State of `wrench_fz_N`.",
         {.python = "",
          .row = {.label = "wrench", .only_if_some = true},

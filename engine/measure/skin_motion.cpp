@@ -28,12 +28,12 @@ struct Fit {
   double chi2 = 0;
 };
 
-Fit fit(std::span<const SkinSample> samples, double stick_fraction) {
+Fit fit(std::span<const SkinSample> samples, double stick_share) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   double squares = 0;
   for (const SkinSample& s : samples) {
-    const double f = cattaneo_fraction(s.rho, stick_fraction);
+    const double f = cattaneo_fraction(s.rho, stick_share);
     const Eigen::Vector3d x(f, 0, -s.dy), y(0, f, s.dx);
     normal += s.weight * (x * x.transpose() + y * y.transpose());
     right += s.weight * (x * s.mx + y * s.my);
@@ -48,8 +48,8 @@ Fit fit(std::span<const SkinSample> samples, double stick_fraction) {
   return result;
 }
 
-double residual_px(const SkinSample& s, const Fit& f, double stick_fraction) {
-  const double fraction = cattaneo_fraction(s.rho, stick_fraction);
+double residual_px(const SkinSample& s, const Fit& f, double stick_share) {
+  const double fraction = cattaneo_fraction(s.rho, stick_share);
   return std::hypot(s.mx - fraction * f.value[0] + s.dy * f.value[2],
                     s.my - fraction * f.value[1] - s.dx * f.value[2]);
 }
@@ -160,7 +160,7 @@ void SkinTracker::fit_motion(SkinMotion& motion) const {
   motion.torsion_rad = {mean[2], std::hypot(std::sqrt(variance[2]), kModelError * mean[2]), validity};
   constexpr double kStep2 = 1.0 / (12.0 * (kFractions - 1) * (kFractions - 1));
   const double share_sd = std::sqrt(std::max(0.0, share2 / weights - fraction * fraction) + kStep2);
-  motion.stick_fraction = {fraction, share_sd, share_sd > kShareTold ? Validity::BelowRange : validity};
+  motion.stick_share = {fraction, share_sd, share_sd > kShareTold ? Validity::BelowRange : validity};
 }
 
 SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const SkinPoint> points,
@@ -179,7 +179,7 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   if (outline && samples_.size() >= 6) leave_out_strangers();
   motion.touching = static_cast<uint32_t>(samples_.size());
   if (samples_.size() < 3) {
-    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_fraction})
+    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
       e->validity = Validity::NoContact;
     return motion;
   }

@@ -52,7 +52,7 @@ std::optional<Slip> SlipWatch::update(double x_mm, double y_mm, const SkinMotion
                long_mm = std::max(kLeastLong_px * pitch_mm_per_px_, sure_mm);
   const bool slow = count_ >= kFrames && since(6) > long_mm && since(2) > long_mm / 3;
   if (since(2) > short_mm || slow) return Slip::Slip;
-  const Estimate& fraction = skin.stick_fraction;
+  const Estimate& fraction = skin.stick_share;
   const bool reported = fraction.validity == Validity::Valid || fraction.validity == Validity::OnsetUnseen;
   return reported && fraction.value + fraction.standard_error < kRimSlips ? Slip::Incipient : Slip::Stick;
 }

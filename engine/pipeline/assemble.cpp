@@ -22,7 +22,7 @@ Validity gravest(std::initializer_list<Fault> faults) {
 }
 
 std::array<Estimate*, 6> components(TractionSummary& t) {
-  return {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm};
+  return {&t.fx_N, &t.fy_N, &t.fz_N, &t.mx_Nmm, &t.my_Nmm, &t.mz_Nmm};
 }
 
 // Changes of light are as likely as forces: numbers that are there say so. A calibration that is not fit for

@@ -26,9 +26,9 @@ uint32_t cell_side(uint32_t width) {
 
 double slope_sd(const Sensor& sensor, double cell_mm) {
   double sd = 0;
-  if (sensor.reconstruction == Reconstruction::Photometric)
+  if (sensor.reading == SurfaceReading::Photometric)
     sd = kSlopeByNormal * sensor.photometric.normal_sd;
-  else if (sensor.reconstruction == Reconstruction::Lookup)
+  else if (sensor.reading == SurfaceReading::Lookup)
     sd = std::sqrt(2.0) * sensor.lookup.depth_sd_mm / cell_mm;
   return sd > 0 ? std::clamp(sd, kLeastSlopeSd, kMostSlopeSd) : kSlopeSd;
 }
@@ -56,7 +56,7 @@ Estimate with_modulus(double value, double sd, double relative_sd) {
 }
 
 std::array<Estimate*, 6> components(TractionSummary& t) {
-  return {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm};
+  return {&t.fx_N, &t.fy_N, &t.fz_N, &t.mx_Nmm, &t.my_Nmm, &t.mz_Nmm};
 }
 
 /// Shear over pressure of the cells whose pressure is enough to divide by.
@@ -169,7 +169,7 @@ void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
   const TractionSlot& maps = slot.traction;
   parts.traction_maps = {.width = grid_.width, .height = grid_.height, .cell_px = fine_ * shared::kCellSide};
   parts.traction_maps.pressure_kPa = maps.pressure_kPa;
-  if (summary.force_x_N.validity != Validity::NotCalibrated) {
+  if (summary.fx_N.validity != Validity::NotCalibrated) {
     parts.traction_maps.shear_x_kPa = maps.shear_x_kPa;
     parts.traction_maps.shear_y_kPa = maps.shear_y_kPa;
   }
@@ -315,9 +315,9 @@ void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionS
   }
   const Wrench& w = found.wrench;
   const double relative_sd = layer_.relative_sd;
-  summary.force_x_N = with_modulus(w.force_N[0], w.force_sd_N[0], relative_sd);
-  summary.force_y_N = with_modulus(w.force_N[1], w.force_sd_N[1], relative_sd);
-  summary.moment_z_Nmm = with_modulus(w.moment_Nmm[2], w.moment_sd_Nmm[2], relative_sd);
+  summary.fx_N = with_modulus(w.force_N[0], w.force_sd_N[0], relative_sd);
+  summary.fy_N = with_modulus(w.force_N[1], w.force_sd_N[1], relative_sd);
+  summary.mz_Nmm = with_modulus(w.moment_Nmm[2], w.moment_sd_Nmm[2], relative_sd);
 }
 
 void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
@@ -331,10 +331,10 @@ void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary
   }
   const Wrench& w = found.wrench;
   const double relative_sd = layer_.relative_sd;
-  summary.force_z_N = with_modulus(w.force_N[2], w.force_sd_N[2], relative_sd);
-  summary.moment_x_Nmm = with_modulus(w.moment_Nmm[0], w.moment_sd_Nmm[0], relative_sd);
-  summary.moment_y_Nmm = with_modulus(w.moment_Nmm[1], w.moment_sd_Nmm[1], relative_sd);
-  for (Estimate* unknown : {&summary.force_x_N, &summary.force_y_N, &summary.moment_z_Nmm}) *unknown = {};
+  summary.fz_N = with_modulus(w.force_N[2], w.force_sd_N[2], relative_sd);
+  summary.mx_Nmm = with_modulus(w.moment_Nmm[0], w.moment_sd_Nmm[0], relative_sd);
+  summary.my_Nmm = with_modulus(w.moment_Nmm[1], w.moment_sd_Nmm[1], relative_sd);
+  for (Estimate* unknown : {&summary.fx_N, &summary.fy_N, &summary.mz_Nmm}) *unknown = {};
   fill_shear(found, slot, summary);
   summary.unexplained_slope = found.slope_rms;
   summary.residual = found.residual;

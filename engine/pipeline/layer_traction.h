@@ -1,5 +1,5 @@
 // Layer traction: a frame's surface to pressure and shear on the pad, and the wrench that they make. Where
-// the sensor's pixels are pressures already (Reconstruction::Elastic) those are summed, else the layer's
+// the sensor's pixels are pressures already (SurfaceReading::Elastic) those are summed, else the layer's
 // contact is solved for on the host (engine/pad/traction.h), only in frames that something touches.
 #pragma once
 

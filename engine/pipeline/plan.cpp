@@ -36,7 +36,7 @@ bool needs_markers(const Sensor& sensor, const FrameFormat& format) {
 // frame the errors of slopes would add up to a force.
 bool needs_contacts(const Sensor& sensor, Outputs outputs) {
   return wants(outputs, Output::Contacts) ||
-         (needs_traction(sensor, outputs) && sensor.reconstruction != Reconstruction::Elastic);
+         (needs_traction(sensor, outputs) && sensor.reading != SurfaceReading::Elastic);
 }
 
 bool needs_gel_contacts(const Sensor& sensor, Outputs outputs) {
@@ -45,8 +45,8 @@ bool needs_gel_contacts(const Sensor& sensor, Outputs outputs) {
 
 SurfaceKind surface_kind(const Sensor& sensor, Outputs outputs) {
   if (!wants(outputs, Output::Surface)) return SurfaceKind::None;
-  if (sensor.reconstruction == Reconstruction::Elastic) return SurfaceKind::Elastic;
-  if (sensor.reconstruction == Reconstruction::Lookup) return SurfaceKind::Lookup;
+  if (sensor.reading == SurfaceReading::Elastic) return SurfaceKind::Elastic;
+  if (sensor.reading == SurfaceReading::Lookup) return SurfaceKind::Lookup;
   return SurfaceKind::Gradient;
 }
 
@@ -68,9 +68,8 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.traction = needs_traction(sensor, options.outputs);
   // Where each pixel has its confidence, specks have none and are left out by it.
   plan.specks = plan.background && !plan.confidence && sensor.bit_depth == 8 &&
-                sensor.reconstruction == Reconstruction::Photometric;
-  plan.keep_filtered =
-      plan.surface != SurfaceKind::None && sensor.reconstruction != Reconstruction::Photometric;
+                sensor.reading == SurfaceReading::Photometric;
+  plan.keep_filtered = plan.surface != SurfaceKind::None && sensor.reading != SurfaceReading::Photometric;
   plan.weights = plan.surface == SurfaceKind::Gradient && plan.confidence;
   plan.solve = choose_solve(
       options.solver, options.solve_by,

@@ -14,7 +14,7 @@ namespace palpate {
 /// How a frame becomes heights (engine/pipeline/surface/surface_*.h).
 enum class SurfaceKind {
   None,
-  Gradient,  ///< slopes, integrated: Reconstruction::Shading and Photometric
+  Gradient,  ///< slopes, integrated: SurfaceReading::Shading and Photometric
   Elastic,   ///< pressure to deflection
   Lookup,    ///< gray to depth, pixel by pixel
 };

@@ -89,16 +89,16 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, Outputs outputs)
             std::to_string(format.width) + " x " + std::to_string(format.height), "outputs without traction");
   }
   if (!wants(outputs, Output::Surface)) return;
-  require(sensor.reconstruction != Reconstruction::None, sensor,
+  require(sensor.reading != SurfaceReading::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",
           "asking for force only, or adding 'surface' to the sensor file");
-  require(sensor.reconstruction != Reconstruction::Photometric || format.channels == 3, sensor,
+  require(sensor.reading != SurfaceReading::Photometric || format.channels == 3, sensor,
           "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
-  require(sensor.reconstruction != Reconstruction::Shading || format.channels == 1, sensor,
+  require(sensor.reading != SurfaceReading::Shading || format.channels == 1, sensor,
           "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
-  require(sensor.reconstruction != Reconstruction::Elastic || format.channels == 1, sensor,
+  require(sensor.reading != SurfaceReading::Elastic || format.channels == 1, sensor,
           "gray frames for reading 'elastic'", "colour frames", "channels 1 in the sensor file");
-  require(sensor.reconstruction != Reconstruction::Lookup || format.channels == 1, sensor,
+  require(sensor.reading != SurfaceReading::Lookup || format.channels == 1, sensor,
           "gray frames for reading 'lookup'", "colour frames", "channels 1 in the sensor file");
 }
 

@@ -10,7 +10,7 @@ namespace palpate {
 
 /// Whether the sensor's gray is a pressure, pixel by pixel.
 inline bool reads_pressure(const Sensor& sensor) {
-  return sensor.reconstruction == Reconstruction::Elastic && sensor.channels == 1;
+  return sensor.reading == SurfaceReading::Elastic && sensor.channels == 1;
 }
 
 /// Whether the skin is followed: where it is asked for, and where shear is calibrated by it.

@@ -1,4 +1,4 @@
-// Depth of a gray gel by the sensor's table (Reconstruction::Lookup).
+// Depth of a gray gel by the sensor's table (SurfaceReading::Lookup).
 #pragma once
 
 #include "palpate/sensor.h"

@@ -96,21 +96,20 @@ void check_background(const Sensor& s, const Require& require) {
   const std::string change = "frames hold the change already (background.source 'none')";
   require(s.signal != Signal::Darker, "contact.signal", "brighter or either where " + change,
           to_string(s.signal));
-  require(s.reconstruction != Reconstruction::Photometric, "surface.reading",
+  require(s.reading != SurfaceReading::Photometric, "surface.reading",
           "no photometric reading where " + change, "one: a change's sign is needed");
   require(s.shadow_gray.value_or(0) == 0, "surface.shadow_gray", "0 or none where " + change,
           std::to_string(s.shadow_gray.value_or(0)));
 }
 
-void check_reconstruction(const Sensor& s, const Require& require) {
-  require(s.filter != Filter::None || s.reconstruction == Reconstruction::None ||
-              s.reconstruction == Reconstruction::Photometric,
-          "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reconstruction)) + "'",
-          "'none'");
-  if (s.reconstruction == Reconstruction::Shading)
+void check_surface_reading(const Sensor& s, const Require& require) {
+  require(s.filter != Filter::None || s.reading == SurfaceReading::None ||
+              s.reading == SurfaceReading::Photometric,
+          "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reading)) + "'", "'none'");
+  if (s.reading == SurfaceReading::Shading)
     require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
             number_text(s.shading.facing_gray));
-  if (s.reconstruction == Reconstruction::Elastic) {
+  if (s.reading == SurfaceReading::Elastic) {
     require(s.channels == 1, "frame.channels", "1 for reading 'elastic'", std::to_string(s.channels));
     require(s.elastic.gray_per_MPa > 0, "surface.elastic", "this section, for reading 'elastic'", "none");
     require(s.elastic.thickness_mm == 0 ||
@@ -118,7 +117,7 @@ void check_reconstruction(const Sensor& s, const Require& require) {
             "surface.elastic.thickness_mm", "at least 4 pixels (pitch_mm_per_px), or none for a half space",
             number_text(s.elastic.thickness_mm));
   }
-  if (s.reconstruction == Reconstruction::Photometric) {
+  if (s.reading == SurfaceReading::Photometric) {
     require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
     double largest = 0;
     for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
@@ -126,7 +125,7 @@ void check_reconstruction(const Sensor& s, const Require& require) {
         for (const double weight : row) largest = std::max(largest, std::abs(weight));
     require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
   }
-  if (s.reconstruction == Reconstruction::Lookup) {
+  if (s.reading == SurfaceReading::Lookup) {
     require(s.channels == 1, "frame.channels", "1 for reading 'lookup'", std::to_string(s.channels));
     require(s.lookup.points.size() >= 2, "surface.lookup", "this section, for reading 'lookup'", "none");
     for (size_t i = 1; i < s.lookup.points.size(); ++i)
@@ -158,9 +157,9 @@ void check_force(const Sensor& s, const Require& require) {
             "0 or more for this signal", number_text(s.force->gray_min));
     require(s.force->signal != ForceSignal::Gradient || s.bit_depth == 8, "force.signal",
             "'gradient' with frames of 8 bits", std::to_string(s.bit_depth) + " bits");
-    require(
-        s.force->signal != ForceSignal::Layer || (layer_of(s) && s.reconstruction != Reconstruction::None),
-        "force.signal", "'layer' with the section 'layer' and a reading of the surface", "neither, or one");
+    require(s.force->signal != ForceSignal::Layer || (layer_of(s) && s.reading != SurfaceReading::None),
+            "force.signal", "'layer' with the section 'layer' and a reading of the surface",
+            "neither, or one");
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }
@@ -169,11 +168,11 @@ void check_force(const Sensor& s, const Require& require) {
 /// Checks that the keys fit each other.
 void check_together(const Sensor& s, const std::string& where) {
   const Require require{where};
-  require(has_scale(s) || (s.reconstruction == Reconstruction::None && !s.shear), "pitch_mm_per_px",
+  require(has_scale(s) || (s.reading == SurfaceReading::None && !s.shear), "pitch_mm_per_px",
           "a scale, for surfaces and shear", "none");
   check_frame(s, require);
   check_background(s, require);
-  check_reconstruction(s, require);
+  check_surface_reading(s, require);
   check_layer(s, require);
   check_force(s, require);
 }
@@ -260,7 +259,7 @@ Sensor for_rectified_frames(Sensor sensor) {
 std::optional<LayerCalibration> layer_of(const Sensor& sensor) {
   if (sensor.layer) return sensor.layer;
   const ElasticCalibration& pad = sensor.elastic;
-  if (sensor.reconstruction != Reconstruction::Elastic || !(pad.thickness_mm > 0)) return std::nullopt;
+  if (sensor.reading != SurfaceReading::Elastic || !(pad.thickness_mm > 0)) return std::nullopt;
   return LayerCalibration{.young_MPa = pad.young_MPa,
                           .poisson = pad.poisson,
                           .thickness_mm = pad.thickness_mm,
@@ -270,9 +269,7 @@ std::optional<LayerCalibration> layer_of(const Sensor& sensor) {
 uint32_t shadow_gray(const Sensor& sensor) {
   if (sensor.shadow_gray) return *sensor.shadow_gray;
   constexpr uint32_t kPerCent = 2;
-  return sensor.reconstruction == Reconstruction::Photometric
-             ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100
-             : 0;
+  return sensor.reading == SurfaceReading::Photometric ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100 : 0;
 }
 
 uint32_t dead_gray(const Sensor& sensor) {
@@ -284,8 +281,8 @@ bool has_gel_contacts(const Sensor& sensor) {
   // Printed markers in the sensor file mean that the pad is a gel, whatever its colours are read as; they are
   // filled first.
   const bool printed = sensor.skin && sensor.skin->kind == SkinKind::Markers && sensor.channels == 3;
-  const bool colours = sensor.reconstruction == Reconstruction::Photometric ||
-                       (printed && sensor.reconstruction == Reconstruction::None);
+  const bool colours =
+      sensor.reading == SurfaceReading::Photometric || (printed && sensor.reading == SurfaceReading::None);
   return colours && sensor.background.kind == BackgroundKind::Untouched && sensor.bit_depth == 8;
 }
 
@@ -322,17 +319,17 @@ const char* to_string(BackgroundKind kind) {
   return kind == BackgroundKind::Untouched ? "untouched" : "none";
 }
 
-const char* to_string(Reconstruction reconstruction) {
-  switch (reconstruction) {
-    case Reconstruction::None:
+const char* to_string(SurfaceReading reading) {
+  switch (reading) {
+    case SurfaceReading::None:
       return "none";
-    case Reconstruction::Shading:
+    case SurfaceReading::Shading:
       return "shading";
-    case Reconstruction::Photometric:
+    case SurfaceReading::Photometric:
       return "photometric";
-    case Reconstruction::Elastic:
+    case SurfaceReading::Elastic:
       return "elastic";
-    case Reconstruction::Lookup:
+    case SurfaceReading::Lookup:
       return "lookup";
   }
   return "?";

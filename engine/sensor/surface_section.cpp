@@ -4,9 +4,9 @@
 namespace palpate::sensor_json {
 namespace {
 
-constexpr std::array kReconstructions{Reconstruction::None, Reconstruction::Shading,
-                                      Reconstruction::Photometric, Reconstruction::Elastic,
-                                      Reconstruction::Lookup};
+constexpr std::array kSurfaceReadings{SurfaceReading::None, SurfaceReading::Shading,
+                                      SurfaceReading::Photometric, SurfaceReading::Elastic,
+                                      SurfaceReading::Lookup};
 
 void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
   const Json& rows = reader.array(key, 3, "for red, green, blue");
@@ -23,7 +23,7 @@ void read_weights(Reader& reader, const char* key, std::array<std::array<double,
 
 void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
   Reader surface(json, where);
-  surface.choice("reading", kReconstructions, sensor.reconstruction);
+  surface.choice("reading", kSurfaceReadings, sensor.reading);
   surface.number("max_slope", 1e-3, 1e3, "", sensor.max_slope);
   if (surface.has("shadow_gray"))
     surface.whole("shadow_gray", 0, 65535, "gray levels", sensor.shadow_gray.emplace());
@@ -105,12 +105,12 @@ Json layer_json(const LayerCalibration& layer) {
 }
 
 Json surface_json(const Sensor& s) {
-  Json surface{{"reading", to_string(s.reconstruction)}, {"max_slope", s.max_slope}};
+  Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
   if (s.shadow_gray) surface["shadow_gray"] = *s.shadow_gray;
-  if (s.reconstruction == Reconstruction::Shading || s.shading.facing_gray != 0)
+  if (s.reading == SurfaceReading::Shading || s.shading.facing_gray != 0)
     surface["shading"] = {{"facing_gray", s.shading.facing_gray}, {"depth_gain", s.shading.depth_gain}};
   const PhotometricCalibration none;
-  if (s.reconstruction == Reconstruction::Photometric || s.photometric.wx != none.wx ||
+  if (s.reading == SurfaceReading::Photometric || s.photometric.wx != none.wx ||
       s.photometric.wy != none.wy) {
     Json photometric{
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
@@ -119,7 +119,7 @@ Json surface_json(const Sensor& s) {
     add_origin(photometric, s.photometric.origin);
     surface["photometric"] = photometric;
   }
-  if (s.reconstruction == Reconstruction::Elastic || s.elastic.gray_per_MPa != 0) {
+  if (s.reading == SurfaceReading::Elastic || s.elastic.gray_per_MPa != 0) {
     Json elastic{{"gray_per_MPa", s.elastic.gray_per_MPa},
                  {"young_MPa", s.elastic.young_MPa},
                  {"poisson", s.elastic.poisson},

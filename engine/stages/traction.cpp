@@ -332,8 +332,8 @@ TractionReading TractionStage::read(const Slot& slot) const {
   const double area = grid_.cell_mm * grid_.cell_mm;
   reading.pressure_MPa = slot.pressure.as<const float>();
   reading.force_N = area * force;
-  reading.moment_x_Nmm = area * y;
-  reading.moment_y_Nmm = -area * x;
+  reading.mx_Nmm = area * y;
+  reading.my_Nmm = -area * x;
   reading.residual = state.goal > 0 ? std::sqrt(double{state.residual2} / double{state.goal}) : 0;
   // Two edges, one each way, are one slope.
   reading.slope_rms = edges > 0 ? std::sqrt(slopes2 / (0.5 * static_cast<double>(edges))) : 0;

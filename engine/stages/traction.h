@@ -28,8 +28,8 @@ class Context;
 struct TractionReading {
   std::span<const float> pressure_MPa;  ///< height x width, >= 0; valid until the slot's next frame
   double force_N = 0;                   ///< into the layer
-  double moment_x_Nmm = 0;              ///< about the middle of the grid, as Wrench::moment_Nmm
-  double moment_y_Nmm = 0;
+  double mx_Nmm = 0;                    ///< about the middle of the grid, as Wrench::moment_Nmm
+  double my_Nmm = 0;
   double residual = 0;   ///< gradient that is left, relative to that of no traction
   double slope_rms = 0;  ///< of the depth's slopes that no pressure explains
   uint32_t iterations = 0;

@@ -11,9 +11,9 @@ namespace {
 constexpr int kFrames = 2;
 constexpr uint32_t kRest_gray = 60;
 
-SyntheticMode mode_for(Reconstruction reading) {
-  if (reading == Reconstruction::Photometric) return SyntheticMode::Gel;
-  if (reading == Reconstruction::Shading) return SyntheticMode::Lambert;
+SyntheticMode mode_for(SurfaceReading reading) {
+  if (reading == SurfaceReading::Photometric) return SyntheticMode::Gel;
+  if (reading == SurfaceReading::Shading) return SyntheticMode::Lambert;
   return SyntheticMode::Waveguide;
 }
 
@@ -26,7 +26,7 @@ uint32_t touched_gray(double x, double y, uint32_t channel, int frame) {
 
 }  // namespace
 
-Scene timing_scene(uint32_t width_px, uint32_t height_px, Reconstruction reading, double touched_fraction) {
+Scene timing_scene(uint32_t width_px, uint32_t height_px, SurfaceReading reading, double touched_fraction) {
   // The synthetic sensor's calibration; only its pitch depends on the size.
   SyntheticOptions options;
   options.mode = mode_for(reading);

@@ -9,6 +9,6 @@
 namespace palpate::perf {
 
 /// `touched_fraction` of the frame's area is in contact: all of it, or a rectangle in the middle.
-Scene timing_scene(uint32_t width_px, uint32_t height_px, Reconstruction reading, double touched_fraction);
+Scene timing_scene(uint32_t width_px, uint32_t height_px, SurfaceReading reading, double touched_fraction);
 
 }  // namespace palpate::perf

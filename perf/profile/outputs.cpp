@@ -13,7 +13,7 @@ constexpr size_t kLeastChoices = 2;
 
 struct Choice {
   std::string outputs;
-  Reconstruction reading = Reconstruction::None;
+  SurfaceReading reading = SurfaceReading::None;
   double touched_fraction = 1;
   PipelineOptions options;
 };
@@ -24,7 +24,7 @@ PipelineOptions options_for(Outputs outputs, SurfaceSolver solver = SurfaceSolve
 }
 
 /// The first choice of each reading is its full frame.
-std::vector<Choice> choices_for(Reconstruction reading) {
+std::vector<Choice> choices_for(SurfaceReading reading) {
   const Outputs all = Output::Force | Output::Surface;
   PipelineOptions one_slot = options_for(all);
   one_slot.slots = 1;
@@ -35,7 +35,7 @@ std::vector<Choice> choices_for(Reconstruction reading) {
       {"force only (10 % touched)", reading, 0.1, options_for(Output::Force)},
       {"force + surface (one frame in flight)", reading, 1, one_slot},
       {"force + surface (exact)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Host)}};
-  if (reading == Reconstruction::Elastic) return choices;  // a convolution: no cycles, no weights
+  if (reading == SurfaceReading::Elastic) return choices;  // a convolution: no cycles, no weights
   choices.push_back(
       {"force + surface (converged)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Device)});
   choices.push_back({"force + surface + confidence", reading, 1, options_for(all | Output::Confidence)});
@@ -48,11 +48,11 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
                      const Watch& watch, Profile& profile) {
   gpu::Context context(device);
   const double end_s = wall_now_s() + seconds;
-  const Reconstruction readings[] = {Reconstruction::Shading, Reconstruction::Photometric,
-                                     Reconstruction::Elastic};
+  const SurfaceReading readings[] = {SurfaceReading::Shading, SurfaceReading::Photometric,
+                                     SurfaceReading::Elastic};
   double last_s = 0;
   for (size_t r = 0; r < std::size(readings); ++r) {
-    const Reconstruction reading = readings[r];
+    const SurfaceReading reading = readings[r];
     const std::string what = std::string("cost of outputs, ") + to_string(reading);
     const double begin_s = wall_now_s(), left_s = std::max(0.0, end_s - begin_s);
     if (r > 0 && left_s < last_s / 2) {

@@ -17,8 +17,8 @@ namespace palpate::perf {
 
 struct ProfileRequest {
   std::vector<FrameSize> sizes;  ///< of the ladder; empty: default_sizes
-  std::vector<Reconstruction> readings{Reconstruction::Shading, Reconstruction::Photometric,
-                                       Reconstruction::Elastic};
+  std::vector<SurfaceReading> readings{SurfaceReading::Shading, SurfaceReading::Photometric,
+                                       SurfaceReading::Elastic};
   bool quick = false;
   double budget_s = 0;  ///< 0: 180, or 20 where quick. Sizes that would not fit are skipped, and said to be
   MakeDrawer drawer;    ///< draws what a live camera's frames show

@@ -194,7 +194,7 @@ FrameSize parse_size(const std::string& text) {
 }
 
 void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes,
-                   const std::vector<Reconstruction>& readings, double seconds, const Watch& watch,
+                   const std::vector<SurfaceReading>& readings, double seconds, const Watch& watch,
                    Profile& profile) {
   std::vector<FrameSize> ascending = sizes;
   std::sort(ascending.begin(), ascending.end(), [](const FrameSize& a, const FrameSize& b) {
@@ -202,15 +202,15 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
   });
   struct Task {
     FrameSize size;
-    Reconstruction reading;
+    SurfaceReading reading;
   };
   std::vector<Task> tasks;
   for (const FrameSize& size : ascending)
-    for (const Reconstruction reading : readings) tasks.push_back({size, reading});
+    for (const SurfaceReading reading : readings) tasks.push_back({size, reading});
 
   SizeMeter meter(device, profile.ceiling, watch);
   const double end_s = wall_now_s() + seconds;
-  std::map<Reconstruction, SizeFigure> last;
+  std::map<SurfaceReading, SizeFigure> last;
   for (size_t i = 0; i < tasks.size(); ++i) {
     if (watch.stopped()) return;
     const auto& [size, reading] = tasks[i];

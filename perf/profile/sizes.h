@@ -28,7 +28,7 @@ FrameSize parse_size(const std::string& text);
 /// Measures every size for every reading, smallest first, within about `seconds`; into `profile`: sizes,
 /// growth, and what was skipped for time or memory.
 void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes,
-                   const std::vector<Reconstruction>& readings, double seconds, const Watch& watch,
+                   const std::vector<SurfaceReading>& readings, double seconds, const Watch& watch,
                    Profile& profile);
 
 }  // namespace palpate::perf

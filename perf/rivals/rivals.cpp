@@ -323,7 +323,7 @@ double OpenCvFftwFrame::run(const Frame& frame) {
   m.p.create(height, width, CV_32F);
   m.q.create(height, width, CV_32F);
   const auto max_slope = static_cast<float>(m.sensor.max_slope);
-  if (m.sensor.reconstruction == Reconstruction::Shading) {
+  if (m.sensor.reading == SurfaceReading::Shading) {
     cv::Sobel(m.blurred8, m.dx, CV_16S, 1, 0, 3, 1, 0, cv::BORDER_REPLICATE);
     cv::Sobel(m.blurred8, m.dy, CV_16S, 0, 1, 3, 1, 0, cv::BORDER_REPLICATE);
     const auto facing = static_cast<float>(m.sensor.shading.facing_gray),

@@ -179,7 +179,7 @@ TEST_F(GaugedRecordingTest, ClocksAreComparedByTheBestSignal) {
     time_s.push_back(f.time_s);
     gray.push_back(f.touch.contact ? f.touch.gray_sum : 0);
     gradient.push_back(f.touch.gradient_sum.value_or(0));
-    layer.push_back(f.touch.contact && f.touch.traction ? f.touch.traction->force_z_N.value : 0);
+    layer.push_back(f.touch.contact && f.touch.traction ? f.touch.traction->fz_N.value : 0);
     gauge_s.push_back(f.time_s - 0.2);
     force_N.push_back(source->truth(f.touch.sequence)->force_N);
   }

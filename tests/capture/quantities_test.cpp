@@ -96,8 +96,7 @@ Touch distinct_touch() {
   t.light = {LightState::Changed, 1.25};
   TractionSummary& w = t.traction.emplace();
   double next = 0.1;
-  for (Estimate* one :
-       {&w.force_x_N, &w.force_y_N, &w.force_z_N, &w.moment_x_Nmm, &w.moment_y_Nmm, &w.moment_z_Nmm}) {
+  for (Estimate* one : {&w.fx_N, &w.fy_N, &w.fz_N, &w.mx_Nmm, &w.my_Nmm, &w.mz_Nmm}) {
     *one = {next, next + 0.1, Validity::TooDeep};
     next += 0.2;
   }
@@ -121,7 +120,7 @@ Truth distinct_truth() {
           .center_y_px = 20,
           .radius_px = 30,
           .indentation_mm = 0.43,
-          .stick_fraction = 0.79,
+          .stick_share = 0.79,
           .torsion_rad = 0.031,
           .volume_mm3 = 0.8,
           .contacts = {},
@@ -268,7 +267,7 @@ TEST(Quantities, EstimatesAreComparedWithTheirTruth) {
   comparison.add(touch, distinct_truth(), 0.005);  // its depth is a lower bound
   touch.force_N.validity = Validity::Saturated;
   touch.surface->validity = Validity::Valid;
-  touch.skin->stick_fraction.validity = Validity::BelowRange;
+  touch.skin->stick_share.validity = Validity::BelowRange;
   comparison.add(touch, distinct_truth(), 0.005);
   const std::map<std::string, std::pair<uint64_t, double>> expected = {
       {"force_N", {1, -0.01}},

@@ -99,7 +99,7 @@ inline void expect_same(const Sensor& a, const Sensor& b) {
   EXPECT_EQ(a.signal, b.signal);
   EXPECT_EQ(a.threshold_gray, b.threshold_gray);
   EXPECT_EQ(a.saturation_gray, b.saturation_gray);
-  EXPECT_EQ(a.reconstruction, b.reconstruction);
+  EXPECT_EQ(a.reading, b.reading);
   EXPECT_EQ(a.shading.facing_gray, b.shading.facing_gray);
   EXPECT_EQ(a.shading.depth_gain, b.shading.depth_gain);
   EXPECT_EQ(a.photometric.wx, b.photometric.wx);

@@ -31,7 +31,7 @@ TEST_F(SensorFile, EveryKeyIsRead) {
   EXPECT_EQ(s.filter, Filter::None);
   EXPECT_EQ(s.threshold_gray, 5.5);
   EXPECT_EQ(s.saturation_gray, 250u);
-  EXPECT_EQ(s.reconstruction, Reconstruction::Photometric);
+  EXPECT_EQ(s.reading, SurfaceReading::Photometric);
   EXPECT_EQ(s.max_slope, 3.5);
   EXPECT_EQ(s.shading.facing_gray, 181.5);
   EXPECT_EQ(s.shading.depth_gain, 1.25);
@@ -57,7 +57,7 @@ TEST_F(SensorFile, WhatIsSavedComesBackWhole) {
   std::vector<Sensor> sensors(7, least);
   sensors[1].force = everything.force;
   sensors[2].shear = everything.shear;
-  sensors[3].reconstruction = Reconstruction::Shading;
+  sensors[3].reading = SurfaceReading::Shading;
   sensors[3].shading = {200.1, 0.7};
   sensors[4].bit_depth = 12;
   sensors[4].saturation_gray = 4095;
@@ -78,7 +78,7 @@ TEST_F(SensorFile, DefaultsOfAShortFile) {
   EXPECT_EQ(s.name, "pad");
   EXPECT_EQ(s.saturation_gray, 4095u);
   EXPECT_EQ(s.channels, 1u);
-  EXPECT_EQ(s.reconstruction, Reconstruction::None);
+  EXPECT_EQ(s.reading, SurfaceReading::None);
   EXPECT_FALSE(s.force || s.shear || s.crop_px || s.quad_px);
 }
 

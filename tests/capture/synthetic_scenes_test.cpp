@@ -122,7 +122,7 @@ TEST(SyntheticScenes, PullStickAndTwistNeverSlipAndDragDoes) {
       ASSERT_FALSE(t.slipping) << text << ' ' << t.sequence;
       if (t.contact) largest = std::max(largest, std::hypot(t.shear_x_N, t.shear_y_N) / (0.5 * t.force_N));
       turn = std::max(turn, std::abs(t.torsion_rad));
-      EXPECT_GT(t.stick_fraction, 0.4);
+      EXPECT_GT(t.stick_share, 0.4);
     }
     if (text[0] == 't') {
       EXPECT_GT(turn, 0.05);
@@ -134,12 +134,12 @@ TEST(SyntheticScenes, PullStickAndTwistNeverSlipAndDragDoes) {
   bool before = false, incipient = false;
   for (const Truth& t : truths("drag?size=64x48")) {
     slides += t.slipping && !before;
-    incipient |= !t.slipping && t.contact && t.stick_fraction > 0.3 && t.stick_fraction < 0.6;
+    incipient |= !t.slipping && t.contact && t.stick_share > 0.3 && t.stick_share < 0.6;
     before = t.slipping;
     if (t.contact) {
       const double load = std::hypot(t.shear_x_N, t.shear_y_N) / (0.5 * t.force_N);
       EXPECT_LE(load, 1 + 1e-9);
-      EXPECT_NEAR(t.stick_fraction, t.slipping ? 0 : std::cbrt(std::max(0.0, 1 - load)), 1e-6);
+      EXPECT_NEAR(t.stick_share, t.slipping ? 0 : std::cbrt(std::max(0.0, 1 - load)), 1e-6);
     }
   }
   EXPECT_GE(slides, 3);

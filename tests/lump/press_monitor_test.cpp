@@ -257,7 +257,7 @@ TEST(PressMonitor, StatesOfASensorWithWhichNothingCanBeTold) {
   PressRun run;
   const Frame background = *run.source.own_background();
   Sensor plain = run.sensor;
-  plain.reconstruction = Reconstruction::None;
+  plain.reading = SurfaceReading::None;
   PressMonitor uncalibrated(plain, background, run.setup);
   EXPECT_NE(uncalibrated.status().trouble.find("pascals"), std::string::npos);
   run.play(uncalibrated, 0, 100);

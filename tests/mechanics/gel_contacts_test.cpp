@@ -82,7 +82,7 @@ class GelContactsTest : public testing::Test {
     s.pitch_mm_per_px = kPitch_mm;
     s.channels = 3;
     s.signal = Signal::Either;
-    s.reconstruction = Reconstruction::Photometric;
+    s.reading = SurfaceReading::Photometric;
     return s;
   }
 

@@ -71,7 +71,7 @@ class AssembleFrame : public testing::Test {
     parts_.whole.centroid_x_px = parts_.whole.centroid_y_px = 50;
     parts_.surface.emplace().summary.depth_max_mm = 0.5;
     TractionSummary& t = parts_.traction.emplace().summary;
-    for (Estimate* one : {&t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm}) *one = {1, 0.1, Validity::Valid};
+    for (Estimate* one : {&t.fz_N, &t.mx_Nmm, &t.my_Nmm}) *one = {1, 0.1, Validity::Valid};
   }
   Touch assembled(const FrameStamp& stamp = {.sequence = 7}) {
     TouchHistory history(sensor_, {100, 100, 1, 8}, false);
@@ -92,16 +92,16 @@ TEST_F(AssembleFrame, WithoutFaultsAllIsValid) {
   EXPECT_TRUE(touch.force_N.valid());
   EXPECT_EQ(touch.surface->validity, Validity::Valid);
   EXPECT_EQ(touch.surface->depth_max_mm, 0.5);
-  EXPECT_TRUE(touch.traction->force_z_N.valid());
-  EXPECT_EQ(touch.traction->force_x_N.validity, Validity::NotCalibrated) << "never known, whatever else";
+  EXPECT_TRUE(touch.traction->fz_N.valid());
+  EXPECT_EQ(touch.traction->fx_N.validity, Validity::NotCalibrated) << "never known, whatever else";
 }
 
 TEST_F(AssembleFrame, ADepthsFaultIsItsWrenchesToo) {
   parts_.surface->faults.clipped = parts_.traction->too_deep = true;
   const Touch touch = assembled();
   EXPECT_EQ(touch.surface->validity, Validity::Clipped);
-  EXPECT_EQ(touch.traction->force_z_N.validity, Validity::Clipped);
-  EXPECT_EQ(touch.traction->force_x_N.validity, Validity::NotCalibrated);
+  EXPECT_EQ(touch.traction->fz_N.validity, Validity::Clipped);
+  EXPECT_EQ(touch.traction->fx_N.validity, Validity::NotCalibrated);
   EXPECT_TRUE(touch.force_N.valid()) << "of the gray sum";
 }
 
@@ -110,9 +110,9 @@ TEST_F(AssembleFrame, UnknownLightIsSaidOfAllThatIsKnown) {
   parts_.surface->faults.saturated = true;
   const Touch touch = assembled(dark);
   for (const Validity state :
-       {touch.surface->validity, touch.traction->force_z_N.validity, touch.force_N.validity})
+       {touch.surface->validity, touch.traction->fz_N.validity, touch.force_N.validity})
     EXPECT_EQ(state, Validity::LightUnknown);
-  EXPECT_EQ(touch.traction->force_x_N.validity, Validity::NotCalibrated);
+  EXPECT_EQ(touch.traction->fx_N.validity, Validity::NotCalibrated);
   EXPECT_EQ(touch.shear_x_N.validity, Validity::NotCalibrated);
   sensor_.force->fit_for_use = false;
   EXPECT_EQ(assembled(dark).force_N.validity, Validity::Unfit) << "the graver doubt";
@@ -128,8 +128,8 @@ TEST_F(AssembleFrame, ASpoiltPictureSaysNothing) {
   EXPECT_EQ(touch.picture, PictureFault::Torn);
   EXPECT_FALSE(touch.contact);
   EXPECT_TRUE(std::isnan(touch.gray_sum) && std::isnan(touch.surface->depth_max_mm));
-  for (const Validity state : {touch.surface->validity, touch.traction->force_x_N.validity,
-                               touch.traction->force_z_N.validity, touch.force_N.validity})
+  for (const Validity state : {touch.surface->validity, touch.traction->fx_N.validity,
+                               touch.traction->fz_N.validity, touch.force_N.validity})
     EXPECT_EQ(state, Validity::PictureDamaged);
 }
 

@@ -354,7 +354,7 @@ TEST_F(DamagedPicture, NothingIsMeasuredOfItAndEveryStateSaysSo) {
   EXPECT_FALSE(bad.contact);
   EXPECT_TRUE(bad.contacts.empty());
   for (const Validity state : {bad.force_N.validity, bad.shear_x_N.validity, bad.shear_y_N.validity,
-                               bad.surface->validity, bad.traction->force_z_N.validity})
+                               bad.surface->validity, bad.traction->fz_N.validity})
     EXPECT_EQ(state, Validity::PictureDamaged);
   EXPECT_EQ(bad.slip, Slip::PictureDamaged);
   EXPECT_EQ(bad.light->state, LightState::Unknown);

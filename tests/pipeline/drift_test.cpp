@@ -169,7 +169,7 @@ Sensor shaded_sensor() {
   Sensor sensor;
   sensor.name = "drift";
   sensor.pitch_mm_per_px = kPitch_mm;
-  sensor.reconstruction = Reconstruction::Shading;
+  sensor.reading = SurfaceReading::Shading;
   sensor.shading.facing_gray = 200;
   sensor.force = ForceCalibration{1e-4, 0, 1e-3, {}, 0, 1e9};
   return sensor;

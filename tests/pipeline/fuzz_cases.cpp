@@ -73,7 +73,7 @@ Frame image_of(const Case& c, uint32_t i) {
   // The first image has the case's pattern, the next ones others: nothing may stay from the one before.
   const auto pattern = static_cast<Pattern>((static_cast<uint32_t>(c.image) + 3 * i) % kPatterns);
   return draw(
-      c.stage == Stage::Slope && c.sensor.reconstruction == Reconstruction::Shading ? Pattern::Blob : pattern,
+      c.stage == Stage::Slope && c.sensor.reading == SurfaceReading::Shading ? Pattern::Blob : pattern,
       c.format, c.seed * 31 + i);
 }
 Frame background_of(const Case& c) {
@@ -145,7 +145,7 @@ std::vector<float> read(const gpu::DeviceBuffer& from, const Grid& grid) {
 // alone.
 std::string slope_difference(gpu::Context& context, const Case& c) {
   const uint32_t w = c.format.width, h = c.format.height;
-  const bool shading = c.sensor.reconstruction == Reconstruction::Shading;
+  const bool shading = c.sensor.reading == SurfaceReading::Shading;
   const Contact contact(context, c.sensor, c.format, shading, c.tuning);
   const Slope both(context, c.sensor, c.format, contact, RightSides::Pixels, c.tuning);
   const Slope cells_only(context, c.sensor, c.format, contact, RightSides::Cells, c.tuning);
@@ -252,7 +252,7 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
 std::string pipeline_difference(gpu::Context& context, const Case& c) {
   PipelineOptions options;
   options.outputs =
-      c.sensor.reconstruction == Reconstruction::None ? Output::Force : Output::Force | Output::Surface;
+      c.sensor.reading == SurfaceReading::None ? Output::Force : Output::Force | Output::Surface;
   options = solved(c.solve, options);
   options.slots = 2;
   options.fixed_light = true;  // noise has no light
@@ -262,7 +262,7 @@ std::string pipeline_difference(gpu::Context& context, const Case& c) {
   pipeline.set_background(untouched);
   // A gel's specks are filled before anything is summed: their own test says with what.
   Specks specks(c.format, dead_gray(c.sensor));
-  const bool fills = c.sensor.reconstruction == Reconstruction::Photometric;
+  const bool fills = c.sensor.reading == SurfaceReading::Photometric;
   const Frame rest = fills ? specks.set_background(untouched) : untouched;
   for (uint32_t i = 0; i < c.images; ++i) {
     Frame image = image_of(c, i);
@@ -361,13 +361,13 @@ Case make_case(uint64_t seed, const Tuning& defaults, Stage stage) {
   s.threshold_gray = std::floor(128 * top * dice.pick(std::array{0.0, 0.01, 0.3, 0.5, 0.9, 1.0})) / 128;
   s.saturation_gray = dice.pick(std::array{top, top / 2 + 1, 1u});
   if (c.stage != Stage::Contact && !(c.stage == Stage::Pipeline && dice.one_in(3))) {
-    s.reconstruction = color ? Reconstruction::Photometric : Reconstruction::Shading;
+    s.reading = color ? SurfaceReading::Photometric : SurfaceReading::Shading;
     s.shading = {(0.3 + 0.7 * dice.unit()) * top, 0.2 + dice.unit()};
     for (auto* weights : {&s.photometric.wx, &s.photometric.wy})
       for (auto& row : *weights)
         for (double& weight : row) weight = 4 * dice.unit() - 2;
     s.max_slope = dice.pick(std::array{0.5, 3.0, 10.0, 100.0});
-    if (s.reconstruction == Reconstruction::Shading && c.stage == Stage::Slope) {
+    if (s.reading == SurfaceReading::Shading && c.stage == Stage::Slope) {
       c.background = Pattern::Black;
       s.signal = Signal::Brighter;
       s.max_slope = std::min(s.max_slope, 3.0);
@@ -386,7 +386,7 @@ std::string describe(const Case& c) {
       << kPatternNames[static_cast<size_t>(c.background)] << ", " << c.images << " image"
       << (c.images == 1 ? "" : "s") << ", signal " << palpate::to_string(c.sensor.signal) << ", threshold "
       << c.sensor.threshold_gray << ", saturation " << c.sensor.saturation_gray << ", reading "
-      << palpate::to_string(c.sensor.reconstruction) << ", rows " << c.tuning.contact_rows << ", workgroup "
+      << palpate::to_string(c.sensor.reading) << ", rows " << c.tuning.contact_rows << ", workgroup "
       << c.tuning.contact_workgroup << (c.tuning.contact_tiles ? ", contact in tiles" : "")
       << (c.tuning.slope_tiles ? ", slopes in tiles" : "")
       << (c.tuning.surface_tiles ? ", surface in tiles" : "") << (c.keep_filtered ? ", keeping" : "")

@@ -98,7 +98,7 @@ void make_gel(Case& c) {
   s.bit_depth = 8;
   s.signal = Signal::Either;
   s.threshold_gray = 12;
-  s.reconstruction = Reconstruction::Photometric;
+  s.reading = SurfaceReading::Photometric;
   for (auto* weights : {&s.photometric.wx, &s.photometric.wy})
     for (auto& row : *weights)
       for (double& weight : row) weight = dice.unit() - 0.5;

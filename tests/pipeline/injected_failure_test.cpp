@@ -110,7 +110,7 @@ TEST_F(FailingDevice, EveryCallOfAPipelineMayFail) {
   Sensor sensor;
   sensor.name = "test";
   sensor.pitch_mm_per_px = 0.1;
-  sensor.reconstruction = Reconstruction::Shading;
+  sensor.reading = SurfaceReading::Shading;
   sensor.shading.facing_gray = 200;
   const Frame dark = uniform_frame(format, 10), bright = uniform_frame(format, 120);
   const auto record = [&](const PipelineOptions& options) {

@@ -120,7 +120,7 @@ TEST_F(MarkedGel, SaysWhatMarkersCover) {
 TEST_F(MarkedGel, MovedMarkersAreNoContacts) {
   SyntheticRun scene("drag?size=320x240&mode=gel&skin=markers");
   Sensor uncalibrated = scene.sensor;
-  uncalibrated.reconstruction = Reconstruction::None;
+  uncalibrated.reading = SurfaceReading::None;
   for (const Sensor& sensor : {scene.sensor, uncalibrated}) {
     Pipeline pipeline(context(), sensor, scene.background.format,
                       {.outputs = Output::Force | Output::Contacts});
@@ -145,7 +145,7 @@ TEST_F(MarkedGel, MovedMarkersAreNoContacts) {
 TEST_F(MarkedGel, SkinIsFollowedAsBefore) {
   SyntheticRun scene("drag?size=320x240&mode=gel&skin=markers");
   Sensor unfilled = scene.sensor;
-  unfilled.reconstruction = Reconstruction::None;
+  unfilled.reading = SurfaceReading::None;
   std::vector<std::vector<SkinPoint>> points;
   for (const Sensor& sensor : {scene.sensor, unfilled}) {
     Pipeline pipeline(context(), sensor, scene.background.format, {Output::Force | Output::Skin});

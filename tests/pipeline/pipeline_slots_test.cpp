@@ -237,7 +237,7 @@ TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
   };
   const FrameFormat plain = gray.source.format(), color = gel.source.format();
   Sensor unread = gray.sensor;
-  unread.reconstruction = Reconstruction::None;
+  unread.reading = SurfaceReading::None;
   expect_refused(Failure::Sensor, {"surface reading"}, make(unread, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(gel.sensor, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(lambert.sensor, color, surface));

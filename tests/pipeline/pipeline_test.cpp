@@ -221,7 +221,7 @@ Sensor steep_gel() {
   sensor.name = "steep gel";
   sensor.pitch_mm_per_px = 0.05;
   sensor.channels = 3;
-  sensor.reconstruction = Reconstruction::Photometric;
+  sensor.reading = SurfaceReading::Photometric;
   sensor.max_slope = 3;
   sensor.photometric.wx[0][0] = 255.0 / 100;  // red changes by 100 levels: n_x = 1
   sensor.photometric.wy[1][0] = 255.0 / 100;
@@ -264,14 +264,14 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
   }
 }
 
-// Reconstruction `shading`: the dark rim that the filter leaves is counted but trusted, a broad dark flank is
+// SurfaceReading `shading`: the dark rim that the filter leaves is counted but trusted, a broad dark flank is
 // not.
 TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
   const FrameFormat format{160, 120, 1, 8};
   Sensor sensor;
   sensor.name = "shaded";
   sensor.pitch_mm_per_px = 0.05;
-  sensor.reconstruction = Reconstruction::Shading;
+  sensor.reading = SurfaceReading::Shading;
   sensor.shading.facing_gray = 200;
   sensor.max_slope = 2;
   const Frame rest = uniform_frame(format, 5);

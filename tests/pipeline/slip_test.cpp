@@ -23,7 +23,7 @@ constexpr double kPitch_mm = 0.05;
 /// Points on a grid under and around a round contact that was pulled and turned.
 struct Scripted {
   double radius_px = 60, x_px = 200, y_px = 150;
-  double pull_x_px = 0, pull_y_px = 0, turn_rad = 0, stick_fraction = 1;
+  double pull_x_px = 0, pull_y_px = 0, turn_rad = 0, stick_share = 1;
   double noise_px = 0.05;
   std::mt19937 random{5};
 
@@ -36,7 +36,7 @@ struct Scripted {
         double u = 0, v = 0;
         for (int i = 0; i < 60; ++i) {
           const double dx = double{x} + u - x_px, dy = double{y} + v - y_px, r = std::hypot(dx, dy);
-          const double fraction = cattaneo_fraction(r / radius_px, stick_fraction),
+          const double fraction = cattaneo_fraction(r / radius_px, stick_share),
                        turn = r < radius_px ? turn_rad : 0;
           u = pull_x_px * fraction - turn * dy;
           v = pull_y_px * fraction + turn * dx;
@@ -82,7 +82,7 @@ TEST(CattaneoShare, IsTheDisplacementOfItsTractions) {
 TEST(SkinTracker, FindsShiftTurnAndStickShareWithinItsErrors) {
   for (const double fraction : {1.0, 0.8, 0.5, 0.2, 0.0}) {
     Scripted s;
-    s.stick_fraction = fraction;
+    s.stick_share = fraction;
     s.pull_x_px = 6;
     s.pull_y_px = -3;
     s.turn_rad = 0.03;
@@ -93,13 +93,13 @@ TEST(SkinTracker, FindsShiftTurnAndStickShareWithinItsErrors) {
       SkinTracker tracker(kPitch_mm);
       const SkinMotion m = s.measure(tracker);
       ASSERT_GT(m.touching, 20u);
-      EXPECT_EQ(m.stick_fraction.validity, Validity::Valid);
+      EXPECT_EQ(m.stick_share.validity, Validity::Valid);
       shift =
           std::max(shift, std::hypot(m.shift_x_mm.value / kPitch_mm - 6, m.shift_y_mm.value / kPitch_mm + 3));
       turn += std::pow(m.torsion_rad.value - 0.03, 2) / trials;
       turn_sd += m.torsion_rad.standard_error / trials;
-      stick += std::pow(m.stick_fraction.value - fraction, 2) / trials;
-      stick_sd += m.stick_fraction.standard_error / trials;
+      stick += std::pow(m.stick_share.value - fraction, 2) / trials;
+      stick_sd += m.stick_share.standard_error / trials;
     }
     EXPECT_LT(shift, 0.35) << fraction;
     EXPECT_LT(std::sqrt(turn), 1.5 * turn_sd) << fraction;
@@ -126,7 +126,7 @@ TEST(SkinTracker, StrangersLostPointsAndTinyMotionSayWhatTheyAre) {
 
   Scripted still;
   SkinTracker other(kPitch_mm);
-  EXPECT_EQ(still.measure(other).stick_fraction.validity, Validity::BelowRange);
+  EXPECT_EQ(still.measure(other).stick_share.validity, Validity::BelowRange);
   EXPECT_EQ(other.update(nullptr, still.points(), sd).shift_x_mm.validity, Validity::NoContact);
   const ContactOutline tiny{200, 150, 5, 5, 0};
   const SkinMotion none = other.update(&tiny, still.points(), sd);
@@ -149,7 +149,7 @@ TEST(SlipWatch, TellsSlideFromStickWithinTwoFramesAndKeepsStill) {
   SkinMotion skin;
   skin.touching = 20;
   skin.shift_x_mm = skin.shift_y_mm = {0, 0.02 * kPitch_mm, Validity::Valid};
-  skin.stick_fraction = {1, 0.05, Validity::Valid};
+  skin.stick_share = {1, 0.05, Validity::Valid};
   double core = 0, contact = 0;
   const auto see = [&] {
     skin.shift_x_mm.value = core + noise(random);
@@ -176,7 +176,7 @@ TEST(SlipWatch, TellsSlideFromStickWithinTwoFramesAndKeepsStill) {
   }
   for (int k = 0; k < 3; ++k) see();
   for (int k = 0; k < 30; ++k) EXPECT_EQ(see(), Slip::Stick);
-  skin.stick_fraction = {0.5, 0.05, Validity::Valid};
+  skin.stick_share = {0.5, 0.05, Validity::Valid};
   EXPECT_EQ(see(), Slip::Incipient);
   skin.touching = 2;
   EXPECT_EQ(see(), std::nullopt);
@@ -300,7 +300,7 @@ void judge(const char* text, const std::vector<SkinScene::Seen>& seen, size_t le
     ++judged;
     wrong += (t.slip == Slip::Slip) != truth.slipping;
     incipient += t.slip == Slip::Incipient;
-    incipient_true += t.slip == Slip::Incipient && truth.stick_fraction < 0.9;
+    incipient_true += t.slip == Slip::Incipient && truth.stick_share < 0.9;
     if (truth.slipping && !seen[k - 1].truth.slipping) {
       ++slides;
       size_t late = 0;

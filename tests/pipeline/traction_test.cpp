@@ -57,7 +57,7 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
   run(scene, sensor, {.outputs = kOutputs}, 6, [&](const Result& result, const Truth& truth) {
     const Touch& touch = result.touch;
     ASSERT_TRUE(touch.traction.has_value());
-    const Estimate& force = touch.traction->force_z_N;
+    const Estimate& force = touch.traction->fz_N;
     if (!touch.contact) {
       EXPECT_EQ(force.validity, Validity::NoContact);
       EXPECT_EQ(force.value, 0);
@@ -65,14 +65,14 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
       return;
     }
     EXPECT_NEAR(sum_N(result.traction, sensor.pitch_mm_per_px), force.value, 1e-4 + 1e-3 * force.value);
-    EXPECT_EQ(touch.traction->force_x_N.validity, Validity::NotCalibrated);
+    EXPECT_EQ(touch.traction->fx_N.validity, Validity::NotCalibrated);
     if (truth.force_N < 0.3 || force.validity != Validity::Valid) return;
     ++readings;
     worst = std::max(worst, std::abs(force.value / truth.force_N - 1));
     held += std::abs(force.value - truth.force_N) <= 1.96 * force.standard_error;
     const double x_mm = (truth.center_x_px - 0.5 * (result.traction.width * result.traction.cell_px - 1)) *
                         sensor.pitch_mm_per_px;
-    EXPECT_NEAR(touch.traction->moment_y_Nmm.value, -x_mm * truth.force_N, 0.15 * truth.force_N);
+    EXPECT_NEAR(touch.traction->my_Nmm.value, -x_mm * truth.force_N, 0.15 * truth.force_N);
   });
   std::printf("%zu readings, the worst %.2f %% off, %zu intervals of 95 %% hold\n", readings, 100 * worst,
               held);
@@ -87,7 +87,7 @@ TEST_F(TractionTest, FindsItsContacts) {
   std::vector<double> force;
   for (const Outputs outputs : {kOutputs, Output::Force | Output::Surface | Output::Traction})
     run(scene, sensor_of(scene), {.outputs = outputs}, 110,
-        [&](const Result& result, const Truth&) { force.push_back(result.touch.traction->force_z_N.value); });
+        [&](const Result& result, const Truth&) { force.push_back(result.touch.traction->fz_N.value); });
   ASSERT_EQ(force.size() % 2, 0u);
   const size_t half = force.size() / 2;
   ASSERT_GT(*std::ranges::max_element(force), 0.5);
@@ -102,9 +102,9 @@ TEST_F(TractionTest, DeviceAndHostAgree) {
   for (const SolveBy by : {SolveBy::Host, SolveBy::Device})
     run(scene, sensor, {.outputs = kOutputs, .solve_by = by}, 15, [&](const Result& result, const Truth&) {
       const size_t k = by == SolveBy::Device;
-      force[k].push_back(result.touch.traction->force_z_N.value);
-      sd[k].push_back(result.touch.traction->force_z_N.standard_error);
-      moment[k].push_back(result.touch.traction->moment_x_Nmm.value);
+      force[k].push_back(result.touch.traction->fz_N.value);
+      sd[k].push_back(result.touch.traction->fz_N.standard_error);
+      moment[k].push_back(result.touch.traction->mx_Nmm.value);
     });
   ASSERT_EQ(force[0].size(), force[1].size());
   ASSERT_GT(*std::max_element(force[0].begin(), force[0].end()), 1);
@@ -119,13 +119,13 @@ TEST_F(TractionTest, DeviceAndHostAgree) {
 TEST_F(TractionTest, WaveguideSumsItsPressures) {
   const std::string scene = "synthetic:press?size=320x240";
   const Sensor sensor = sensor_of(scene);
-  ASSERT_EQ(sensor.reconstruction, Reconstruction::Elastic);
+  ASSERT_EQ(sensor.reading, SurfaceReading::Elastic);
   run(scene, sensor, {.outputs = kOutputs}, 30, [&](const Result& result, const Truth& truth) {
     if (truth.force_N < 0.3) return;
     const TractionSummary& t = *result.touch.traction;
-    EXPECT_NEAR(t.force_z_N.value, truth.force_N, 0.02 * truth.force_N);
-    EXPECT_EQ(t.force_z_N.validity, Validity::Valid);
-    EXPECT_NEAR(sum_N(result.traction, sensor.pitch_mm_per_px), t.force_z_N.value, 1e-3);
+    EXPECT_NEAR(t.fz_N.value, truth.force_N, 0.02 * truth.force_N);
+    EXPECT_EQ(t.fz_N.validity, Validity::Valid);
+    EXPECT_NEAR(sum_N(result.traction, sensor.pitch_mm_per_px), t.fz_N.value, 1e-3);
   });
 }
 
@@ -137,11 +137,10 @@ TEST_F(TractionTest, ShearOfADrag) {
   double stuck = 0, slid = 0, stuck_frames = 0, slid_frames = 0;
   run(scene, sensor, {.outputs = kOutputs | Output::Skin}, 12, [&](const Result& result, const Truth& truth) {
     const TractionSummary& t = *result.touch.traction;
-    if (!result.touch.contact || truth.force_N < 0.5 || t.force_x_N.validity == Validity::NotCalibrated)
-      return;
+    if (!result.touch.contact || truth.force_N < 0.5 || t.fx_N.validity == Validity::NotCalibrated) return;
     ASSERT_FALSE(result.traction.shear_x_kPa.empty());
-    EXPECT_GT(t.force_x_N.standard_error, 0);
-    wrench_N.push_back(t.force_x_N.value);
+    EXPECT_GT(t.fx_N.standard_error, 0);
+    wrench_N.push_back(t.fx_N.value);
     true_N.push_back(truth.shear_x_N);
     ASSERT_TRUE(t.slipping_fraction.has_value());
     (truth.slipping ? slid : stuck) += *t.slipping_fraction;
@@ -173,7 +172,7 @@ TEST_F(TractionTest, StatesAreSaid) {
   thin.layer->thickness_mm = 0.6;
   bool said = false;
   run(scene, thin, {.outputs = kOutputs}, 30, [&](const Result& result, const Truth&) {
-    said |= result.touch.traction->force_z_N.validity == Validity::TooDeep;
+    said |= result.touch.traction->fz_N.validity == Validity::TooDeep;
   });
   EXPECT_TRUE(said);
   // Not asked for: not there.

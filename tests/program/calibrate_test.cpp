@@ -64,7 +64,7 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
 
   // The simulator knows its own coefficients; near the middle ours say the same of a colour change.
   const Sensor ours = load_sensor(folder_ / "out.json"), its = load_sensor(folder_ / "rec/sensor.json");
-  EXPECT_EQ(ours.reconstruction, Reconstruction::Photometric);
+  EXPECT_EQ(ours.reading, SurfaceReading::Photometric);
   EXPECT_EQ(ours.pitch_mm_per_px, its.pitch_mm_per_px);
   EXPECT_EQ(ours.background.image, at("out_background.png"));
   double difference = 0, size = 0;
@@ -236,7 +236,7 @@ TEST_F(Calibrate, StartsWithoutASensorFile) {
       4);
   ASSERT_EQ(run(presses + scale + " --sensor '" + at("begun.json") + "'"), 0) << text("stderr");
   const Sensor from_begun = load_sensor(folder_ / "gel.json");
-  EXPECT_EQ(from_begun.reconstruction, Reconstruction::Photometric);
+  EXPECT_EQ(from_begun.reading, SurfaceReading::Photometric);
   EXPECT_EQ(from_begun.max_slope, 2);
   EXPECT_EQ(from_begun.photometric.wx, from_nothing.photometric.wx);
   // Frames without a sensor file are measured in pixels.

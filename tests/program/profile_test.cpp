@@ -357,7 +357,7 @@ TEST(Profile, HostClockTimesTheSameStages) {
   watch.leave = [&](const gpu::Context& context) {
     for (const std::string& message : context.validation_messages()) ADD_FAILURE() << message;
   };
-  measure_sizes(options, {{160, 120}}, {Reconstruction::Photometric}, 0.2, watch, profile);
+  measure_sizes(options, {{160, 120}}, {SurfaceReading::Photometric}, 0.2, watch, profile);
   ASSERT_EQ(profile.sizes.size(), 1u);
   std::vector<std::string> stages;
   for (const StageFigure& s : profile.sizes[0].stages) {
@@ -384,7 +384,7 @@ TEST(Profile, StoppedKeepsWhatIsFinished) {
 TEST(Profile, SizesThatDoNotFitTheBudgetAreNamed) {
   Profile profile;
   profile.ceiling.clock = "GPU";
-  measure_sizes({}, {{64, 48}, {4096, 4096}}, {Reconstruction::Shading}, 0.05, {}, profile);
+  measure_sizes({}, {{64, 48}, {4096, 4096}}, {SurfaceReading::Shading}, 0.05, {}, profile);
   EXPECT_EQ(profile.sizes.size(), 1u);
   ASSERT_EQ(profile.skipped.size(), 1u);
   EXPECT_EQ(profile.skipped[0].what, "4096 x 4096, shading");

@@ -361,7 +361,7 @@ TEST_F(Program, WithoutAScaleLengthsAreInPixelsAndOfOneContact) {
     return std::pair(Table(slurp(folder_ / "out/measurements.csv")),
                      Table(slurp(folder_ / "out/contacts.csv")));
   };
-  sensor.reconstruction = Reconstruction::None;
+  sensor.reading = SurfaceReading::None;
   sensor.shear.reset();
   sensor.skin.reset();
   save_sensor(sensor, rec / "scaled.json");

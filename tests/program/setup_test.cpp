@@ -87,7 +87,7 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
     EXPECT_TRUE(step(setup, known).at("known").get<bool>()) << known << ": " << step(setup, known).dump();
   const Sensor sensor = load_sensor(folder_ / "own.json");
   EXPECT_EQ(sensor.signal, Signal::Either);
-  EXPECT_EQ(sensor.reconstruction, Reconstruction::Photometric);
+  EXPECT_EQ(sensor.reading, SurfaceReading::Photometric);
   EXPECT_TRUE(fs::exists(sensor.background.image));
   // The sentences say what the file holds, how the error scatters and what was left out.
   const std::string surface = step(setup, "surface").at("what").get<std::string>(),
@@ -106,7 +106,7 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
     const Json wrong = step(parse_json(text("stdout")), "surface");
     EXPECT_FALSE(wrong.at("known").get<bool>()) << ball << ": " << wrong.dump();
     EXPECT_NE(wrong.at("what").get<std::string>().find("ball of"), std::string::npos) << wrong.dump();
-    EXPECT_EQ(load_sensor(folder_ / "wrong.json").reconstruction, Reconstruction::None) << ball;
+    EXPECT_EQ(load_sensor(folder_ / "wrong.json").reading, SurfaceReading::None) << ball;
   }
 }
 

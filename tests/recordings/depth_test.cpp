@@ -302,7 +302,7 @@ TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
     Sensor sensor = load_sensor(shipped_sensor("9dtact"));
     sensor.pitch_mm_per_px = pitch;
     sensor.size_px = {};
-    sensor.reconstruction = Reconstruction::None;
+    sensor.reading = SurfaceReading::None;
     sensor.background.image = (folder / "rectify_crop_ref.png").string();
     const fs::path file = folder / "rectify_crop_sample.png";
     const Frame frame = frame_of(file, sensor), background = background_of(file, sensor);
@@ -317,7 +317,7 @@ TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
     EXPECT_LT(result.depth_rmse_mm, 0.09) << unit;
 
     // The engine says the same of the whole ball as the table does.
-    sensor.reconstruction = Reconstruction::Lookup;
+    sensor.reading = SurfaceReading::Lookup;
     sensor.lookup = result.calibration;
     const Depth map = depth_of(frame, background, sensor);
     double square = 0;

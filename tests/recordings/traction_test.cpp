@@ -67,8 +67,8 @@ class TractionRecordings : public WedgeClips {
       const GaugedFrame& frame = recording.frames[static_cast<size_t>(i)];
       const double gauge_N = recording.frames[static_cast<size_t>(i + lag)].force_N;
       if (!is_press(gauge_N) || !frame.touch.contact) continue;
-      found.layer_N.push_back(frame.touch.traction->force_z_N.value);
-      found.sd_N.push_back(frame.touch.traction->force_z_N.standard_error);
+      found.layer_N.push_back(frame.touch.traction->fz_N.value);
+      found.sd_N.push_back(frame.touch.traction->fz_N.standard_error);
       found.gauge_N.push_back(gauge_N);
     }
     return found;

@@ -19,9 +19,7 @@ struct Known {
 inline std::vector<Known> confidence(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
   const int reach =
-      sensor.reconstruction == Reconstruction::Shading || sensor.reconstruction == Reconstruction::Elastic
-          ? 2
-          : 0;
+      sensor.reading == SurfaceReading::Shading || sensor.reading == SurfaceReading::Elastic ? 2 : 0;
   const uint32_t shadow = shadow_gray(sensor);
   const auto brightest = [](const Frame& frame, int x, int y) {
     uint32_t value = 0;

@@ -84,7 +84,7 @@ TEST_F(ConfidenceTest, EqualsReference) {
     sensor.pitch_mm_per_px = 0.05;
     sensor.channels = format.channels;
     sensor.bit_depth = bits;
-    sensor.reconstruction = colour ? Reconstruction::Photometric : Reconstruction::Shading;
+    sensor.reading = colour ? SurfaceReading::Photometric : SurfaceReading::Shading;
     sensor.saturation_gray = i % 2 ? format.max_gray() : format.max_gray() * 9 / 10;
     if (i % 4) sensor.shadow_gray = format.max_gray() / 10 * static_cast<uint32_t>(i % 4 - 1);
     const double w = width, h = height;

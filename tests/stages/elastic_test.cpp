@@ -434,12 +434,12 @@ TEST_F(ElasticTest, WaveguideSceneAgainstItsTruth) {
 
 TEST(ElasticSensor, IsCheckedAndSurvivesTheFile) {
   Sensor sensor = waveguide(64, 48);
-  EXPECT_EQ(sensor.reconstruction, Reconstruction::Elastic);
+  EXPECT_EQ(sensor.reading, SurfaceReading::Elastic);
   sensor.elastic.limit_gray = 150;
   const auto file = std::filesystem::path(testing::TempDir()) / "elastic_sensor.json";
   save_sensor(sensor, file);
   const Sensor loaded = load_sensor(file);
-  EXPECT_EQ(loaded.reconstruction, Reconstruction::Elastic);
+  EXPECT_EQ(loaded.reading, SurfaceReading::Elastic);
   EXPECT_EQ(loaded.elastic.gray_per_MPa, sensor.elastic.gray_per_MPa);
   EXPECT_EQ(loaded.elastic.limit_gray, 150);
   EXPECT_EQ(loaded.elastic.young_MPa, sensor.elastic.young_MPa);

@@ -1,4 +1,4 @@
-// Reconstruction::Lookup: the engine's depth against the table evaluated pixel by pixel, and its states.
+// SurfaceReading::Lookup: the engine's depth against the table evaluated pixel by pixel, and its states.
 #include "engine/stages/surface/lookup.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Sensor gel(uint32_t bits) {
   s.bit_depth = bits;
   s.saturation_gray = (1u << bits) - 1;
   s.threshold_gray = 4 * unit;
-  s.reconstruction = Reconstruction::Lookup;
+  s.reading = SurfaceReading::Lookup;
   s.lookup.points = {{3 * unit, 0}, {20.25 * unit, 0.3}, {40 * unit, 0.9}, {90 * unit, 1.1}};
   s.lookup.depth_sd_mm = 0.04;
   return s;

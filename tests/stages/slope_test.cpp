@@ -18,8 +18,7 @@ class SlopeTest : public GpuTest {
                                        RightSides which) {
     const FrameFormat& format = image.format;
     const Tuning tuning = default_tuning(context());
-    const Contact contact(context(), sensor, format, sensor.reconstruction == Reconstruction::Shading,
-                          tuning);
+    const Contact contact(context(), sensor, format, sensor.reading == SurfaceReading::Shading, tuning);
     const Slope slope(context(), sensor, format, contact, which, tuning);
     FrameOnGpu images(context(), format);
     images.write(image, rest);
@@ -104,7 +103,7 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
     Sensor sensor;
     sensor.pitch_mm_per_px = 0.05;
     sensor.channels = 3;
-    sensor.reconstruction = Reconstruction::Photometric;
+    sensor.reading = SurfaceReading::Photometric;
     sensor.max_slope = i % 2 ? 10 : 0.5;  // the low limit clips most pixels
     std::uniform_real_distribution<double> weight(-0.3, 0.3);
     for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
@@ -133,7 +132,7 @@ TEST_F(SlopeTest, NormalTableEqualsReference) {
     Sensor sensor;
     sensor.pitch_mm_per_px = 0.05;
     sensor.channels = 3;
-    sensor.reconstruction = Reconstruction::Photometric;
+    sensor.reading = SurfaceReading::Photometric;
     sensor.max_slope = i % 3 ? 0.2 : 10;
     std::uniform_real_distribution<double> weight(-0.3, 0.3);
     for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
@@ -190,7 +189,7 @@ TEST_F(SlopeTest, ShadingEqualsReference) {
     sensor.pitch_mm_per_px = 0.05;
     sensor.bit_depth = bits;
     sensor.saturation_gray = format.max_gray();
-    sensor.reconstruction = Reconstruction::Shading;
+    sensor.reading = SurfaceReading::Shading;
     sensor.threshold_gray = 0.05 * top;
     sensor.shading = {0.8 * top, 0.5};
     sensor.max_slope = i % 4 ? 5 : 1;
@@ -244,7 +243,7 @@ TEST_F(SlopeTest, WeightedCellsEqualSumsOverPixels) {
       Sensor sensor;
       sensor.pitch_mm_per_px = 0.05;
       sensor.channels = shading ? 1 : 3;
-      sensor.reconstruction = shading ? Reconstruction::Shading : Reconstruction::Photometric;
+      sensor.reading = shading ? SurfaceReading::Shading : SurfaceReading::Photometric;
       sensor.threshold_gray = 4;
       sensor.shading.facing_gray = 220;
       sensor.photometric.wx = {{{0.2, 0.1, 0}, {-0.1, 0, 0.1}, {0.1, 0, 0}}};

@@ -117,8 +117,8 @@ class TractionStageTest : public GpuTest {
     EXPECT_TRUE(found.converged) << found.residual;
     EXPECT_NEAR(found.force_N, force, force_part * force);
     const double side = scene.grid.cell_mm * std::max(scene.grid.width, scene.grid.height);
-    EXPECT_NEAR(found.moment_x_Nmm, wanted.wrench.moment_Nmm[0], force_part * force * side);
-    EXPECT_NEAR(found.moment_y_Nmm, wanted.wrench.moment_Nmm[1], force_part * force * side);
+    EXPECT_NEAR(found.mx_Nmm, wanted.wrench.moment_Nmm[0], force_part * force * side);
+    EXPECT_NEAR(found.my_Nmm, wanted.wrench.moment_Nmm[1], force_part * force * side);
     EXPECT_NEAR(found.slope_rms, wanted.slope_rms, slope_part * wanted.slope_rms + 1e-5);
     double worst = 0;
     for (size_t i = 0; i < wanted.pressure_MPa.size(); ++i) {

@@ -265,8 +265,8 @@ TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
   touch.skin = {10, 2, 5, kKnown, kKnown, kKnown, kKnown};
   touch.light = {LightState::Changed, 1.5};
   TractionSummary& traction = touch.traction.emplace();
-  traction.force_x_N = traction.force_y_N = traction.force_z_N = kKnown;
-  traction.moment_x_Nmm = traction.moment_y_Nmm = traction.moment_z_Nmm = kKnown;
+  traction.fx_N = traction.fy_N = traction.fz_N = kKnown;
+  traction.mx_Nmm = traction.my_Nmm = traction.mz_Nmm = kKnown;
   traction.slipping_fraction = 0.25;
   const Layout layout = make_layout({1280, 1440}, 1, image.format, true);
   const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};

@@ -111,13 +111,13 @@ std::string origin_of(const Sensor& sensor) {
   const auto add = [&](const char* what, const Origin& origin) {
     if (!origin.note.empty()) text += "<li>" + std::string(what) + ": " + html_escaped(origin.note) + "</li>";
   };
-  if (sensor.reconstruction == Reconstruction::Photometric) add("depth by colour", sensor.photometric.origin);
-  if (sensor.reconstruction == Reconstruction::Lookup) add("depth by brightness", sensor.lookup.origin);
+  if (sensor.reading == SurfaceReading::Photometric) add("depth by colour", sensor.photometric.origin);
+  if (sensor.reading == SurfaceReading::Lookup) add("depth by brightness", sensor.lookup.origin);
   if (sensor.force) add("force", sensor.force->origin);
   if (!text.empty()) return text;
-  return sensor.reconstruction != Reconstruction::None ? "<li>depth: error not stated in the sensor file</li>"
-         : has_scale(sensor)                           ? "<li>no depth, no force: areas in mm2</li>"
-                                                       : "<li>no depth, no force: areas in px</li>";
+  return sensor.reading != SurfaceReading::None ? "<li>depth: error not stated in the sensor file</li>"
+         : has_scale(sensor)                    ? "<li>no depth, no force: areas in mm2</li>"
+                                                : "<li>no depth, no force: areas in px</li>";
 }
 
 std::string depth_text(const TouchSpan& span) {

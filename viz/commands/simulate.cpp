@@ -70,7 +70,7 @@ std::string truth_row(const Truth& truth) {
     row += ",,";
   }
   for (const double value :
-       {truth.radius_px, truth.indentation_mm, truth.stick_fraction, truth.torsion_rad, truth.volume_mm3})
+       {truth.radius_px, truth.indentation_mm, truth.stick_share, truth.torsion_rad, truth.volume_mm3})
     row += "," + shortest(value);
   return row + "," + std::to_string(truth.contacts.size());
 }

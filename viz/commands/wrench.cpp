@@ -60,9 +60,9 @@ std::string with_error(const Estimate& e, const char* unit) {
 std::string headline(const WrenchSeries& series) {
   if (!series.peak) return "Nothing touches the pad in this recording";
   const WrenchFrame& peak = series.frames[*series.peak];
-  std::string text = "Largest normal force " + with_error(peak.wrench.force_z_N, "N") + " in frame " +
-                     std::to_string(peak.frame);
-  const Validity validity = peak.wrench.force_z_N.validity;
+  std::string text =
+      "Largest normal force " + with_error(peak.wrench.fz_N, "N") + " in frame " + std::to_string(peak.frame);
+  const Validity validity = peak.wrench.fz_N.validity;
   if (validity == Validity::AtBorder) return text + ", at least: the contact reaches the border";
   if (validity != Validity::Valid) text += std::string(", ") + to_string(validity);
   return text;
@@ -85,7 +85,7 @@ std::vector<size_t> peaks_of(const WrenchSeries& series) {
   for (size_t i = 0; i < series.frames.size(); ++i) {
     const WrenchFrame& frame = series.frames[i];
     if (frame.contact && !touching) peaks.push_back(i);
-    if (frame.contact && frame.wrench.force_z_N.value > series.frames[peaks.back()].wrench.force_z_N.value)
+    if (frame.contact && frame.wrench.fz_N.value > series.frames[peaks.back()].wrench.fz_N.value)
       peaks.back() = i;
     touching = frame.contact;
   }
@@ -103,14 +103,14 @@ std::string text_of(const WrenchSeries& series, const std::optional<WrenchCheck>
     const TractionSummary& t = frame.wrench;
     out += text("frame %llu", static_cast<unsigned long long>(frame.frame));
     if (std::isfinite(frame.time_s)) out += text(", %.3f s", frame.time_s);
-    out += text(": %s, pressure up to %.3g kPa on %.3g mm²\n", to_string(t.force_z_N.validity),
-                t.pressure_max_kPa, t.area_mm2);
-    out += "  Fx " + with_error(t.force_x_N, "N") + "   Fy " + with_error(t.force_y_N, "N") + "   Fz " +
-           with_error(t.force_z_N, "N") + "\n";
-    out += "  Mx " + with_error(t.moment_x_Nmm, "N mm") + "   My " + with_error(t.moment_y_Nmm, "N mm") +
-           "   Mz " + with_error(t.moment_z_Nmm, "N mm") + "\n";
+    out += text(": %s, pressure up to %.3g kPa on %.3g mm²\n", to_string(t.fz_N.validity), t.pressure_max_kPa,
+                t.area_mm2);
+    out += "  Fx " + with_error(t.fx_N, "N") + "   Fy " + with_error(t.fy_N, "N") + "   Fz " +
+           with_error(t.fz_N, "N") + "\n";
+    out += "  Mx " + with_error(t.mx_Nmm, "N mm") + "   My " + with_error(t.my_Nmm, "N mm") + "   Mz " +
+           with_error(t.mz_Nmm, "N mm") + "\n";
   }
-  if (series.peak && !has_value(series.frames[*series.peak].wrench.force_x_N))
+  if (series.peak && !has_value(series.frames[*series.peak].wrench.fx_N))
     out += separate
                ? "Fx, Fy and Mz need frames that follow each other (--rate, or --sequence)\n"
                : "Fx, Fy and Mz need a pattern on the skin that is followed (\"skin\" in the sensor file)\n";
@@ -154,7 +154,7 @@ Json json_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check
 std::string curve(const WrenchSeries& series, const Estimate TractionSummary::*which, const char* block,
                   bool gauge) {
   // A normal force presses.
-  const double least = which == &TractionSummary::force_z_N ? 0 : -std::numeric_limits<double>::infinity();
+  const double least = which == &TractionSummary::fz_N ? 0 : -std::numeric_limits<double>::infinity();
   std::vector<std::vector<double>> columns(5);
   for (const WrenchFrame& frame : series.frames) {
     const Estimate& e = frame.wrench.*which;
@@ -171,14 +171,14 @@ std::string curve(const WrenchSeries& series, const Estimate TractionSummary::*w
 std::string series_script(const WrenchSeries& series, bool gauge, PlotKind kind) {
   const bool times = !series.frames.empty() && std::isfinite(series.frames.front().time_s);
   const bool shear = std::any_of(series.frames.begin(), series.frames.end(),
-                                 [](const WrenchFrame& f) { return has_value(f.wrench.force_x_N); });
-  std::string s = plot_head(kind, 1000, 760) + curve(series, &TractionSummary::force_z_N, "fz", gauge);
-  s += curve(series, &TractionSummary::moment_x_Nmm, "mx", false) +
-       curve(series, &TractionSummary::moment_y_Nmm, "my", false);
+                                 [](const WrenchFrame& f) { return has_value(f.wrench.fx_N); });
+  std::string s = plot_head(kind, 1000, 760) + curve(series, &TractionSummary::fz_N, "fz", gauge);
+  s += curve(series, &TractionSummary::mx_Nmm, "mx", false) +
+       curve(series, &TractionSummary::my_Nmm, "my", false);
   if (shear)
-    s += curve(series, &TractionSummary::force_x_N, "fx", false) +
-         curve(series, &TractionSummary::force_y_N, "fy", false) +
-         curve(series, &TractionSummary::moment_z_Nmm, "mz", false);
+    s += curve(series, &TractionSummary::fx_N, "fx", false) +
+         curve(series, &TractionSummary::fy_N, "fy", false) +
+         curve(series, &TractionSummary::mz_Nmm, "mz", false);
   const auto band = [](const char* name, const char* title, size_t colour) {
     return text(
         "$%s using 1:3:4 with filledcurves fs transparent solid 0.2 noborder lc rgb '%s' notitle, $%s using "

@@ -141,7 +141,7 @@ class StripCharts {
         high_(low_.x + static_cast<float>(rect.width), low_.y + static_cast<float>(rect.height)),
         span_(shown_span(history, style)),
         has_shear_(sensor.shear && sensor.force),
-        has_depth_(sensor.reconstruction != Reconstruction::None) {
+        has_depth_(sensor.reading != SurfaceReading::None) {
     const float row = ImGui::GetFontSize();
     std::tie(left_, right_) = axis_ends(rect, scale_);
     axis_ = row + 5 * scale_;

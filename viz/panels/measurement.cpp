@@ -55,8 +55,8 @@ Headline headline(const Touch& t, bool scaled) {
   }
   if (has_value(t.force_N))
     return {text("%.3f N", t.force_N.value), text("\xc2\xb1 %.3f N", t.force_N.standard_error)};
-  if (t.traction && has_value(t.traction->force_z_N)) {
-    const Estimate& force = t.traction->force_z_N;
+  if (t.traction && has_value(t.traction->fz_N)) {
+    const Estimate& force = t.traction->fz_N;
     return {text("%.2f N", force.value), text("\xc2\xb1 %.2f N by the layer", force.standard_error)};
   }
   if (t.surface) {
@@ -70,9 +70,9 @@ Headline headline(const Touch& t, bool scaled) {
 
 /// State of the headline. At rest, which the headline says, the state that a touch would have.
 std::pair<std::string, Verdict> state_of(const Touch& shown, const Sensor& sensor) {
-  const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->force_z_N);
+  const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->fz_N);
   const bool by_depth = !by_layer && !has_value(shown.force_N) && shown.surface;
-  Verdict verdict = force_verdict(by_layer ? shown.traction->force_z_N.validity : shown.force_N.validity);
+  Verdict verdict = force_verdict(by_layer ? shown.traction->fz_N.validity : shown.force_N.validity);
   if (by_depth && shown.surface->validity != Validity::Valid &&
       (shown.contact || shown.surface->validity == Validity::LightUnknown)) {
     verdict = force_verdict(shown.surface->validity);
@@ -249,7 +249,7 @@ void mark(std::string_view name, const Touch& t, const HudContent& content, cons
   } else if (name == "saturated_px" && saturation_matters(t)) {
     tint = colour(force_verdict(Validity::Saturated));
   } else if (name == "wrench_state") {
-    tint = colour(force_verdict(t.traction->force_z_N.validity));
+    tint = colour(force_verdict(t.traction->fz_N.validity));
   } else if (name == "light_state" && t.light->state == LightState::Unknown) {
     tint = colour(force_verdict(Validity::LightUnknown));
   } else if (name == "centroid_x_px" && has_scale(content.sensor) && !state.pixels && words != "-") {
@@ -289,7 +289,7 @@ void quantity_rows(const Touch& t, const HudContent& content, const ViewState& s
   // Other quantities are there where the touch has them; of a layer where something presses it.
   const auto is_there = [&](const MeasuredQuantity<Touch>& q, uint32_t group) {
     if (group & Groups::kOfTouch) return (group & columns.groups) != 0;
-    if (group == Groups::Traction && !(t.traction && has_value(t.traction->force_z_N))) return false;
+    if (group == Groups::Traction && !(t.traction && has_value(t.traction->fz_N))) return false;
     if (group == Groups::Depth && !content.has_surface) return false;
     if (group == Groups::Contacts) return t.regions.has_value();
     return !std::holds_alternative<std::monostate>(q.value(t));

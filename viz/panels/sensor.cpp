@@ -55,26 +55,26 @@ CalibrationLine shear_line(const Sensor& s) {
 }
 
 CalibrationLine surface_line(const Sensor& s) {
-  switch (s.reconstruction) {
-    case Reconstruction::Shading:
+  switch (s.reading) {
+    case SurfaceReading::Shading:
       return {"surface",
               true,
               text("shading: facing gray %.4g gray levels, depth gain %.4g", s.shading.facing_gray,
                    s.shading.depth_gain),
               {}};
-    case Reconstruction::Photometric:
+    case SurfaceReading::Photometric:
       return {"surface", true,
               text("photometric%s: normal to %.3g (held out)", s.photometric.table ? ", with table" : "",
                    s.photometric.normal_sd),
               origin_text(s.photometric.origin)};
-    case Reconstruction::Elastic: {
+    case SurfaceReading::Elastic: {
       std::string what =
           text("elastic: %.4g gray/MPa, E %.3g MPa", s.elastic.gray_per_MPa, s.elastic.young_MPa);
       if (s.elastic.thickness_mm > 0) what += text(", %.3g mm thick", s.elastic.thickness_mm);
       if (s.elastic.relative_sd > 0) what += text(", depth \xc2\xb1 %.2g %%", 100 * s.elastic.relative_sd);
       return {"surface", true, what, {}};
     }
-    case Reconstruction::Lookup:
+    case SurfaceReading::Lookup:
       return {"surface", !s.lookup.points.empty(),
               s.lookup.points.empty() ? std::string("lookup without points")
                                       : text("lookup: to %.3g mm \xc2\xb1 %.2g mm", s.lookup.points.back()[1],

@@ -15,16 +15,15 @@ namespace py = pybind11;
 std::string described(const Sensor& sensor) {
   std::string line = "<palpate.Sensor '" + sensor.name + "'";
   if (has_scale(sensor)) line += text(", %.5g mm per px", sensor.pitch_mm_per_px);
-  if (sensor.reconstruction != Reconstruction::None)
-    line += std::string(", reading ") + to_string(sensor.reconstruction);
+  if (sensor.reading != SurfaceReading::None) line += std::string(", reading ") + to_string(sensor.reading);
   if (sensor.force) line += ", force";
   if (sensor.shear) line += ", shear";
   return line + ">";
 }
 
 std::optional<std::string> reading(const Sensor& sensor) {
-  if (sensor.reconstruction == Reconstruction::None) return std::nullopt;
-  return to_string(sensor.reconstruction);
+  if (sensor.reading == SurfaceReading::None) return std::nullopt;
+  return to_string(sensor.reading);
 }
 
 }  // namespace

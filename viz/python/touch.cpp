@@ -151,7 +151,7 @@ void bind_wrench(py::module_& module) {
       bound, touch_quantities(), [](const PyWrench& w) -> const Touch& { return w.held->touch(); }, kWrench);
   bound.def("__repr__", [](const PyWrench& w) {
     const auto& traction = w.held->touch().traction;
-    return "<palpate.Wrench fz " + measured(traction ? traction->force_z_N : Estimate{}, "N").text() + ">";
+    return "<palpate.Wrench fz " + measured(traction ? traction->fz_N : Estimate{}, "N").text() + ">";
   });
 }
 

@@ -1,5 +1,5 @@
 // Load on the skin over the frame, for the colours of the surface: pressure where the sensor's gray is
-// pressure (Reconstruction::Elastic) or by its elastic layer (Output::Traction), and shear over pressure.
+// pressure (SurfaceReading::Elastic) or by its elastic layer (Output::Traction), and shear over pressure.
 #pragma once
 
 #include <cstdint>

@@ -113,8 +113,7 @@ void ViewState::fit_to(const Sensor& sensor) {
   can_show_pressure = reads_pressure(sensor) || sensor.layer.has_value();
   can_show_friction = sensor.layer && sensor.skin;
   can_show_skin = sensor.skin.has_value();
-  can_show_strain =
-      sensor.reconstruction != Reconstruction::None && sensor.reconstruction != Reconstruction::Elastic;
+  can_show_strain = sensor.reading != SurfaceReading::None && sensor.reading != SurfaceReading::Elastic;
   if (sensor.shear && sensor.shear->friction > 0) friction_range = sensor.shear->friction;
   if (!can_show(quantity)) quantity = Quantity::Depth;
   if (!can_show_skin) skin_strain = SkinStrain::Off;

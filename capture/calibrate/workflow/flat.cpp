@@ -70,7 +70,7 @@ CalibrationReport calibrate_flat(const FlatRequest& options, const CalibrationRu
     line = text("WARNING: the factor is held at 1/4 or 4 in %.1f %% of the frame\n", 100 * fit.limited);
     all += line;
   }
-  if (sensor.force || sensor.reconstruction != Reconstruction::None)
+  if (sensor.force || sensor.reading != SurfaceReading::None)
     all += "WARNING: gray changes with the field: calibrate force and surface again\n";
   all += "written: " + run.out.string() + " and " + image.string();
   return {all, value.dump(2)};

@@ -103,7 +103,7 @@ CalibrationReport calibrate_lookup(const BallRequest& options, const Calibration
                                          result.by_press ? "one at a time" : "by sectors of one press") +
                            error_text(result.depth_rmse_mm, result.cap_rms_mm);
   Sensor calibrated = original;
-  calibrated.reconstruction = Reconstruction::Lookup;
+  calibrated.reading = SurfaceReading::Lookup;
   calibrated.lookup = result.calibration;
   calibrated.lookup.origin = origin_now(fs::path(options.input).filename().string(), note);
   calibrated.size_px = {found.format.width, found.format.height};

@@ -137,7 +137,7 @@ Fitted fit_found(BallPresses found, const Sensor& reading, const PhotometricRequ
 
 Sensor calibrated(Sensor sensor, const Fitted& fitted, const PhotometricRequest& options) {
   const PhotometricFitResult& result = fitted.result;
-  sensor.reconstruction = Reconstruction::Photometric;
+  sensor.reading = SurfaceReading::Photometric;
   sensor.photometric = result.calibration;
   sensor.photometric.origin = origin_now(
       fs::path(options.input).filename().string(),

@@ -242,7 +242,7 @@ CalibrationReport calibrate_scale(const ScaleRequest& options, const Calibration
       palpate::text("pitch: %.6f +- %.6f mm per px (%.2f %%)\n", sensor.pitch_mm_per_px,
                     sensor.pitch_sd_mm_per_px, 100 * sensor.pitch_sd_mm_per_px / sensor.pitch_mm_per_px);
   std::string all = found.text + line;
-  if (original.force || original.shear || original.reconstruction != Reconstruction::None || original.flat)
+  if (original.force || original.shear || original.reading != SurfaceReading::None || original.flat)
     all +=
         "WARNING: force, shear, surface and flat field were calibrated at another scale: calibrate them "
         "again\n";

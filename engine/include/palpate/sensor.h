@@ -28,7 +28,7 @@ enum class Filter {
 };
 
 /// How an image becomes a surface.
-enum class Reconstruction {
+enum class SurfaceReading {
   None,         ///< the sensor measures contact and force only
   Shading,      ///< one gray image, Lambertian, light along the viewing axis (the paper, Eq. 61-63)
   Photometric,  ///< three coloured lights, linear per-pixel calibration from known normals
@@ -127,13 +127,13 @@ struct SkinPattern {
   double shift_sd_px = 0;  ///< of one point's shift, while nothing moves; 0: from the fit itself
 };
 
-/// Brightness to slope, for Reconstruction::Shading: cos(slope angle) = gray / facing_gray.
+/// Brightness to slope, for SurfaceReading::Shading: cos(slope angle) = gray / facing_gray.
 struct ShadingCalibration {
   double facing_gray = 0;  ///< filtered gray of a facet that faces the light, gray levels
   double depth_gain = 1;   ///< scale on the slopes, from a ball of known radius; 1 is the paper's reading
 };
 
-/// Colour change to normal, for Reconstruction::Photometric. With c over red, green, blue, dI_c the change of
+/// Colour change to normal, for SurfaceReading::Photometric. With c over red, green, blue, dI_c the change of
 /// channel c from the background in units of full scale, and X, Y in [-1, 1] across the frame (pixel centres,
 /// right and down):
 ///   n_x = sum_c (wx[c][0] + wx[c][1] X + wx[c][2] Y) dI_c,  likewise n_y,  n_z = sqrt(1 - n_x^2 - n_y^2),
@@ -155,7 +155,7 @@ struct PhotometricCalibration {
   Origin origin{};
 };
 
-/// Filtered change to depth, for Reconstruction::Lookup: straight between the points, 0 at and below the
+/// Filtered change to depth, for SurfaceReading::Lookup: straight between the points, 0 at and below the
 /// first, the last one's depth (and Validity::AboveRange) beyond it.
 struct LookupCalibration {
   std::vector<std::array<double, 2>> points;  ///< gray levels, mm; gray rises, depth does not fall
@@ -179,7 +179,7 @@ struct FlatField {
   Origin origin{};
 };
 
-/// Brightness to contact pressure, and the pad that answers it, for Reconstruction::Elastic: gray =
+/// Brightness to contact pressure, and the pad that answers it, for SurfaceReading::Elastic: gray =
 /// gray_per_MPa * p, or with a limit gray = limit_gray (1 - exp(-gray_per_MPa p / limit_gray)).
 struct ElasticCalibration {
   static constexpr double kThinnest_px = 4;
@@ -241,7 +241,7 @@ struct Sensor {
   uint32_t smallest_contact_px = 0;  ///< connected regions with fewer pixels are no contact of their own; 0:
                                      ///< as smallest_contact_px() says
 
-  Reconstruction reconstruction = Reconstruction::None;
+  SurfaceReading reading = SurfaceReading::None;
   ShadingCalibration shading;
   PhotometricCalibration photometric;
   ElasticCalibration elastic;
@@ -272,7 +272,7 @@ PALPATE_API Sensor for_rectified_frames(Sensor sensor);
 /// The sensor's own layer, or that of its surface.elastic where it has a thickness.
 PALPATE_API std::optional<LayerCalibration> layer_of(const Sensor& sensor);
 
-/// The sensor's own, or the default of its reading: 2 % of full scale for Reconstruction::Photometric,
+/// The sensor's own, or the default of its reading: 2 % of full scale for SurfaceReading::Photometric,
 /// whose slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched
 /// one.
 PALPATE_API uint32_t shadow_gray(const Sensor& sensor);
@@ -310,7 +310,7 @@ PALPATE_API Sensor sensor_from_text(const std::string& text, const std::string& 
 PALPATE_API const char* to_string(Signal signal);
 PALPATE_API const char* to_string(Filter filter);
 PALPATE_API const char* to_string(BackgroundKind kind);
-PALPATE_API const char* to_string(Reconstruction reconstruction);
+PALPATE_API const char* to_string(SurfaceReading reading);
 PALPATE_API const char* to_string(ForceSignal signal);
 PALPATE_API const char* to_string(ForceModel model);
 PALPATE_API const char* to_string(ShearSignal signal);

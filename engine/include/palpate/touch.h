@@ -114,8 +114,8 @@ struct SkinMotion {
   uint32_t touching = 0;  ///< followed ones under the contact; less than 3: nothing below is known
   Estimate shift_x_mm;    ///< of the contact's core since the contact's onset
   Estimate shift_y_mm;
-  Estimate torsion_rad;     ///< turn about the normal since onset, from +x towards +y
-  Estimate stick_fraction;  ///< radius of the part that still sticks over the contact's, 0 to 1
+  Estimate torsion_rad;  ///< turn about the normal since onset, from +x towards +y
+  Estimate stick_share;  ///< radius of the part that still sticks over the contact's, 0 to 1
 };
 
 /// Regions that were told apart in a frame (Output::Contacts); those large enough are Touch::contacts.
@@ -155,8 +155,8 @@ struct SurfaceSummary {
 /// down, z into the pad; moments r x F about the frame's middle: (y p, -x p, x t_y - y t_x). Standard errors
 /// are those of slopes, skin and the layer's modulus together.
 struct TractionSummary {
-  Estimate force_x_N, force_y_N, force_z_N;  ///< x and y where the skin is followed (Output::Skin)
-  Estimate moment_x_Nmm, moment_y_Nmm, moment_z_Nmm;
+  Estimate fx_N, fy_N, fz_N;  ///< x and y where the skin is followed (Output::Skin)
+  Estimate mx_Nmm, my_Nmm, mz_Nmm;
   double pressure_max_kPa = 0;
   double shear_max_kPa = 0;
   double area_mm2 = 0;  ///< that carries pressure

@@ -1,4 +1,4 @@
-// Surface from pressure: Reconstruction::Elastic. Depth is absolute: there is no rest level to be found.
+// Surface from pressure: SurfaceReading::Elastic. Depth is absolute: there is no rest level to be found.
 #pragma once
 
 #include <optional>

@@ -7,11 +7,11 @@ namespace palpate {
 namespace {
 
 // Whether so much of the contact is clipped that its depth cannot be right: a fraction of its area, and in
-// Reconstruction::Shading more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
+// SurfaceReading::Shading more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
 bool too_many_clipped(const ContactTouch& whole, uint64_t clipped_px, const Sensor& sensor) {
   constexpr double kFraction = 0.01, kRim_px = 4;
   double allowed_px = kFraction * static_cast<double>(whole.area_px);
-  if (sensor.reconstruction == Reconstruction::Shading) {
+  if (sensor.reading == SurfaceReading::Shading) {
     // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
     const double across_px = std::hypot(whole.ellipse.major_px, whole.ellipse.minor_px);
     allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;

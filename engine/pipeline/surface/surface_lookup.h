@@ -1,4 +1,4 @@
-// Surface from a table of gray to depth: Reconstruction::Lookup. Depth is absolute: there is no rest level to
+// Surface from a table of gray to depth: SurfaceReading::Lookup. Depth is absolute: there is no rest level to
 // be found.
 #pragma once
 

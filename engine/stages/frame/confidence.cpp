@@ -46,9 +46,8 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
       format_(format),
       markers_(markers),
       rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
-      reach_(sensor.reconstruction == Reconstruction::Shading ||
-                     sensor.reconstruction == Reconstruction::Elastic ||
-                     sensor.reconstruction == Reconstruction::Lookup
+      reach_(sensor.reading == SurfaceReading::Shading || sensor.reading == SurfaceReading::Elastic ||
+                     sensor.reading == SurfaceReading::Lookup
                  ? kFilterReach_px
                  : 0) {
   push_.width = format.width;

@@ -21,7 +21,7 @@ class Commands;
 
 class Contact {
  public:
-  /// `keep_filtered`: also stores the filtered image, for Reconstruction::Shading and Elastic; not with
+  /// `keep_filtered`: also stores the filtered image, for SurfaceReading::Shading and Elastic; not with
   /// Filter::None. `keep_marks`: also stores which pixels are contact, for the stage `regions`.
   Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
           const Tuning& tuning, bool keep_marks = false);

@@ -1,5 +1,5 @@
 // Lookup stage: the filtered change of a gray gel to depth, pixel by pixel, by the sensor's table
-// (Reconstruction::Lookup). Depths are absolute: 0 is the untouched pad, no rest level is looked for.
+// (SurfaceReading::Lookup). Depths are absolute: 0 is the untouched pad, no rest level is looked for.
 #pragma once
 
 #include <cstdint>

@@ -96,7 +96,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     : tile_rows_(rows_for(tuning)),
       workgroup_(tuning.slope_workgroup),
       tiled_(tuning.slope_tiles != 0),
-      shading_(sensor.reconstruction == Reconstruction::Shading),
+      shading_(sensor.reading == SurfaceReading::Shading),
       right_sides_(right_sides) {
   using enum gpu::Binding;
   push_.width = format.width;

@@ -24,7 +24,7 @@ struct CellFaceMaps {
 
 class Slope {
  public:
-  /// For Reconstruction::Shading `contact` must keep its filtered image; for Reconstruction::Photometric the
+  /// For SurfaceReading::Shading `contact` must keep its filtered image; for SurfaceReading::Photometric the
   /// frame has three planes of 8 bits.
   Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
         RightSides right_sides, const Tuning& tuning);
@@ -55,7 +55,7 @@ class Slope {
   /// A word for each strip.
   uint64_t clipped_bytes() const { return uint64_t{strips()} * sizeof(uint32_t); }
   /// Pixels of the frame whose reading is steeper than max_slope: their slope keeps its direction and has
-  /// that size. In Reconstruction::Shading those in contact: elsewhere nothing is read.
+  /// that size. In SurfaceReading::Shading those in contact: elsewhere nothing is read.
   uint64_t clipped_px(std::span<const uint32_t> clipped) const;
 
  private:
@@ -74,10 +74,10 @@ class Slope {
   RightSides right_sides_;
   std::vector<uint32_t> constants_;  // of the kernels: rows; shading: stored units below which a slope is
                                      // clipped (0: none is); with a table: its side and reach
-  // For Reconstruction::Photometric with a NormalTable: its nodes, and what the kernels are told of it.
+  // For SurfaceReading::Photometric with a NormalTable: its nodes, and what the kernels are told of it.
   gpu::DeviceBuffer table_;
   gpu::TexelView table_nodes_;
-  // For Reconstruction::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
+  // For SurfaceReading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;
   gpu::DeviceBuffer blocks_;
   gpu::TexelView block_words_;

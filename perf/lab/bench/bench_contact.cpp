@@ -78,7 +78,7 @@ void Bench::moments(const Size& size) {
   for (Frame& frame : scene.frames)
     for (size_t i = 0; i < frame.bytes.size(); ++i)
       frame.bytes[i] -= std::min(frame.bytes[i], scene.background.bytes[i]);
-  scene.sensor.reconstruction = Reconstruction::None;
+  scene.sensor.reading = SurfaceReading::None;
   scene.sensor.filter = Filter::None;
   scene.sensor.background = {BackgroundKind::None, "", 1};
   std::fill(scene.background.bytes.begin(), scene.background.bytes.end(), uint8_t{0});

@@ -14,7 +14,7 @@ namespace palpate::perf {
 
 void Bench::frame(const Size& size, SyntheticMode mode) {
   Scene scene = scene_for(size, mode);
-  const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reconstruction)) + ")";
+  const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reading)) + ")";
   Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
   OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
   add(compare(work, size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
@@ -40,7 +40,7 @@ void Bench::normal_table(const Size& size) {
 
 void Bench::lookup(const Size& size) {
   Scene scene = scene_for(size, SyntheticMode::Lambert);
-  scene.sensor.reconstruction = Reconstruction::Lookup;
+  scene.sensor.reading = SurfaceReading::Lookup;
   scene.sensor.lookup.points = {{4, 0}, {60, 0.8}, {120, 1.2}, {200, 1.5}};
   Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
   add(compare("frame to depth (lookup)", size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
@@ -59,9 +59,9 @@ void Bench::throughput(const Size& size, SyntheticMode mode) {
   while (pipeline.wait()) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  throughput_csv_ += std::string(to_string(scene.sensor.reconstruction)) + "," + size.text() + "," +
+  throughput_csv_ += std::string(to_string(scene.sensor.reading)) + "," + size.text() + "," +
                      std::to_string(std::lround(kFrames / seconds)) + "\n";
-  say(text("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reconstruction), size.text().c_str(),
+  say(text("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reading), size.text().c_str(),
            kFrames / seconds));
 }
 

@@ -164,7 +164,7 @@ class Goals {
     rival.run_8bit(scene.frames[0]);
     const Frame image = rival.contact_8bit();
     Sensor sensor = scene.sensor;
-    sensor.reconstruction = Reconstruction::None;
+    sensor.reading = SurfaceReading::None;
     sensor.filter = Filter::None;
     sensor.background = {BackgroundKind::None, "", 1};
     const Contact contact(context_, sensor, image.format, false, load_tuning(context_).tuning);
@@ -223,7 +223,7 @@ class Goals {
 
   void frame(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
-    const std::string reading = to_string(scene.sensor.reconstruction);
+    const std::string reading = to_string(scene.sensor.reading);
     Pipeline pipeline = pipeline_for(scene.sensor, scene.background, {});
     OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
     const Pair pair =
@@ -237,7 +237,7 @@ class Goals {
             text("heights %.1e apart", difference));
     // Shading: the rival takes the direction of a slope from a pixel's neighbours, noise and all; the same
     // amount of work, not the same heights.
-    if (scene.sensor.reconstruction == Reconstruction::Photometric)
+    if (scene.sensor.reading == SurfaceReading::Photometric)
       check("heights of a frame " + size.text() + ", " + reading, difference, 0.02);
   }
 

@@ -77,7 +77,7 @@ std::vector<Kind> kinds() {
 /// The sensor of a scene, then with what calibrations can add to it.
 std::vector<Sensor> sensors_of(const Sensor& plain) {
   std::vector<Sensor> sensors{plain};
-  if (plain.reconstruction == Reconstruction::Photometric) {
+  if (plain.reading == SurfaceReading::Photometric) {
     Sensor corrected = plain;
     NormalTable table;
     table.side = 3;
@@ -87,12 +87,12 @@ std::vector<Sensor> sensors_of(const Sensor& plain) {
     sensors.push_back(corrected);
   } else if (plain.channels == 1) {
     Sensor lookup = plain;
-    lookup.reconstruction = Reconstruction::Lookup;
+    lookup.reading = SurfaceReading::Lookup;
     lookup.lookup.points = {{0, 0}, {200, 1}};
     sensors.push_back(lookup);
   }
   Sensor unfiltered = plain;
-  unfiltered.reconstruction = Reconstruction::None;
+  unfiltered.reading = SurfaceReading::None;
   unfiltered.filter = Filter::None;
   sensors.push_back(unfiltered);
   return sensors;

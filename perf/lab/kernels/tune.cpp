@@ -56,7 +56,7 @@ struct Scene {
     rest = *source.own_background();
     source.render(source.frame_count().value_or(2) / 2, image);
     const Tuning usual = default_tuning(context);
-    keeps = sensor.reconstruction == Reconstruction::Shading;
+    keeps = sensor.reading == SurfaceReading::Shading;
     contact.emplace(context, sensor, image.format, keeps, usual);
     surface.emplace(context, size.width, size.height, Solve::Live, usual);
     frame.emplace(context, "frame", image.format);
