@@ -119,10 +119,19 @@ void check_surface_reading(const Sensor& s, const Require& require) {
   }
   if (s.reading == SurfaceReading::Photometric) {
     require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
+    const size_t colours = s.photometric.wx.size(), terms = colours ? s.photometric.wx.front().size() : 0;
+    require((colours == 3 || colours == 9) && s.photometric.wy.size() == colours &&
+                (terms == 1 || terms == 3 || terms == 6 || terms == 10),
+            "surface.photometric", "wx and wy of 3 or 9 rows of 1, 3, 6 or 10 terms",
+            std::to_string(colours) + " and " + std::to_string(s.photometric.wy.size()) + " rows of " +
+                std::to_string(terms));
     double largest = 0;
     for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
-      for (const auto& row : *weights)
+      for (const auto& row : *weights) {
+        require(row.size() == terms, "surface.photometric", "rows of as many terms as the first",
+                std::to_string(row.size()) + " instead of " + std::to_string(terms));
         for (const double weight : row) largest = std::max(largest, std::abs(weight));
+      }
     require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
   }
   if (s.reading == SurfaceReading::Lookup) {

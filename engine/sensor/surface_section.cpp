@@ -8,14 +8,21 @@ constexpr std::array kSurfaceReadings{SurfaceReading::None, SurfaceReading::Shad
                                       SurfaceReading::Photometric, SurfaceReading::Elastic,
                                       SurfaceReading::Lookup};
 
-void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
-  const Json& rows = reader.array(key, 3, "for red, green, blue");
-  for (size_t channel = 0; channel < 3; ++channel) {
-    const std::string where = reader.path(key) + "[" + std::to_string(channel) + "]";
-    if (!rows[channel].is_array() || rows[channel].size() != 3)
-      fail(where, "a list of 3: 1, X, Y", shown(rows[channel]));
-    for (size_t term = 0; term < 3; ++term)
-      weights[channel][term] = Reader::checked(rows[channel][term], where, -1e6, 1e6, "");
+void read_weights(Reader& reader, const char* key, NormalWeights& weights) {
+  const Json& rows = reader.at(key);
+  if (!rows.is_array() || (rows.size() != 3 && rows.size() != 9))
+    fail(reader.path(key), "3 rows for red, green, blue, or 9 with their products", shown(rows));
+  weights.clear();
+  for (const Json& row : rows) {
+    const std::string where = reader.path(key) + "[" + std::to_string(weights.size()) + "]";
+    const size_t terms = row.is_array() ? row.size() : 0;
+    if (terms != 1 && terms != 3 && terms != 6 && terms != 10)
+      fail(where, "a list of 1, 3, 6 or 10: the terms 1, X, Y, XX, XY, YY, ... up to a degree", shown(row));
+    std::vector<double>& to = weights.emplace_back();
+    for (const Json& value : row) to.push_back(Reader::checked(value, where, -1e6, 1e6, ""));
+    if (terms != weights.front().size())
+      fail(where, "as many terms as in the rows before, " + std::to_string(weights.front().size()),
+           shown(row));
   }
 }
 

@@ -16,14 +16,13 @@ constexpr double kPitch_mm = 0.05;
 
 PhotometricCalibration some_weights() {
   PhotometricCalibration w;
-  w.wx = {{{-0.56, 0.22, 0.01}, {0.04, 0.64, 0.07}, {0.55, 0.07, -0.02}}};
-  w.wy = {{{0.35, 0.18, 0.31}, {-0.66, -0.06, 0.93}, {0.71, -0.26, 0.11}}};
+  w.wx = {{-0.56, 0.22, 0.01}, {0.04, 0.64, 0.07}, {0.55, 0.07, -0.02}};
+  w.wy = {{0.35, 0.18, 0.31}, {-0.66, -0.06, 0.93}, {0.71, -0.26, 0.11}};
   return w;
 }
 
 // The formula of sensor.h, written out once more.
-double normal(const std::array<std::array<double, 3>, 3>& w, const Frame& image, const Frame& background,
-              uint32_t x, uint32_t y) {
+double normal(const NormalWeights& w, const Frame& image, const Frame& background, uint32_t x, uint32_t y) {
   const FrameFormat& f = image.format;
   const double across = 2 * (x + 0.5) / f.width - 1, down = 2 * (y + 0.5) / f.height - 1;
   double sum = 0;

@@ -246,8 +246,8 @@ TEST_F(SlopeTest, WeightedCellsEqualSumsOverPixels) {
       sensor.reading = shading ? SurfaceReading::Shading : SurfaceReading::Photometric;
       sensor.threshold_gray = 4;
       sensor.shading.facing_gray = 220;
-      sensor.photometric.wx = {{{0.2, 0.1, 0}, {-0.1, 0, 0.1}, {0.1, 0, 0}}};
-      sensor.photometric.wy = {{{0.1, 0, 0.1}, {0.2, 0.1, 0}, {-0.2, 0, 0}}};
+      sensor.photometric.wx = {{0.2, 0.1, 0}, {-0.1, 0, 0.1}, {0.1, 0, 0}};
+      sensor.photometric.wy = {{0.1, 0, 0.1}, {0.2, 0.1, 0}, {-0.2, 0, 0}};
       const FrameFormat format{width, height, sensor.channels, 8};
       Frame image, rest;
       image.reshape(format);

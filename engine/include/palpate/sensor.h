@@ -133,25 +133,29 @@ struct ShadingCalibration {
   double depth_gain = 1;   ///< scale on the slopes, from a ball of known radius; 1 is the paper's reading
 };
 
-/// Colour change to normal, for SurfaceReading::Photometric. With c over red, green, blue, dI_c the change of
-/// channel c from the background in units of full scale, and X, Y in [-1, 1] across the frame (pixel centres,
-/// right and down):
-///   n_x = sum_c (wx[c][0] + wx[c][1] X + wx[c][2] Y) dI_c,  likewise n_y,  n_z = sqrt(1 - n_x^2 - n_y^2),
-/// and d(depth)/dx = n_x / n_z, d(depth)/dy = n_y / n_z: n points into the pad where depth grows along +x.
-/// What the linear normal misses, by a table over it: the corrected (n_x, n_y) at the nodes of a square grid
-/// over n_x, n_y in [-reach, reach], n_x fastest, bilinear between; beyond, the value at the edge plus what
-/// lies beyond.
+/// What the polynomial of PhotometricCalibration misses, as a table over its normal: the corrected (n_x, n_y)
+/// at the nodes of a square grid over n_x, n_y in [-reach, reach], n_x fastest, bilinear between; beyond, the
+/// value at the edge plus what lies beyond.
 struct NormalTable {
-  double reach = 1;   ///< of the grid, in components of the linear normal
+  double reach = 1;   ///< of the grid, in components of the polynomial's normal
   uint32_t side = 0;  ///< nodes along each axis, odd
   std::vector<double> nx, ny;
 };
 
+/// Weights of colours, a row each (three or nine), by place, a column each (one, three, six or ten).
+using NormalWeights = std::vector<std::vector<double>>;
+
+/// Colour change to normal, for SurfaceReading::Photometric. With f_0, f_1, f_2 the changes of red, green and
+/// blue from the background in units of full scale, where there are nine rows followed by their products (rr,
+/// rg, rb, gg, gb, bb), and X, Y in [-1, 1] across the frame (pixel centres, right and down):
+///   n_x = sum_c (wx[c][0] + wx[c][1] X + wx[c][2] Y + wx[c][3] XX + wx[c][4] XY + wx[c][5] YY + ...) f_c,
+/// likewise n_y, with as many terms as there are columns (then XXX, XXY, XYY, YYY);
+/// n_z = sqrt(1 - n_x^2 - n_y^2), and d(depth)/dx = n_x / n_z, d(depth)/dy = n_y / n_z: n points into the pad
+/// where depth grows along +x.
 struct PhotometricCalibration {
-  std::array<std::array<double, 3>, 3> wx{};
-  std::array<std::array<double, 3>, 3> wy{};
+  NormalWeights wx = NormalWeights(3, std::vector<double>(3)), wy = wx;  ///< of one shape
   double normal_sd = 0;              ///< RMS error of (n_x, n_y) on held-out presses
-  std::optional<NormalTable> table;  ///< applied to the linear normal
+  std::optional<NormalTable> table;  ///< applied to the polynomial's normal
   Origin origin{};
 };
 
