@@ -49,7 +49,7 @@ namespace {
 struct Options {
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
-  bool moduli = false, matching = false, lumps = false, traction = false, stages = false;
+  bool moduli = false, surfaces = false, matching = false, lumps = false, traction = false, stages = false;
 
   /// Name of the table of what was asked for.
   const char* table() const {
@@ -58,9 +58,10 @@ struct Options {
            : skin     ? "skin.csv"
            : gels     ? "gels.csv"
            : contacts ? "contacts.csv"
+           : surfaces ? "surfaces.csv"
                       : "bench.csv";
   }
-  bool all() const { return !weighted && !forward && !skin && !gels && !contacts; }
+  bool all() const { return !weighted && !forward && !skin && !gels && !contacts && !surfaces; }
 };
 
 /// Results of a benchmark, as files by their names.
@@ -112,6 +113,10 @@ void time_size(Bench& bench, const Options& options, const Size& size) {
   if (options.skin) {
     bench.skin(size, "markers");
     bench.skin(size, "texture");
+    return;
+  }
+  if (options.surfaces) {
+    bench.surface(size);
     return;
   }
   bench.contact(size);
@@ -196,6 +201,8 @@ void add_bench(CommandLine& program, Common& common, Command& chosen) {
       "--traction", o->traction,
       "Pressure of a layer only: error by run time and by Poisson's ratio, thickness and noise");
   command->add_flag("--contacts", o->contacts, "Contact, regions and moments only");
+  command->add_flag("--surfaces", o->surfaces,
+                    "Right side to heights only, against FFTW, and VkFFT on the same device");
   command->add_flag("--modulus", o->moduli,
                     "Errors and intervals of Young's modulus of simulated samples, nothing timed");
   command->add_option("--seeds", o->seeds, "Samples of each shape and modulus, with --modulus")

@@ -18,6 +18,7 @@
 #include "perf/lab/rivals/weighted_rival.h"
 #include "perf/lab/say.h"
 #include "perf/rivals/rivals.h"
+#include "perf/rivals/vkfft_poisson.h"
 
 namespace palpate::perf {
 
@@ -42,6 +43,22 @@ void Bench::surface(const Size& size) {
   add(compare("surface (exact)", size.text(),
               {"palpate", [&] { dct.solve(right.data(), z.data(), size.width); }}, rival, repetitions_,
               inner(size, 8)));
+  // As FFTW padded: the frame in the next larger size with small prime factors.
+  VkfftPoisson vkfft(context_, size.padded_width, size.padded_height);
+  std::vector<float> padded_right(size_t{size.padded_width} * size.padded_height);
+  for (uint32_t y = 0; y < size.height; ++y)
+    std::copy_n(right.begin() + size_t{y} * size.width, size.width,
+                padded_right.begin() + size_t{y} * size.padded_width);
+  vkfft.set_right_side(padded_right);
+  gpu::Commands transforms(context_);
+  transforms.begin();
+  vkfft.record(transforms);
+  transforms.end();
+  const Work same_device{"VkFFT", [&] {
+                           transforms.submit();
+                           transforms.wait();
+                         }};
+  add(compare("surface", size.text(), ours, same_device, repetitions_, inner(size, 8)));
   if (size.padded_width == size.width && size.padded_height == size.height) return;
   FftwPoisson padded(size.width, size.height, size.padded_width, size.padded_height);
   add(compare("surface", size.text(), ours, {"FFTW padded", [&] { padded.solve(right.data(), z.data()); }},
