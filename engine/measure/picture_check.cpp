@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 
 #include "engine/measure/colour_order.h"
 
@@ -65,53 +66,62 @@ PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray,
     widest_ = std::max(widest_, blocks);
   }
   steps_.resize(format.channels * places);
+  pad_.resize(places);
+  for (uint32_t y = 1; y < format.height; ++y)
+    for (uint32_t i = 0; i < parts_; ++i)
+      pad_[size_t{y} * parts_ + i] = places_.has(i, y - 1, 2) ? 1.0f : 0.0f;
   scratch_.reserve(std::max(
       {places / 4, format.channels * places / 12, size_t{format.width} + 1, size_t{format.height} + 1}));
 }
 
-template <typename Pixel>
-static void add_parts(const Frame& frame, uint32_t parts, uint32_t part, std::vector<float>& means) {
-  const FrameFormat& f = frame.format;
-  means.resize(size_t{f.channels} * f.height * parts);
-  const uint32_t count = std::min(part, f.width);
-  float* to = means.data();
-  for (uint32_t c = 0; c < f.channels; ++c)
-    for (uint32_t y = 0; y < f.height; ++y) {
-      const Pixel* row = row_of<Pixel>(frame, c, y);
-      for (uint32_t i = 0; i < parts; ++i, row += count) {
-        uint32_t sum = 0;
-        for (uint32_t x = 0; x < count; ++x) sum += row[x];
-        *to++ = static_cast<float>(sum) / static_cast<float>(count);
-      }
-    }
+/// Sum of 16 pixels.
+static uint32_t sum_of_16(const uint8_t* pixels) {
+  constexpr uint64_t kEven = 0x00FF00FF00FF00FFu;
+  std::array<uint64_t, 2> words;
+  std::memcpy(words.data(), pixels, sizeof words);
+  uint64_t pairs = 0;  // four sums of 16 bits
+  for (const uint64_t word : words) pairs += (word & kEven) + (word >> 8 & kEven);
+  return static_cast<uint32_t>(pairs * 0x0001000100010001u >> 48);
+}
+static uint32_t sum_of_16(const uint16_t* pixels) {
+  uint32_t sum = 0;
+  for (uint32_t x = 0; x < 16; ++x) sum += pixels[x];
+  return sum;
 }
 
+/// Parts of rows and columns of bands in one pass over the pixels.
 template <typename Pixel>
-static void add_columns(const Frame& frame, uint32_t bands, uint32_t band_rows, std::vector<uint32_t>& sums,
-                        std::vector<float>& means) {
-  const FrameFormat& f = frame.format;
-  means.resize(size_t{f.channels} * bands * f.width);
-  sums.resize(f.width);
-  float* to = means.data();
-  for (uint32_t c = 0; c < f.channels; ++c)
-    for (uint32_t b = 0; b < bands; ++b) {
-      std::fill(sums.begin(), sums.end(), 0u);
-      for (uint32_t y = b * band_rows; y < (b + 1) * band_rows; ++y) {
-        const Pixel* row = row_of<Pixel>(frame, c, y);
-        for (uint32_t x = 0; x < f.width; ++x) sums[x] += row[x];
-      }
-      for (const uint32_t sum : sums) *to++ = static_cast<float>(sum) / static_cast<float>(band_rows);
+void PictureCheck::add(const Frame& frame, Sums& sums) {
+  static_assert(kPart == 16);
+  const uint32_t width = format_.width, count = std::min(kPart, width);
+  sums.parts.resize(size_t{format_.channels} * format_.height * parts_);
+  sums.columns.resize(size_t{format_.channels} * bands_ * width);
+  column_.resize(width);
+  float *part = sums.parts.data(), *column = sums.columns.data();
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    std::fill(column_.begin(), column_.end(), 0u);
+    for (uint32_t y = 0; y < format_.height; ++y) {
+      const Pixel* row = row_of<Pixel>(frame, c, y);
+      if (count == kPart)
+        for (uint32_t i = 0; i < parts_; ++i)
+          *part++ = static_cast<float>(sum_of_16(row + kPart * i)) / static_cast<float>(kPart);
+      else
+        *part++ = static_cast<float>(std::accumulate(row, row + count, 0u)) / static_cast<float>(count);
+      if (y >= bands_ * band_rows_) continue;
+      uint32_t* to = column_.data();
+      for (uint32_t x = 0; x < width; ++x) to[x] += row[x];
+      if ((y + 1) % band_rows_ != 0) continue;
+      for (const uint32_t sum : column_) *column++ = static_cast<float>(sum) / static_cast<float>(band_rows_);
+      std::fill(column_.begin(), column_.end(), 0u);
     }
+  }
 }
 
 void PictureCheck::sum(const Frame& frame, Sums& sums) {
-  if (format_.bytes_per_pixel() == 1) {
-    add_parts<uint8_t>(frame, parts_, kPart, sums.parts);
-    add_columns<uint8_t>(frame, bands_, band_rows_, column_, sums.columns);
-  } else {
-    add_parts<uint16_t>(frame, parts_, kPart, sums.parts);
-    add_columns<uint16_t>(frame, bands_, band_rows_, column_, sums.columns);
-  }
+  if (format_.bytes_per_pixel() == 1)
+    add<uint8_t>(frame, sums);
+  else
+    add<uint16_t>(frame, sums);
   // In gray levels of 8 bits, whatever the depth.
   const float scale = 255.0f / static_cast<float>(format_.max_gray());
   if (scale == 1) return;
@@ -383,13 +393,12 @@ bool PictureCheck::moved() {
   return columns >= std::max(1.0, kMovedLines * looked_at);
 }
 
-/// Change of the steps from row `y` - 1 to `y`, against the untouched image's.
-static void steps_to(const std::vector<float>& now, const std::vector<float>& untouched, size_t at,
-                     std::span<float> steps) {
+/// Change of the steps from row `y` - 1 to `y`, against the untouched image's, where `pad` is 1.
+static void steps_to(const float* now, const float* untouched, const float* pad, std::span<float> steps) {
   const size_t parts = steps.size();
+  const float *now_before = now - parts, *untouched_before = untouched - parts;
   for (size_t i = 0; i < parts; ++i)
-    steps[i] =
-        std::abs((now[at + i] - now[at + i - parts]) - (untouched[at + i] - untouched[at + i - parts]));
+    steps[i] = pad[i] * std::abs((now[i] - now_before[i]) - (untouched[i] - untouched_before[i]));
 }
 
 /// Steps from row to row over a quarter of the row at a stretch and near both its ends, that the rows next to
@@ -399,18 +408,14 @@ bool PictureCheck::torn() {
   const uint32_t height = format_.height;
   if (height < 8 || parts_ < 4) return false;
   const size_t plane = size_t{height} * parts_;
-  steps_.assign(format_.channels * plane, 0.0f);
   scratch_.clear();
   for (uint32_t c = 0; c < format_.channels; ++c)
     for (uint32_t y = 1; y < height; ++y) {
-      const size_t at = c * plane + size_t{y} * parts_;
-      steps_to(now_.parts, untouched_.parts, at, {steps_.data() + at, parts_});
-      for (uint32_t i = 0; i < parts_; ++i) {
-        if (!places_.has(i, y - 1, 2))
-          steps_[at + i] = 0;
-        else if (y % 5 == 0 && i % 3 == 0)
-          scratch_.push_back(steps_[at + i]);
-      }
+      const size_t row = size_t{y} * parts_, at = c * plane + row;
+      steps_to(now_.parts.data() + at, untouched_.parts.data() + at, pad_.data() + row,
+               {steps_.data() + at, parts_});
+      for (uint32_t i = 0; y % 5 == 0 && i < parts_; i += 3)
+        if (pad_[row + i] > 0) scratch_.push_back(steps_[at + i]);
     }
   const double usual = scratch_.empty() ? 0 : quantile(scratch_, 0.5);
   if (usual == 0) return false;  // a picture without noise may have edges as sharp as a tear
@@ -421,8 +426,10 @@ bool PictureCheck::torn() {
     const auto long_enough = std::max(3u, static_cast<uint32_t>(std::ceil(kTornShare * of_pad)));
     uint32_t large = 0;
     if (of_pad < 4) continue;
-    for (uint32_t c = 0; c < format_.channels; ++c)
-      for (uint32_t i = 0; i < parts_; ++i) large += steps_[c * plane + size_t{y} * parts_ + i] >= least;
+    for (uint32_t c = 0; c < format_.channels; ++c) {
+      const float* steps = steps_.data() + c * plane + size_t{y} * parts_;
+      for (uint32_t i = 0; i < parts_; ++i) large += steps[i] >= least;
+    }
     if (large >= long_enough && torn_at(y, least, long_enough)) return true;
   }
   return false;

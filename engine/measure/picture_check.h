@@ -54,6 +54,8 @@ class PictureCheck {
     std::vector<float> columns;  ///< mean; channel, band, column
   };
   void sum(const Frame& frame, Sums& sums);
+  template <typename Pixel>
+  void add(const Frame& frame, Sums& sums);
   void note_repeats(const Frame& frame);
   bool has_one_colour(const Frame& frame) const;
   bool is_flat_block(const Frame& frame, uint32_t x, uint32_t y, std::array<uint32_t, 3>& colour) const;
@@ -80,6 +82,7 @@ class PictureCheck {
   uint64_t last_hash_ = 0;
   bool any_ = false, repeats_ = false;
   std::vector<uint32_t> column_;
+  std::vector<float> pad_;  ///< row, part: 1 where it and the part above it are pad
   std::vector<float> scratch_, steps_;
 };
 
