@@ -55,8 +55,9 @@ struct Ceiling {
   std::vector<CeilingPoint> points;  ///< growing buffers; the small ones fit into caches
   double GB_per_s = 0;               ///< of the largest buffer, the better of the two
   std::string clock;                 ///< "GPU" or "host": which one times stages on this device
-  double clock_ratio = 0;  ///< GPU time over host time of the same copy; 0 where there is no GPU clock
-  double submit_ms = 0;    ///< an empty submission and the wait for it, host clock
+  double clock_ratio =
+      0;  ///< GPU time over host time, less the submission, of the same copy; 0 where there is no GPU clock
+  double submit_ms = 0;  ///< an empty submission and the wait for it, host clock
 };
 
 /// One stage of the pipeline at one size.
