@@ -28,23 +28,32 @@ DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t b
   if (memory == Memory::Device) {
     type = context.memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
                                context.is_software() ? kVisible : 0);
+  } else if (memory == Memory::Constant) {
+    type = context.memory_type(needs.memoryTypeBits, kVisible,
+                               VK_MEMORY_PROPERTY_HOST_COHERENT_BIT | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
   } else if (memory == Memory::Upload) {
     type = context.memory_type(needs.memoryTypeBits, kVisible, VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
   } else {
     type = context.memory_type(needs.memoryTypeBits, kVisible, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
   }
-  const VkMemoryPropertyFlags flags = context.memory_flags(type);
-  coherent_ = (flags & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) != 0;
 
   VkMemoryAllocateInfo allocation{};
   allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
   allocation.allocationSize = needs.size;
   allocation.memoryTypeIndex = type;
-  if (const VkResult result = vkAllocateMemory(context.device(), &allocation, nullptr, &memory_);
-      result != VK_SUCCESS) {
+  VkResult result = vkAllocateMemory(context.device(), &allocation, nullptr, &memory_);
+  if (result != VK_SUCCESS &&
+      memory == Memory::Constant) {  // cards may map a small part of their memory only
+    allocation.memoryTypeIndex =
+        context.memory_type(needs.memoryTypeBits, kVisible, VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+    result = vkAllocateMemory(context.device(), &allocation, nullptr, &memory_);
+  }
+  if (result != VK_SUCCESS) {
     throw Error(Failure::Device, std::to_string(needs.size >> 10) + " KiB of device memory for " + name,
                 "not enough", "a smaller frame or crop, or another device (palpate devices)");
   }
+  const VkMemoryPropertyFlags flags = context.memory_flags(allocation.memoryTypeIndex);
+  coherent_ = (flags & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) != 0;
   check(vkBindBufferMemory(context.device(), buffer_, memory_, 0), "binding buffer memory");
   if (flags & kVisible)
     check(vkMapMemory(context.device(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped_), "mapping memory");

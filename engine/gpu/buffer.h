@@ -15,7 +15,8 @@ class Context;
 
 enum class Memory {
   Device,    ///< fastest for kernels; mapped only where the device shares memory with the host
-  Upload,    ///< written by the host, read by kernels or copied
+  Upload,    ///< written by the host, read by kernels once or copied
+  Constant,  ///< written once by the host, read by kernels again and again: near them where there is room
   Readback,  ///< written by kernels or copies, read by the host (cached)
 };
 

@@ -186,7 +186,7 @@ TractionStage::Slot TractionStage::slot(gpu::Context& context) const {
   Slot slot;
   slot.depth = gpu::DeviceBuffer(context, "cell depths", cells * sizeof(float), gpu::Memory::Device);
   slot.depth_words = gpu::TexelView(context, slot.depth, VK_FORMAT_R32_SFLOAT);
-  slot.flags = gpu::DeviceBuffer(context, "cell flags", cells, gpu::Memory::Upload);
+  slot.flags = gpu::DeviceBuffer(context, "cell flags", cells, gpu::Memory::Constant);
   slot.flag_bytes = gpu::TexelView(context, slot.flags, VK_FORMAT_R8_UINT);
   slot.pressure = gpu::DeviceBuffer(context, "pressure", cells * sizeof(float), gpu::Memory::Readback);
   slot.state =

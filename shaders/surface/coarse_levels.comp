@@ -1,7 +1,7 @@
 // All that the multigrid does on its coarsest levels, in one workgroup: what takes a dispatch for each step there leaves a GPU idle.
 // FULL: a full-multigrid pass down to the finest of these levels; else a V(2,0) cycle from zero. Either reads that level's right side
 // and writes its solution. Levels lie one behind the other in `work`, each as right side, solution and a second solution, without
-// padding; the workgroup's barriers order their writes.
+// padding.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/texels.glsl"
@@ -14,12 +14,13 @@ layout(push_constant) uniform Push { CoarsePush push; };
 TEXELS(0, float, right_words);
 TEXELS(1, float, inverse_words);
 layout(binding = 2) writeonly buffer Out { float result[]; };
-layout(binding = 3) coherent buffer Work { float work[]; };
+layout(constant_id = 4) const uint WORDS = 1;  // of all levels
+shared float work[WORDS];
 
 #include "shaders/surface/for_shared.glsl"
 
 void next_step() {
-  memoryBarrierBuffer();
+  memoryBarrierShared();
   barrier();
 }
 
@@ -79,14 +80,16 @@ void restrict_to_coarser(int level, bool residual) {
   next_step();
 }
 
-// The coarsest level, by the inverse of its operator, whose rows are padded to texels.
+// The coarsest level, by the inverse of its operator, whose rows are padded to texels. It is symmetric: neighbouring invocations read
+// neighbouring words.
 void solve_coarsest() {
   int level = int(push.count) - 1, width = size_of(level).x, pitch = (width + 3) / 4 * 4, padded = pitch * size_of(level).y;
   int f = right_at(level), x = x_at(level);
   FOR_SHARED(n, cells_of(level)) {
-    int row = (n / width * pitch + n % width) * padded;
+    int column = n / width * pitch + n % width;
     float sum = 0.0;
-    for (int m = 0; m < cells_of(level); ++m) sum += texelFetch(inverse_words, row + m / width * pitch + m % width).x * work[f + m];
+    for (int from = 0, row = 0; from < cells_of(level); from += width, row += pitch)
+      for (int i = 0; i < width; ++i) sum += texelFetch(inverse_words, (row + i) * padded + column).x * work[f + from + i];
     work[x + n] = sum;
   }
   next_step();

@@ -47,19 +47,20 @@ class TuningTest : public GpuTest {
   }
   /// Valid, and different from the defaults in every constant.
   static Tuning unusual() {
+    const Tuning usual = default_tuning(context());
     Tuning t;
-    t.contact_tiles = 1;
+    t.contact_tiles = 1 - usual.contact_tiles;
     t.contact_rows = 6;
     t.contact_rows_keeping = 64;
     t.contact_workgroup = 256;
-    t.slope_tiles = 1;
+    t.slope_tiles = 1 - usual.slope_tiles;
     t.slope_rows = 40;
     t.slope_workgroup = 8;
     t.surface_rows_big = 36;
     t.surface_rows_small = 2;
     t.surface_big_texels = 2000;
     t.surface_workgroup = 24;
-    t.surface_tiles = 1;
+    t.surface_tiles = 1 - usual.surface_tiles;
     t.coarsest_cells = 33;
     t.rest_level_workgroup = 8;
     return t;

@@ -56,7 +56,7 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
   push_.groups = (format.width + 15) / 16;
   push_.saturation = sensor.saturation_gray;
   push_.shadow = shadow_gray(sensor);
-  still_ = gpu::DeviceBuffer(context, "confidence of background", map_bytes(), gpu::Memory::Upload);
+  still_ = gpu::DeviceBuffer(context, "confidence of background", map_bytes(), gpu::Memory::Constant);
   still_texels_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32B32A32_UINT);
   still_pairs_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32_UINT);
   using enum gpu::Binding;

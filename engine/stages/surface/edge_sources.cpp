@@ -20,7 +20,7 @@ EdgeSources::EdgeSources(gpu::Context& context, const Capacitance& edge, const G
   const uint32_t in_fours = (cells + 3) / 4;
   push_ = {cells, in_fours, row, row * grid.height, 0};
   const auto upload = [&](const char* name, uint64_t words) {
-    return gpu::DeviceBuffer(context, name, words * 4, gpu::Memory::Upload);
+    return gpu::DeviceBuffer(context, name, words * 4, gpu::Memory::Constant);
   };
   cells_ = upload("edge cells", cells);
   weights_ = upload("edge weights", uint64_t{cells} * 4);

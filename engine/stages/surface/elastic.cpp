@@ -52,7 +52,7 @@ Elastic::Elastic(gpu::Context& context, const ElasticPlan& plan, const Tuning& t
   const uint32_t columns = divide_up(last.width, 4) + 2, rows = last.height + 2 * shared::kElasticReach;
   table_pitch_ = 2 * columns + 2;
   table_ =
-      gpu::DeviceBuffer(context, "elastic table", uint64_t{table_pitch_} * rows * 16, gpu::Memory::Upload);
+      gpu::DeviceBuffer(context, "elastic table", uint64_t{table_pitch_} * rows * 16, gpu::Memory::Constant);
   const std::span<float> table = table_.as<float>();
   const int64_t middle = int64_t{table_pitch_} / 2 * 4;
   for (uint32_t y = 0; y < rows; ++y) {

@@ -25,7 +25,7 @@ Lookup::Lookup(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
   push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 8;
   push_.pitch = grid_for(format.width, format.height).pitch;
   push_.rows = tuning.slope_rows;
-  table_ = gpu::DeviceBuffer(context, "lookup table", kStoredValues * sizeof(float), gpu::Memory::Upload);
+  table_ = gpu::DeviceBuffer(context, "lookup table", kStoredValues * sizeof(float), gpu::Memory::Constant);
   const std::span<float> depths = table_.as<float>();
   const double units = contact.filtered_units_per_gray();
   for (uint32_t stored = 0; stored < kStoredValues; ++stored)

@@ -223,9 +223,8 @@ struct Surface::Pass {
       coarse.levels[i] = {p.width, p.height, p.across, p.down, p.edge_width, p.edge_height, p.step0, p.step1};
       if (first + i <= kCycledLevels) coarse.cycled |= 1u << i;
     }
-    commands.dispatch(
-        kernel, {&level(first).right.words, &surface.inverse_words_, &x(first).buffer, &surface.coarse_work_},
-        coarse, {1, 1, 1});
+    commands.dispatch(kernel, {&level(first).right.words, &surface.inverse_words_, &x(first).buffer}, coarse,
+                      {1, 1, 1});
     commands.barrier();
   }
 
@@ -345,7 +344,7 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Solve s
   const Level& last = levels_.back();
   const std::vector<float> inverse = pseudo_inverse(last);
   inverse_ =
-      gpu::DeviceBuffer(context, "coarsest inverse", inverse.size() * sizeof(float), gpu::Memory::Upload);
+      gpu::DeviceBuffer(context, "coarsest inverse", inverse.size() * sizeof(float), gpu::Memory::Constant);
   std::copy(inverse.begin(), inverse.end(), inverse_.as<float>().begin());
   inverse_.flush();
   inverse_texels_ = gpu::TexelView(context, inverse_, VK_FORMAT_R32G32B32A32_SFLOAT);
@@ -378,7 +377,7 @@ void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
 }
 
 uint64_t Surface::memory_bytes() const {
-  uint64_t bytes = inverse_.bytes() + coarse_work_.bytes() + (edge_ ? edge_->memory_bytes() : 0);
+  uint64_t bytes = inverse_.bytes() + (edge_ ? edge_->memory_bytes() : 0);
   for (const Level& level : levels_)
     bytes += level.right.buffer.bytes() + level.x[0].buffer.bytes() + level.x[1].buffer.bytes();
   return bytes;

@@ -92,7 +92,6 @@ class Surface {
   gpu::TexelView inverse_texels_;
   /// In tiles the levels from here on are one workgroup's, in one dispatch; 0: each by itself.
   uint32_t coarse_first_ = 0;
-  gpu::DeviceBuffer coarse_work_;
   gpu::TexelView inverse_words_;
   gpu::Kernel descend_, ascend_, interpolate_, smooth_, restrict_, restrict_residual_, correct_, coarsest_,
       coarse_pass_, coarse_cycle_;

@@ -32,25 +32,28 @@ gpu::KernelInterface Surface::interface(std::vector<gpu::Binding> bindings, bool
 
 void Surface::make_coarse_levels(gpu::Context& context) {
   const auto last = static_cast<uint32_t>(levels_.size()) - 1;
+  const VkPhysicalDeviceLimits& limits = context.properties().limits;
+  const uint64_t room = limits.maxComputeSharedMemorySize / sizeof(float);
   // Level 1 may have sources at its edge, and is big.
-  coarse_first_ = std::max(2u, last + 1 - std::min(last + 1, shared::kCoarseLevels));
+  uint64_t words = 0;
+  for (coarse_first_ = last + 1; coarse_first_ > 2 && last + 1 - coarse_first_ < shared::kCoarseLevels;
+       --coarse_first_) {
+    const Grid& grid = levels_[coarse_first_ - 1].grid;
+    const uint64_t more = 3 * uint64_t{grid.width} * grid.height;
+    if (words + more > room) break;
+    words += more;
+  }
   if (coarse_first_ >= last) {
     coarse_first_ = 0;
     return;
   }
-  uint64_t cells = 0;
-  for (uint32_t l = coarse_first_; l <= last; ++l)
-    cells += 3 * uint64_t{levels_[l].grid.width} * levels_[l].grid.height;
-  coarse_work_ =
-      gpu::DeviceBuffer(context, "surface coarse levels", cells * sizeof(float), gpu::Memory::Device);
   inverse_words_ = gpu::TexelView(context, inverse_, VK_FORMAT_R32_SFLOAT);
   using enum gpu::Binding;
-  gpu::KernelInterface of_levels = interface({Texels, Texels, Storage, Storage}, true);
+  gpu::KernelInterface of_levels = interface({Texels, Texels, Storage}, true);
   of_levels.push_bytes = sizeof(shared::CoarsePush);
-  of_levels.local_size[0] =
-      std::min(kCoarseInvocations, context.properties().limits.maxComputeWorkGroupInvocations);
+  of_levels.local_size[0] = std::min(kCoarseInvocations, limits.maxComputeWorkGroupInvocations);
   for (const auto& [kernel, full] : {std::pair{&coarse_pass_, 1u}, {&coarse_cycle_, 0u}}) {
-    of_levels.constants = {full};
+    of_levels.constants = {full, static_cast<uint32_t>(words)};
     *kernel = gpu::Kernel(context, {"coarse_levels", k_coarse_levels}, of_levels);
   }
 }
