@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
+#include "engine/calibrate/photometric/polynomial.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -21,14 +23,45 @@ PhotometricCalibration some_weights() {
   return w;
 }
 
+PhotometricCalibration some_weights(const NormalOrder& order) {
+  PhotometricCalibration w = some_weights();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> weight(-0.5, 0.5);
+  const auto terms = [](int degree) { return static_cast<size_t>((degree + 1) * (degree + 2) / 2); };
+  for (NormalWeights* of : {&w.wx, &w.wy}) {
+    of->resize(order.products < 0 ? 3 : 9);
+    for (size_t c = 0; c < of->size(); ++c) {
+      std::vector<double>& row = (*of)[c];
+      row.resize(terms(std::max(order.colours, order.products)), 0);
+      for (size_t t = c < 3 ? 3 : 0; t < terms(c < 3 ? order.colours : order.products); ++t)
+        row[t] = weight(random);
+    }
+  }
+  return w;
+}
+
 // The formula of sensor.h, written out once more.
 double normal(const NormalWeights& w, const Frame& image, const Frame& background, uint32_t x, uint32_t y) {
   const FrameFormat& f = image.format;
   const double across = 2 * (x + 0.5) / f.width - 1, down = 2 * (y + 0.5) / f.height - 1;
+  const double place[10] = {1,
+                            across,
+                            down,
+                            across * across,
+                            across * down,
+                            down * down,
+                            across * across * across,
+                            across * across * down,
+                            across * down * down,
+                            down * down * down};
+  const auto change = [&](uint32_t c) {
+    return (static_cast<double>(image.at(c, x, y)) - background.at(c, x, y)) / f.max_gray();
+  };
+  const double r = change(0), g = change(1), b = change(2);
+  const double colour[9] = {r, g, b, r * r, r * g, r * b, g * g, g * b, b * b};
   double sum = 0;
-  for (uint32_t c = 0; c < 3; ++c)
-    sum += (w[c][0] + w[c][1] * across + w[c][2] * down) *
-           (static_cast<double>(image.at(c, x, y)) - background.at(c, x, y)) / f.max_gray();
+  for (size_t c = 0; c < w.size(); ++c)
+    for (size_t t = 0; t < w[c].size(); ++t) sum += w[c][t] * place[t] * colour[c];
   return sum;
 }
 
@@ -78,33 +111,61 @@ struct Scene {
   }
 };
 
-TEST(PhotometricFit, RecoversCoefficientsToRounding) {
-  const PhotometricCalibration truth = some_weights();
+/// Presses of random colours whose normals a polynomial has made, with noise.
+PhotometricFit random_presses(const PhotometricCalibration& truth, int presses, double noise) {
   std::mt19937 random(11);
   std::uniform_int_distribution<uint32_t> gray(2000, 60000);
+  std::normal_distribution<double> error(0, 1);
   const Frame background = flat(30000);
   PhotometricFit fit(kFormat, kPitch_mm);
-  for (int press = 0; press < 3; ++press) {
+  for (int press = 0; press < presses; ++press) {
     Frame image;
     image.reshape(kFormat);
     std::vector<double> nx, ny;
     for (uint32_t y = 0; y < kFormat.height; ++y)
       for (uint32_t x = 0; x < kFormat.width; ++x) {
         for (uint32_t c = 0; c < 3; ++c) image.set(c, x, y, gray(random));
-        nx.push_back(normal(truth.wx, image, background, x, y));
-        ny.push_back(normal(truth.wy, image, background, x, y));
+        nx.push_back(normal(truth.wx, image, background, x, y) + noise * error(random));
+        ny.push_back(normal(truth.wy, image, background, x, y) + noise * error(random));
       }
     fit.add_normals(image, background, nx, ny, "random");
   }
-  const PhotometricFitResult r = fit.solve();
-  for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_NEAR(r.calibration.wx[c][k], truth.wx[c][k], 1e-12) << "wx channel " << c << " term " << k;
-      EXPECT_NEAR(r.calibration.wy[c][k], truth.wy[c][k], 1e-12) << "wy channel " << c << " term " << k;
-    }
-  EXPECT_EQ(r.ridge, 0);
-  EXPECT_LT(r.condition, 10);
-  EXPECT_LT(r.normal_rms_held_out, 1e-6);  // the squares cancel: half of a double's digits are left
+  return fit;
+}
+
+TEST(PhotometricFit, RecoversTheWeightsOfEveryOrder) {
+  for (const NormalOrder& order : kNormalOrders) {
+    const PhotometricCalibration truth = some_weights(order);
+    const PhotometricFitResult r = random_presses(truth, 3, 0).solve(1, order.model);
+    ASSERT_EQ(r.calibration.wx.size(), truth.wx.size()) << order.name;
+    ASSERT_EQ(r.calibration.wx.front().size(), truth.wx.front().size()) << order.name;
+    for (size_t c = 0; c < truth.wx.size(); ++c)
+      for (size_t t = 0; t < truth.wx[c].size(); ++t) {
+        EXPECT_NEAR(r.calibration.wx[c][t], truth.wx[c][t], 1e-11) << order.name << " wx " << c << " " << t;
+        EXPECT_NEAR(r.calibration.wy[c][t], truth.wy[c][t], 1e-11) << order.name << " wy " << c << " " << t;
+      }
+    EXPECT_EQ(r.ridge, 0) << order.name;
+    EXPECT_LT(r.condition, 60) << order.name;
+    EXPECT_LT(r.normal_rms_held_out, 1e-6) << order.name;
+    // The program's own reading of the weights.
+    const auto read = polynomial_normal(truth, {0.3, -0.2, 0.1}, -0.5, 0.75);
+    const Frame background = flat(30000);
+    Frame image = flat(30000);
+    const std::array<double, 3> change{0.3, -0.2, 0.1};
+    for (uint32_t c = 0; c < 3; ++c)
+      image.set(c, 40, 105, static_cast<uint32_t>(std::lround(30000 + 65535 * change[c])));
+    EXPECT_NEAR(read[0], normal(truth.wx, image, background, 40, 105), 0.02) << order.name;
+    EXPECT_NEAR(read[1], normal(truth.wy, image, background, 40, 105), 0.02) << order.name;
+  }
+}
+
+TEST(PhotometricFit, ChoosesTheOrderThatMadeTheData) {
+  for (const NormalOrder& order : kNormalOrders) {
+    const PhotometricFitResult r = random_presses(some_weights(order), 5, 0.05).solve(1, NormalModel::Best);
+    EXPECT_EQ(r.candidates.size(), kNormalOrders.size());
+    EXPECT_STREQ(r.model().order.name, order.name);
+    EXPECT_NEAR(r.normal_rms_held_out, 0.05, 0.001) << order.name;
+  }
 }
 
 TEST(PhotometricFit, BallsGiveTheirOwnShapeBack) {
@@ -129,6 +190,35 @@ TEST(PhotometricFit, BallsGiveTheirOwnShapeBack) {
   EXPECT_NEAR(normal(r.calibration.wx, press, background, 92, 60), -12 * kPitch_mm / 3, 0.02);
   EXPECT_NEAR(normal(r.calibration.wy, press, background, 80, 72), -12 * kPitch_mm / 3, 0.02);
   EXPECT_NEAR(normal(r.calibration.wx, press, background, 80, 72), 0, 0.02);
+}
+
+TEST(PhotometricFit, BallsOfSeveralSizesAreLeftOutWhole) {
+  Scene scene;
+  const Frame background = scene.render(0, 0, 0, 1);
+  PhotometricFit fit(kFormat, kPitch_mm);
+  const auto press = [&](double x, double y, double ball_mm) {
+    fit.add_ball(scene.render(x, y, 20, ball_mm), background, x, y, 20, ball_mm, "ball");
+  };
+  for (const auto& [x, y] : {std::pair{40.0, 35.5}, {110.3, 40.0}, {75.0, 80.2}}) press(x, y, 3);
+  EXPECT_FALSE(fit.solve().model().ball.has_value());
+  for (const auto& [x, y] : {std::pair{120.0, 85.0}, {35.0, 88.0}}) press(x, y, 5);
+  const PhotometricFitResult r = fit.solve();
+  ASSERT_TRUE(r.model().ball.has_value());
+  // The smaller ball is steeper than what the other has shown: its error grows, and is told.
+  EXPECT_GT(r.model().ball->normal_rms, r.model().press.normal_rms);
+  EXPECT_LT(r.model().ball->normal_rms, 0.03);
+  EXPECT_NEAR(r.model().ball->depth_gain, 1, 0.05);
+  EXPECT_EQ(r.model().press.depth_rmse_mm, r.depth_rmse_mm);
+}
+
+TEST(PhotometricFit, OnePlaceDoesNotJudgeWhatDependsOnPlace) {
+  Scene scene;
+  const Frame background = scene.render(0, 0, 0, 1);
+  PhotometricFit fit(kFormat, kPitch_mm);
+  for (const double contact_px : {14.0, 17.0, 20.0, 23.0})
+    fit.add_ball(scene.render(80, 60, contact_px, 3), background, 80, 60, contact_px, 3, "ball");
+  const PhotometricFitResult r = fit.solve(1, NormalModel::Best);
+  for (const NormalCandidate& c : r.candidates) EXPECT_LE(std::max(c.order.colours, c.order.products), 1);
 }
 
 TEST(PhotometricFit, NoiseIsReportedAsItIs) {
@@ -199,8 +289,8 @@ TEST(PhotometricFit, OneColourPairIsRegularisedAndSaysSo) {
   const PhotometricFitResult r = fit.solve();
   EXPECT_GT(r.condition, PhotometricFit::kWorstCondition);
   EXPECT_GT(r.ridge, 0);
-  for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(r.calibration.wx[c][k]), 20);
+  for (size_t c = 0; c < 3; ++c)
+    for (size_t k = 0; k < 3; ++k) EXPECT_LT(std::abs(r.calibration.wx[c][k]), 20);
   EXPECT_LT(r.normal_rms_held_out, 0.05);
 }
 

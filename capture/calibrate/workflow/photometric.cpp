@@ -117,11 +117,10 @@ struct Fitted {
   PhotometricFitResult result;
   BallPresses found;
   bool masked = false;  ///< markers were left out
-  std::string model;    ///< its name
 };
 
 Fitted fit_found(BallPresses found, const Sensor& reading, const PhotometricRequest& options) {
-  Fitted fitted{{}, std::move(found), false, {}};
+  Fitted fitted{{}, std::move(found), false};
   fitted.masked = std::any_of(fitted.found.presses.begin(), fitted.found.presses.end(),
                               [](const BallPress& p) { return !p.mask.empty(); });
   fitted.result = fit_presses(fitted.found, reading, options);
@@ -131,7 +130,6 @@ Fitted fit_found(BallPresses found, const Sensor& reading, const PhotometricRequ
        round < kRounds && options.balls.empty() && refuse_other_balls(fitted.result, fitted.found); ++round)
     fitted.result = fit_presses(fitted.found, reading, options);
   refuse_contradictions(fitted.found, reading, options.input);
-  fitted.model = fitted.result.model == NormalModel::Table ? "table" : "linear";
   return fitted;
 }
 
@@ -141,8 +139,8 @@ Sensor calibrated(Sensor sensor, const Fitted& fitted, const PhotometricRequest&
   sensor.photometric = result.calibration;
   sensor.photometric.origin = origin_now(
       fs::path(options.input).filename().string(),
-      std::to_string(fitted.found.presses.size()) + " presses, " + fitted.model + " model, held out: depth " +
-          error_text(result.depth_rmse_mm, result.cap_rms_mm) + ", normals " +
+      std::to_string(fitted.found.presses.size()) + " presses, " + result.model().order.name +
+          " model, held out: depth " + error_text(result.depth_rmse_mm, result.cap_rms_mm) + ", normals " +
           fixed(result.normal_angle_deg, 2) + " deg" + (fitted.masked ? ", markers left out" : ""));
   // Weights vary across the frame: another size of frame is another camera mode.
   sensor.size_px = {fitted.found.format.width, fitted.found.format.height};
@@ -169,6 +167,31 @@ json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string&
           {"depth_gain", p.depth_gain}};
 }
 
+/// "model: quadratic, the simplest that ... (held out: linear 0.0435 mm, quadratic 0.0151 mm, ...)".
+std::string models_text(const PhotometricFitResult& result) {
+  std::string text = std::string("model: ") + result.model().order.name;
+  if (result.candidates.size() == 1) return text;
+  text += ", the simplest that is as good as any on presses";
+  if (result.model().ball) text += " and balls";
+  text += " held out (";
+  for (const NormalCandidate& c : result.candidates) {
+    text += (&c == &result.candidates.front() ? "" : ", ") + std::string(c.order.name) + " " +
+            fixed(c.press.depth_rmse_mm, 4);
+    if (c.ball) text += " / " + fixed(c.ball->depth_rmse_mm, 4);
+  }
+  return text + (result.model().ball ? " mm without the press / the ball)" : " mm)");
+}
+
+json::Value models_json(const PhotometricFitResult& result) {
+  json::Value models = json::Value::array();
+  for (const NormalCandidate& c : result.candidates) {
+    json::Value value = {{"model", c.order.name}, {"press_held_out", errors_json(c.press)}};
+    if (c.ball) value["ball_held_out"] = errors_json(*c.ball);
+    models.push_back(value);
+  }
+  return models;
+}
+
 std::string summary(const Fitted& fitted) {
   const PhotometricFitResult& result = fitted.result;
   std::string text = "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
@@ -178,11 +201,7 @@ std::string summary(const Fitted& fitted) {
                      fixed(100 * result.explained_x, 1) + " / " + fixed(100 * result.explained_y, 1) +
                      " % of n_x / n_y explained, condition " + fixed(result.condition, 1) +
                      (result.ridge > 0 ? ", regularised" : "") + (fitted.masked ? ", markers left out" : "") +
-                     "\nmodel: " + fitted.model;
-  if (result.table.normal_rms > 0)
-    text += " (held out: linear " + fixed(result.linear.normal_angle_deg, 2) + " deg, " +
-            fixed(result.linear.depth_rmse_mm, 4) + " mm; table " + fixed(result.table.normal_angle_deg, 2) +
-            " deg, " + fixed(result.table.depth_rmse_mm, 4) + " mm)";
+                     "\n" + models_text(result);
   return text;
 }
 
@@ -217,9 +236,8 @@ CalibrationReport report_of(const Fitted& fitted, const PressVerdict& verdict, c
                        {"refused", refused},
                        {"untouched_frames", fitted.found.untouched},
                        {"markers_masked", fitted.masked},
-                       {"model", fitted.model},
-                       {"linear", errors_json(result.linear)}};
-  if (result.table.normal_rms > 0) value["table"] = errors_json(result.table);
+                       {"model", result.model().order.name},
+                       {"models", models_json(result)}};
   value.update({{"contact_px", result.contact_px},
                 {"rest_weight", options.rest_weight},
                 {"condition", result.condition},

@@ -80,8 +80,11 @@ struct BallRequest {
 CalibrationReport calibrate_lookup(const BallRequest& options, const CalibrationRun& run);
 
 /// The models as the command line spells them.
-inline const std::map<std::string, NormalModel> kNormalModelNames = {
-    {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}};
+inline const std::map<std::string, NormalModel> kNormalModelNames = [] {
+  std::map<std::string, NormalModel> names = {{"best", NormalModel::Best}};
+  for (const NormalOrder& order : kNormalOrders) names.emplace(order.name, order.model);
+  return names;
+}();
 
 struct PhotometricRequest : BallRequest {
   double rest_weight = 1;

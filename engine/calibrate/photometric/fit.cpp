@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-using photometric::Vector9;
+using photometric::Pixel;
 
 bool linear_range(const Frame& a, const Frame& b, uint32_t x, uint32_t y, uint32_t full) {
   for (uint32_t c = 0; c < 3; ++c) {
@@ -19,16 +19,13 @@ bool linear_range(const Frame& a, const Frame& b, uint32_t x, uint32_t y, uint32
   return true;
 }
 
-Vector9 features(const Frame& frame, const Frame& background, uint32_t x, uint32_t y) {
+Pixel pixel_at(const Frame& frame, const Frame& background, uint32_t x, uint32_t y) {
   const FrameFormat& f = frame.format;
-  const double across = (2.0 * x + 1) / f.width - 1, down = (2.0 * y + 1) / f.height - 1;
-  Vector9 v;
-  for (uint32_t c = 0; c < 3; ++c) {
-    const double change =
+  Pixel pixel{{}, (2.0 * x + 1) / f.width - 1, (2.0 * y + 1) / f.height - 1};
+  for (uint32_t c = 0; c < 3; ++c)
+    pixel.change[c] =
         (static_cast<double>(frame.at(c, x, y)) - static_cast<double>(background.at(c, x, y))) / f.max_gray();
-    v.segment<3>(3 * static_cast<int>(c)) << change, change * across, change * down;
-  }
-  return v;
+  return pixel;
 }
 
 }  // namespace
@@ -71,7 +68,7 @@ void PhotometricFit::add_normals(const Frame& frame, const Frame& background,
       const size_t i = size_t{y} * format_.width + x;
       if (std::isnan(normal_x[i]) || std::isnan(normal_y[i])) continue;
       if (linear_range(frame, background, x, y, format_.max_gray()))
-        press.add(features(frame, background, x, y), normal_x[i], normal_y[i]);
+        press.add(pixel_at(frame, background, x, y), normal_x[i], normal_y[i]);
     }
   presses_.push_back(std::move(press));
 }
@@ -99,6 +96,10 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
   const uint32_t x1 = bound(std::ceil(cx_px + contact_radius_px) + 1, format_.width);
   const uint32_t y0 = bound(std::floor(cy_px - contact_radius_px), format_.height);
   const uint32_t y1 = bound(std::ceil(cy_px + contact_radius_px) + 1, format_.height);
+  ball.radius_mm = ball_radius_mm;
+  ball.center_x_px = cx_px;
+  ball.center_y_px = cy_px;
+  ball.contact_px = contact_radius_px;
   ball.width = x1 > x0 ? x1 - x0 : 0;
   ball.inside.assign(size_t{ball.width} * (y1 > y0 ? y1 - y0 : 0), 0);
 
@@ -109,13 +110,13 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
       if (r >= contact_radius_px && r < kRestRing * contact_radius_px) continue;
       if (!mask.empty() && mask[size_t{y} * format_.width + x]) continue;
       if (!linear_range(frame, background, x, y, format_.max_gray())) continue;
-      const Vector9 f = features(frame, background, x, y);
+      const Pixel pixel = pixel_at(frame, background, x, y);
       if (r >= contact_radius_px) {
-        press.rest.add(f, 0, 0);
+        press.rest.add(pixel, 0, 0);
         continue;
       }
       const double to_normal = -pitch_mm_per_px_ / ball_radius_mm;
-      press.add(f, to_normal * dx, to_normal * dy);
+      press.add(pixel, to_normal * dx, to_normal * dy);
       const double r_mm = r * pitch_mm_per_px_;
       ball.inside[size_t{y - y0} * ball.width + (x - x0)] = 1;
       ball.depth_mm.push_back(std::sqrt(ball_radius_mm * ball_radius_mm - r_mm * r_mm) - rim_mm);
@@ -125,7 +126,7 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
     throw Error(Failure::Input, "half of the contact or more in the frame, neither black nor saturated",
                 std::to_string(static_cast<int>(100 * press.contact.weight / disc_px)) + " % for " + label,
                 "checking its centre and radius (px of the rectified frame)");
-  if (press.rest.weight > press.contact.weight) press.rest.scale(press.contact.weight / press.rest.weight);
+  press.rest_factor = std::min(1.0, press.contact.weight / std::max(press.rest.weight, 1.0));
   presses_.push_back(std::move(press));
 }
 

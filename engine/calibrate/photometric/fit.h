@@ -1,7 +1,9 @@
 // From presses whose normals are known to the calibration of a colour gel sensor.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,11 +25,33 @@ struct HeldOutPress {
   double depth_gain = 0;        ///< measured depth over true depth, by least squares; 1 is right
 };
 
-/// How a normal is read: linear in the change of colour, or that corrected by a small table.
+/// What the weights of a calibration are made of.
 enum class NormalModel {
-  Best,  ///< the table where it is clearly better on presses not used, else linear
-  Linear,
-  Table,
+  Best,    ///< the simplest that does as well as any on presses, and balls, that were left out; of those that
+           ///< have no more terms of place than there are places pressed
+  Linear,  ///< colours by place to degree 1
+  Quadratic,
+  Cubic,
+  LinearProducts,  ///< colours by place to degree 1, and their products
+  QuadraticProducts,
+  CubicProducts,
+};
+
+/// One model's polynomial.
+struct NormalOrder {
+  NormalModel model;
+  const char* name;
+  int colours;   ///< degree in place of the weights of red, green and blue
+  int products;  ///< and of those of their products; -1: there are none
+};
+/// From simple to rich.
+inline constexpr std::array kNormalOrders{
+    NormalOrder{NormalModel::Linear, "linear", 1, -1},
+    NormalOrder{NormalModel::Quadratic, "quadratic", 2, -1},
+    NormalOrder{NormalModel::LinearProducts, "linear-products", 1, 1},
+    NormalOrder{NormalModel::Cubic, "cubic", 3, -1},
+    NormalOrder{NormalModel::QuadraticProducts, "quadratic-products", 2, 2},
+    NormalOrder{NormalModel::CubicProducts, "cubic-products", 3, 3},
 };
 
 /// One model's errors on presses that it has not seen.
@@ -39,12 +63,20 @@ struct HeldOutErrors {
   double depth_gain = 0;
 };
 
+/// A model that was judged.
+struct NormalCandidate {
+  NormalOrder order;
+  HeldOutErrors press;                ///< each press left out in turn
+  std::optional<HeldOutErrors> ball;  ///< all presses of each ball left out in turn, of two balls or more
+};
+
 struct PhotometricFitResult {
   PhotometricCalibration calibration;       ///< normal_sd is the held-out error below
-  NormalModel model = NormalModel::Linear;  ///< the one in `calibration`, whose errors stand below
-  HeldOutErrors linear, table;              ///< of either; table all 0 where it was not asked for
+  std::vector<NormalCandidate> candidates;  ///< all that were judged, from simple to rich
+  size_t chosen = 0;                        ///< of them: in `calibration`, its errors stand below
   uint64_t contact_px = 0;                  ///< pixels of known slope in all presses together
-  double condition = 0;                     ///< largest over smallest singular value of the design matrix
+  double condition = 0;    ///< largest over smallest singular value of the design matrix, its columns scaled
+                           ///< to one length
   double ridge = 0;        ///< Tikhonov weight relative to the largest eigenvalue; 0: plain least squares
   double explained_x = 0;  ///< fraction of the contact normals' variance explained, held out, 0 to 1
   double explained_y = 0;
@@ -55,12 +87,14 @@ struct PhotometricFitResult {
   double cap_rms_mm = 0;           ///< RMS height of their caps
   double depth_gain = 0;           ///< mean over the balls
   std::vector<HeldOutPress> presses;
+
+  const NormalCandidate& model() const { return candidates[chosen]; }
 };
 
 struct PhotometricPress;
 
-/// Least squares fit of PhotometricCalibration: n = w(X, Y) dI with w linear in X and Y, nine numbers for n_x
-/// and nine for n_y. Every press is reduced to its normal equations, so leaving one out costs a 9x9 solve.
+/// Least squares fit of PhotometricCalibration. Every press is reduced to sums from which the normal
+/// equations of each model follow, so that leaving one out costs a solve of at most 90 unknowns.
 ///
 /// Signs: image x right, y down, depth positive into the pad. A ball pressed at (cx, cy) is deepest there, so
 /// d(depth)/dx is negative right of the centre: n_x = -(x - cx) pitch / R inside the contact.

@@ -1,15 +1,15 @@
 // The fit itself: weights and table from the presses, and how far off they are on presses left out.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "engine/calibrate/photometric/fit.h"
-#include "engine/calibrate/photometric/normal_table.h"
+#include "engine/calibrate/photometric/polynomial.h"
 #include "engine/calibrate/photometric/press.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/sparse.h"
@@ -18,70 +18,65 @@
 namespace palpate {
 namespace {
 
-using photometric::Features, photometric::kCoefficients, photometric::Matrix9, photometric::NormalEquations,
-    photometric::Vector9;
+using photometric::Moments, photometric::kPlaces;
 
-constexpr size_t kNone = std::numeric_limits<size_t>::max();  // no press is left out
+constexpr double kSteepest = 0.999;      // largest component along the pad that a normal is taken to have
+constexpr double kClearlyBetter = 0.98;  // error over a simpler model's, for a richer one to be chosen
 
-struct Weights {
-  Vector9 x, y;
+// Numbers of the terms that an order has, ten to a colour.
+std::vector<int> terms_of(const NormalOrder& order) {
+  std::vector<int> terms;
+  for (int c = 0; c < photometric::kColours; ++c)
+    for (int p = 0; p < photometric::places_of(c < 3 ? order.colours : order.products); ++p)
+      terms.push_back(c * kPlaces + p);
+  return terms;
+}
+
+// A fitted model.
+struct Model {
+  PhotometricCalibration weights;
   double condition = 0;
   double ridge = 0;
 };
 
-// Coefficients in the order of PhotometricCalibration: channel by channel (1, X, Y).
-Weights solve_weights(const NormalEquations& e) {
-  const Matrix9 full = e.gram.selfadjointView<Eigen::Lower>();
-  const Eigen::VectorXd eigenvalues = dense::symmetric_eigenvalues(full);
-  const double largest = std::max(eigenvalues[kCoefficients - 1], 0.0);
-  const double smallest = std::max(eigenvalues[0], 0.0);
-  Weights w;
+Model fit_model(const Moments& sums, const NormalOrder& order) {
+  const std::vector<int> terms = terms_of(order);
+  const auto n = static_cast<Eigen::Index>(terms.size());
+  Eigen::MatrixXd gram = sums.gram(terms);
+  // Columns of one length: a product of changes is as good a term as a change.
+  Eigen::VectorXd unit(n);
+  for (Eigen::Index i = 0; i < n; ++i) unit[i] = gram(i, i) > 0 ? 1 / std::sqrt(gram(i, i)) : 0;
+  gram = unit.asDiagonal() * gram * unit.asDiagonal();
+  Eigen::MatrixXd right(n, 2);
+  for (Eigen::Index i = 0; i < n; ++i)
+    right.row(i) = unit[i] * sums.to_normal.row(terms[static_cast<size_t>(i)]);
+  const Eigen::VectorXd eigenvalues = dense::symmetric_eigenvalues(gram);
+  const double largest = std::max(eigenvalues[n - 1], 0.0), smallest = std::max(eigenvalues[0], 0.0);
+  Model model;
   // The Gram matrix squares the condition, so what rounding leaves of a singular design is about 1e-8.
-  w.condition = smallest > 0 ? std::sqrt(largest / smallest) : INFINITY;
-  if (largest <= 0) {
-    w.x.setZero();
-    w.y.setZero();
-    return w;
-  }
-  Matrix9 a = full;
-  if (!(w.condition <= PhotometricFit::kWorstCondition)) {
-    w.ridge = 1 / (PhotometricFit::kWorstCondition * PhotometricFit::kWorstCondition);
-    a.diagonal().array() += w.ridge * largest;
-  }
-  const Eigen::LDLT<Matrix9> solver(a);
-  w.x = solver.solve(e.to_x);
-  w.y = solver.solve(e.to_y);
-  // One step of refinement wins back the digits that the squared condition costs.
-  w.x += solver.solve(e.to_x - a * w.x);
-  w.y += solver.solve(e.to_y - a * w.y);
-  return w;
-}
-
-// Sum of squared errors of one component.
-double squared_error(const Matrix9& gram, const Vector9& to_n, double nn, const Vector9& w) {
-  const Matrix9 full = gram.selfadjointView<Eigen::Lower>();
-  return std::max(0.0, w.dot(full * w) - 2 * w.dot(to_n) + nn);
-}
-
-constexpr uint32_t kTableSide = 17;
-constexpr double kSteepest = 0.999;      // largest component along the pad that a normal is taken to have
-constexpr double kClearlyBetter = 0.98;  // the table's error over the linear one's, for it to be chosen
-
-// A fitted model: the linear weights and, if there is one, the table over them.
-struct Model {
-  Weights weights;
-  std::optional<NormalTable> table;
-
-  std::array<double, 2> normal(const Features& features) const {
-    const Vector9 f = features.cast<double>();
-    double nx = weights.x.dot(f), ny = weights.y.dot(f);
-    if (table) {
-      const auto corrected = corrected_normal(*table, nx, ny);
-      nx = corrected[0], ny = corrected[1];
+  model.condition = smallest > 0 ? std::sqrt(largest / smallest) : INFINITY;
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(n, 2);
+  if (largest > 0) {
+    if (!(model.condition <= PhotometricFit::kWorstCondition)) {
+      model.ridge = 1 / (PhotometricFit::kWorstCondition * PhotometricFit::kWorstCondition);
+      gram.diagonal().array() += model.ridge * largest;
     }
-    return {nx, ny};
+    const dense::Ldlt solver(gram);
+    weights = solver.solve(right);
+    // One step of refinement wins back the digits that the squared condition costs.
+    weights += solver.solve(Eigen::MatrixXd(right - gram * weights));
   }
-};
+  const size_t places = static_cast<size_t>(photometric::places_of(std::max(order.colours, order.products)));
+  model.weights.wx.assign(order.products < 0 ? 3 : photometric::kColours, std::vector<double>(places));
+  model.weights.wy = model.weights.wx;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto colour = static_cast<size_t>(terms[static_cast<size_t>(i)] / kPlaces),
+               place = static_cast<size_t>(terms[static_cast<size_t>(i)] % kPlaces);
+    model.weights.wx[colour][place] = unit[i] * weights(i, 0);
+    model.weights.wy[colour][place] = unit[i] * weights(i, 1);
+  }
+  return model;
+}
 
 // One that has a third component, so that slopes stay finite.
 std::array<double, 2> bounded_normal(std::array<double, 2> n) {
@@ -95,13 +90,14 @@ double degrees(double radians) {
 
 // Sums of one model's errors over presses.
 struct ErrorSums {
-  double square = 0, angle2 = 0, pixels = 0, depth_square = 0, cap_square = 0, gain = 0;
+  std::array<double, 2> square{};  // of n_x, n_y
+  double angle2 = 0, pixels = 0, depth_square = 0, cap_square = 0, gain = 0;
   int balls = 0;
 
   HeldOutErrors errors() const {
     HeldOutErrors e;
     if (pixels > 0) {
-      e.normal_rms = std::sqrt(square / (2 * pixels));
+      e.normal_rms = std::sqrt((square[0] + square[1]) / (2 * pixels));
       e.normal_angle_deg = degrees(std::sqrt(angle2 / pixels));
     }
     if (balls > 0) {
@@ -113,53 +109,21 @@ struct ErrorSums {
   }
 };
 
-// The table over the linear model, from all presses but one.
-NormalTable fit_table(std::span<const PhotometricPress> presses, size_t without, const Weights& weights) {
-  const auto each_pixel = [&](const auto& visit) {
-    for (size_t j = 0; j < presses.size(); ++j) {
-      if (j == without) continue;
-      const PhotometricPress& p = presses[j];
-      for (size_t k = 0; k < p.features.size(); ++k) {
-        const Vector9 f = p.features[k].cast<double>();
-        visit(weights.x.dot(f), weights.y.dot(f), p.normals[k]);
-      }
-    }
-  };
-  double reach = 0.1;
-  each_pixel([&](double nx, double ny, const Eigen::Vector2f&) {
-    reach = std::max({reach, std::abs(nx), std::abs(ny)});
-  });
-  NormalTableFit table(kTableSide, std::min(1.0, reach));
-  each_pixel([&](double nx, double ny, const Eigen::Vector2f& wanted) {
-    table.add(nx, ny, static_cast<double>(wanted.x()), static_cast<double>(wanted.y()));
-  });
-  return table.solve();
-}
-
-// The model that all presses but one give.
-Model fit_model(std::span<const PhotometricPress> presses, size_t without, double rest_weight,
-                bool with_table) {
-  NormalEquations others;
-  for (size_t j = 0; j < presses.size(); ++j)
-    if (j != without) others += presses[j].all(rest_weight);
-  Model model{solve_weights(others), std::nullopt};
-  if (with_table) model.table = fit_table(presses, without, model.weights);
-  return model;
-}
-
 // Normals by a model from a press's pixels, and their errors.
 struct ReadNormals {
   std::vector<std::array<double, 2>> bounded;
-  double square = 0, angle2 = 0;  // sums over the pixels
+  std::array<double, 2> square{};  // sums over the pixels
+  double angle2 = 0;
 };
 
-ReadNormals read_normals(const PhotometricPress& p, const Model& model) {
+ReadNormals read_normals(const PhotometricPress& p, const PhotometricCalibration& weights) {
   ReadNormals read;
-  for (size_t k = 0; k < p.features.size(); ++k) {
-    const auto raw = model.normal(p.features[k]);
+  for (size_t k = 0; k < p.pixels.size(); ++k) {
+    const auto raw = polynomial_normal(weights, p.pixels[k].change, p.pixels[k].across, p.pixels[k].down);
     const auto n = read.bounded.emplace_back(bounded_normal(raw));
     const double tx = static_cast<double>(p.normals[k].x()), ty = static_cast<double>(p.normals[k].y());
-    read.square += std::pow(raw[0] - tx, 2) + std::pow(raw[1] - ty, 2);
+    read.square[0] += std::pow(raw[0] - tx, 2);
+    read.square[1] += std::pow(raw[1] - ty, 2);
     const double dot = n[0] * tx + n[1] * ty +
                        std::sqrt(std::max(0.0, 1 - n[0] * n[0] - n[1] * n[1])) *
                            std::sqrt(std::max(0.0, 1 - tx * tx - ty * ty));
@@ -168,9 +132,72 @@ ReadNormals read_normals(const PhotometricPress& p, const Model& model) {
   return read;
 }
 
+// Depth from the slopes of one patch, as integrate_patch; the equations are factored once.
+class Patch {
+ public:
+  Patch(std::span<const uint8_t> inside, uint32_t width);
+  std::vector<double> depth(std::span<const double> slope_x, std::span<const double> slope_y,
+                            double pitch_mm_per_px) const;
+
+ private:
+  struct Step {
+    int from, to;          // unknowns
+    size_t first, second;  // pixels
+    bool across;
+  };
+  std::vector<int> index_;
+  std::vector<Step> steps_;
+  std::optional<sparse::Factor> factor_;  // none: nothing is inside
+  int unknowns_ = 0;
+};
+
+Patch::Patch(std::span<const uint8_t> inside, uint32_t width) : index_(inside.size(), -1) {
+  for (size_t i = 0; i < inside.size(); ++i)
+    if (inside[i]) index_[i] = unknowns_++;
+  if (unknowns_ == 0) return;
+  std::vector<sparse::Entry> entries;
+  entries.reserve(static_cast<size_t>(unknowns_) * 9);
+  // One equation for each pair of neighbours: the step between them is the mean of their slopes.
+  const auto link = [&](size_t a, size_t b, bool across) {
+    const int i = index_[a], j = index_[b];
+    entries.emplace_back(i, i, 1.0);
+    entries.emplace_back(j, j, 1.0);
+    entries.emplace_back(i, j, -1.0);
+    entries.emplace_back(j, i, -1.0);
+    steps_.push_back({i, j, a, b, across});
+  };
+  for (size_t i = 0; i < inside.size(); ++i) {
+    if (!inside[i]) continue;
+    if ((i + 1) % width != 0 && inside[i + 1]) link(i, i + 1, true);
+    if (i + width < inside.size() && inside[i + width]) link(i, i + width, false);
+    // Heights are known up to a constant; this much pulls each part's mean to 0 and changes nothing else.
+    entries.emplace_back(index_[i], index_[i], 1e-9);
+  }
+  factor_.emplace(sparse::Factor::Kind::Ldlt, unknowns_, entries);
+}
+
+std::vector<double> Patch::depth(std::span<const double> slope_x, std::span<const double> slope_y,
+                                 double pitch_mm_per_px) const {
+  std::vector<double> depth(index_.size(), 0.0);
+  if (!factor_) return depth;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns_);
+  for (const Step& s : steps_) {
+    const std::span<const double>& slope = s.across ? slope_x : slope_y;
+    const double step = 0.5 * (slope[s.first] + slope[s.second]);
+    right[s.from] -= step;
+    right[s.to] += step;
+  }
+  const Eigen::VectorXd z = factor_->solve(right);
+  const double mean = z.mean();
+  for (size_t i = 0; i < depth.size(); ++i)
+    if (index_[i] >= 0) depth[i] = (z[index_[i]] - mean) * pitch_mm_per_px;
+  return depth;
+}
+
 // Fills the depth's errors: the normals integrated, beside the ball's own shape.
-void judge_depth(const PhotometricPress::Ball& ball, const std::vector<std::array<double, 2>>& normals,
-                 double pitch_mm_per_px, HeldOutPress& held_out) {
+void judge_depth(const PhotometricPress::Ball& ball, const Patch& patch,
+                 const std::vector<std::array<double, 2>>& normals, double pitch_mm_per_px,
+                 HeldOutPress& held_out) {
   std::vector<double> sx(ball.inside.size()), sy(ball.inside.size());
   double true_mean = 0;
   for (size_t k = 0, n = 0; k < ball.inside.size(); ++k) {
@@ -181,7 +208,7 @@ void judge_depth(const PhotometricPress::Ball& ball, const std::vector<std::arra
     true_mean += ball.depth_mm[n++];
   }
   true_mean /= static_cast<double>(ball.depth_mm.size());
-  const std::vector<double> depth = integrate_patch(sx, sy, ball.inside, ball.width, pitch_mm_per_px);
+  const std::vector<double> depth = patch.depth(sx, sy, pitch_mm_per_px);
   double depth_square = 0, cap_square = 0, cross = 0, power = 0;
   for (size_t k = 0, n = 0; k < depth.size(); ++k) {
     if (!ball.inside[k]) continue;
@@ -197,20 +224,21 @@ void judge_depth(const PhotometricPress::Ball& ball, const std::vector<std::arra
   held_out.depth_gain = power > 0 ? cross / power : 0;
 }
 
-// Judges a model on one press; adds to the sums.
-HeldOutPress judge(const PhotometricPress& p, const Model& model, double pitch_mm_per_px, ErrorSums& sums) {
+// Judges a model on one press, its depth where there is a patch; adds to the sums.
+HeldOutPress judge(const PhotometricPress& p, const PhotometricCalibration& weights, const Patch* patch,
+                   double pitch_mm_per_px, ErrorSums& sums) {
   HeldOutPress h;
   h.label = p.label;
   h.contact_px = static_cast<uint64_t>(p.contact.weight);
-  const ReadNormals read = read_normals(p, model);
-  const auto pixels = static_cast<double>(std::max<size_t>(p.features.size(), 1));
-  h.normal_rms = std::sqrt(read.square / (2 * pixels));
+  const ReadNormals read = read_normals(p, weights);
+  const auto pixels = static_cast<double>(std::max<size_t>(p.pixels.size(), 1));
+  h.normal_rms = std::sqrt((read.square[0] + read.square[1]) / (2 * pixels));
   h.normal_angle_deg = degrees(std::sqrt(read.angle2 / pixels));
-  sums.square += read.square;
+  for (size_t k = 0; k < 2; ++k) sums.square[k] += read.square[k];
   sums.angle2 += read.angle2;
-  sums.pixels += static_cast<double>(p.features.size());
-  if (p.ball.depth_mm.empty()) return h;
-  judge_depth(p.ball, read.bounded, pitch_mm_per_px, h);
+  sums.pixels += static_cast<double>(p.pixels.size());
+  if (!patch) return h;
+  judge_depth(p.ball, *patch, read.bounded, pitch_mm_per_px, h);
   sums.depth_square += h.depth_rmse_mm * h.depth_rmse_mm;
   sums.cap_square += h.cap_rms_mm * h.cap_rms_mm;
   sums.gain += h.depth_gain;
@@ -218,41 +246,119 @@ HeldOutPress judge(const PhotometricPress& p, const Model& model, double pitch_m
   return h;
 }
 
-// How well either model does on presses left out one at a time.
-struct CrossValidation {
-  ErrorSums linear, table;
-  std::vector<HeldOutPress> linear_presses, table_presses;
-  double error_x = 0, error_y = 0;  // squares of the linear one's
+// How well one model does on what it was not fitted to.
+struct Validation {
+  ErrorSums press, ball;
+  std::vector<HeldOutPress> presses, balls;  // each press, judged without it and without its ball
+
+  // Squared errors that count: of each press and, with several balls, of each once more without its ball.
+  std::vector<double> squares(bool by_depth) const {
+    std::vector<double> all;
+    for (const auto* judged : {&presses, &balls})
+      for (const HeldOutPress& p : *judged)
+        all.push_back(by_depth ? p.depth_rmse_mm * p.depth_rmse_mm : p.normal_rms * p.normal_rms);
+    return all;
+  }
 };
 
-CrossValidation cross_validate(std::span<const PhotometricPress> presses, double rest_weight, bool with_table,
-                               double pitch_mm_per_px) {
-  CrossValidation v;
-  for (size_t i = 0; i < presses.size(); ++i) {
-    const PhotometricPress& p = presses[i];
-    Model model = fit_model(presses, i, rest_weight, with_table);
-    if (model.table) v.table_presses.push_back(judge(p, model, pitch_mm_per_px, v.table));
-    model.table.reset();
-    v.linear_presses.push_back(judge(p, model, pitch_mm_per_px, v.linear));
-    v.error_x += squared_error(p.contact.gram, p.contact.to_x, p.contact.xx, model.weights.x);
-    v.error_y += squared_error(p.contact.gram, p.contact.to_y, p.contact.yy, model.weights.y);
+std::vector<Validation> validate(std::span<const PhotometricPress> presses,
+                                 std::span<const NormalOrder> orders, double rest_weight,
+                                 double pitch_mm_per_px) {
+  const auto sums_of = [&](const auto& wanted) {
+    Moments sums;
+    for (const PhotometricPress& p : presses)
+      if (wanted(p)) p.add_to(sums, rest_weight);
+    return sums;
+  };
+  std::map<double, std::vector<Model>> without_ball;
+  for (const PhotometricPress& p : presses) without_ball[p.ball.radius_mm];
+  if (without_ball.size() > 1)
+    for (auto& [radius_mm, models] : without_ball) {
+      const Moments sums = sums_of([&](const PhotometricPress& p) { return p.ball.radius_mm != radius_mm; });
+      for (const NormalOrder& order : orders) models.push_back(fit_model(sums, order));
+    }
+  std::vector<Validation> validations(orders.size());
+  for (const PhotometricPress& p : presses) {
+    const Moments others = sums_of([&](const PhotometricPress& other) { return &other != &p; });
+    std::optional<Patch> patch;
+    if (!p.ball.depth_mm.empty()) patch.emplace(p.ball.inside, p.ball.width);
+    const auto judged = [&](const Model& model, ErrorSums& sums) {
+      return judge(p, model.weights, patch ? &*patch : nullptr, pitch_mm_per_px, sums);
+    };
+    const std::vector<Model>& other_balls = without_ball.at(p.ball.radius_mm);
+    for (size_t k = 0; k < orders.size(); ++k) {
+      Validation& v = validations[k];
+      v.presses.push_back(judged(fit_model(others, orders[k]), v.press));
+      if (!other_balls.empty()) v.balls.push_back(judged(other_balls[k], v.ball));
+    }
   }
-  return v;
+  return validations;
 }
 
-// By depth where a ball determines it.
-bool table_is_better(const HeldOutErrors& table, const HeldOutErrors& linear, bool with_depth) {
-  return table.normal_rms <= linear.normal_rms &&
-         (with_depth ? table.depth_rmse_mm < kClearlyBetter * linear.depth_rmse_mm
-                     : table.normal_rms < kClearlyBetter * linear.normal_rms);
+double mean_of(std::span<const double> values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+// The simplest model whose errors on presses left out are no more than a standard error above the least.
+size_t choose(const std::vector<Validation>& validations) {
+  const bool by_depth = validations.front().press.balls > 0;
+  std::vector<std::vector<double>> squares;
+  for (const Validation& v : validations) squares.push_back(v.squares(by_depth));
+  size_t best = 0;
+  for (size_t k = 1; k < squares.size(); ++k)
+    if (mean_of(squares[k]) < mean_of(squares[best])) best = k;
+  const double least = mean_of(squares[best]), n = static_cast<double>(squares[best].size());
+  for (size_t k = 0; k < best; ++k) {
+    const double more = mean_of(squares[k]) - least;
+    double scatter = 0;  // of the difference, press by press
+    for (size_t i = 0; i < squares[k].size(); ++i)
+      scatter += std::pow(squares[k][i] - squares[best][i] - more, 2);
+    if (least > std::pow(kClearlyBetter, 2) * (least + more) || more <= std::sqrt(scatter / (n * (n - 1))))
+      return k;
+  }
+  return best;
+}
+
+// How many of the presses lie half a contact's radius or more apart; known normals count as everywhere.
+int separate_places(std::span<const PhotometricPress> presses) {
+  std::vector<const PhotometricPress::Ball*> places;
+  for (const PhotometricPress& p : presses) {
+    if (p.ball.contact_px == 0) return kPlaces;
+    const auto near = [&](const PhotometricPress::Ball* other) {
+      return std::hypot(p.ball.center_x_px - other->center_x_px, p.ball.center_y_px - other->center_y_px) <
+             0.5 * std::max(p.ball.contact_px, other->contact_px);
+    };
+    if (std::none_of(places.begin(), places.end(), near)) places.push_back(&p.ball);
+  }
+  return static_cast<int>(places.size());
+}
+
+// The models to judge. One whose place has more terms than there are places pressed would be judged where it
+// was fitted, whatever press is left out.
+std::vector<NormalOrder> orders_for(NormalModel wanted, std::span<const PhotometricPress> presses) {
+  const int places = std::max(separate_places(presses), photometric::places_of(1));
+  std::vector<NormalOrder> orders;
+  for (const NormalOrder& order : kNormalOrders)
+    if (wanted == order.model || (wanted == NormalModel::Best &&
+                                  photometric::places_of(std::max(order.colours, order.products)) <= places))
+      orders.push_back(order);
+  return orders;
 }
 
 // Fills the shares explained; throws where the colours do not determine both slopes.
-void explain(const NormalEquations& contacts, const CrossValidation& v, PhotometricFitResult& result) {
-  const double spread_x = contacts.xx - contacts.x * contacts.x / contacts.weight;
-  const double spread_y = contacts.yy - contacts.y * contacts.y / contacts.weight;
-  result.explained_x = spread_x > 0 ? 1 - v.error_x / spread_x : 0;
-  result.explained_y = spread_y > 0 ? 1 - v.error_y / spread_y : 0;
+void explain(std::span<const PhotometricPress> presses, const ErrorSums& errors,
+             PhotometricFitResult& result) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero(), squares = sum;
+  for (const PhotometricPress& p : presses)
+    for (const Eigen::Vector2f& n : p.normals) {
+      sum += n.cast<double>();
+      squares += n.cast<double>().cwiseAbs2();
+    }
+  const Eigen::Vector2d spread = squares - sum.cwiseAbs2() / static_cast<double>(result.contact_px);
+  result.explained_x = spread[0] > 0 ? 1 - errors.square[0] / spread[0] : 0;
+  result.explained_y = spread[1] > 0 ? 1 - errors.square[1] / spread[1] : 0;
   const double least = std::min(result.explained_x, result.explained_y);
   if (!(least >= PhotometricFit::kLeastExplained))
     throw Error(Failure::Input, "colour changes that predict both slopes on presses not used for the fit",
@@ -269,77 +375,41 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   if (presses_.size() < 2)
     throw Error(Failure::Input, "two presses or more, so that the error is measured on one that was not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
-  const CrossValidation validation =
-      cross_validate(presses_, rest_weight, wanted != NormalModel::Linear, pitch_mm_per_px_);
+  const std::vector<NormalOrder> orders = orders_for(wanted, presses_);
+  const std::vector<Validation> validations = validate(presses_, orders, rest_weight, pitch_mm_per_px_);
   PhotometricFitResult result;
-  result.linear = validation.linear.errors();
-  result.table = validation.table.errors();
-  const bool with_table = wanted == NormalModel::Table ||
-                          (wanted == NormalModel::Best &&
-                           table_is_better(result.table, result.linear, validation.linear.balls > 0));
-  const Model model = fit_model(presses_, kNone, rest_weight, with_table);
-  const HeldOutErrors& errors = with_table ? result.table : result.linear;
-  result.model = with_table ? NormalModel::Table : NormalModel::Linear;
-  result.presses = with_table ? validation.table_presses : validation.linear_presses;
-  for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) {
-      result.calibration.wx[c][k] = model.weights.x[3 * c + k];
-      result.calibration.wy[c][k] = model.weights.y[3 * c + k];
-    }
-  result.calibration.table = model.table;
+  for (size_t k = 0; k < orders.size(); ++k) {
+    NormalCandidate& c = result.candidates.emplace_back(orders[k], validations[k].press.errors());
+    if (!validations[k].balls.empty()) c.ball = validations[k].ball.errors();
+  }
+  result.chosen = choose(validations);
+  Moments sums;
+  for (const PhotometricPress& p : presses_) {
+    p.add_to(sums, rest_weight);
+    result.contact_px += p.pixels.size();
+  }
+  const Model model = fit_model(sums, orders[result.chosen]);
+  const HeldOutErrors& errors = result.model().press;
+  result.presses = validations[result.chosen].presses;
+  result.calibration = model.weights;
   result.calibration.normal_sd = errors.normal_rms;
-  result.condition = model.weights.condition;
-  result.ridge = model.weights.ridge;
+  result.condition = model.condition;
+  result.ridge = model.ridge;
   ErrorSums own;
-  for (const PhotometricPress& p : presses_) judge(p, model, pitch_mm_per_px_, own);
+  for (const PhotometricPress& p : presses_) judge(p, model.weights, nullptr, pitch_mm_per_px_, own);
   result.normal_rms_fitted = own.errors().normal_rms;
   result.normal_rms_held_out = errors.normal_rms;
   result.normal_angle_deg = errors.normal_angle_deg;
   result.depth_rmse_mm = errors.depth_rmse_mm;
   result.cap_rms_mm = errors.cap_rms_mm;
   result.depth_gain = errors.depth_gain;
-  NormalEquations contacts;
-  for (const PhotometricPress& p : presses_) contacts += p.contact;
-  result.contact_px = static_cast<uint64_t>(contacts.weight);
-  explain(contacts, validation, result);
+  explain(presses_, validations[result.chosen].press, result);
   return result;
 }
 
 std::vector<double> integrate_patch(std::span<const double> slope_x, std::span<const double> slope_y,
                                     std::span<const uint8_t> inside, uint32_t width, double pitch_mm_per_px) {
-  const size_t pixels = inside.size();
-  std::vector<int> index(pixels, -1);
-  int unknowns = 0;
-  for (size_t i = 0; i < pixels; ++i)
-    if (inside[i]) index[i] = unknowns++;
-  std::vector<double> depth(pixels, 0.0);
-  if (unknowns == 0) return depth;
-
-  // One equation for each pair of neighbours: the step between them is the mean of their slopes.
-  std::vector<sparse::Entry> entries;
-  entries.reserve(static_cast<size_t>(unknowns) * 9);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
-  const auto link = [&](size_t a, size_t b, double step) {
-    const int i = index[a], j = index[b];
-    entries.emplace_back(i, i, 1.0);
-    entries.emplace_back(j, j, 1.0);
-    entries.emplace_back(i, j, -1.0);
-    entries.emplace_back(j, i, -1.0);
-    right[i] -= step;
-    right[j] += step;
-  };
-  for (size_t i = 0; i < pixels; ++i) {
-    if (!inside[i]) continue;
-    if ((i + 1) % width != 0 && inside[i + 1]) link(i, i + 1, 0.5 * (slope_x[i] + slope_x[i + 1]));
-    if (i + width < pixels && inside[i + width]) link(i, i + width, 0.5 * (slope_y[i] + slope_y[i + width]));
-    // Heights are known up to a constant; this much pulls each part's mean to 0 and changes nothing else.
-    entries.emplace_back(index[i], index[i], 1e-9);
-  }
-  const Eigen::VectorXd z = sparse::Factor(sparse::Factor::Kind::Ldlt, unknowns, entries).solve(right);
-  const double mean = z.mean();
-  for (size_t i = 0; i < pixels; ++i)
-    if (inside[i]) depth[i] = (z[index[i]] - mean) * pitch_mm_per_px;
-  return depth;
+  return Patch(inside, width).depth(slope_x, slope_y, pitch_mm_per_px);
 }
 
 }  // namespace palpate

@@ -19,8 +19,10 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
       "folder or video that it names presses of",
       "pitch, crop, quad, channels");
   command
-      ->add_option("--model", options->model,
-                   "linear, table (a small correction on top), or best: by held-out error")
+      ->add_option(
+          "--model", options->model,
+          "Weights by place, to degree 1 to 3, without or with products of colours; best: the simplest that "
+          "does as well as any on presses held out")
       ->transform(one_of(kNormalModelNames));
   command
       ->add_option("--rest-weight", options->rest_weight,

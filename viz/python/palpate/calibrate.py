@@ -324,7 +324,7 @@ def photometric(
         pitch_mm_per_px: the scale; 0: the sensor file's.
         every: look at every n-th frame; by default at 400.
         rest_weight: weight of the untouched frame's pixels.
-        model: ``best``, ``linear`` or ``table``.
+        model: ``best``, ``linear``, ``quadratic``, ``cubic``, or one of these with ``-products`` of colours.
         keep_markers: use the pixels of printed markers too.
         keep_contact: leave the section ``contact`` as it is.
     """
