@@ -23,8 +23,8 @@ enum class Memory {
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  /// Storage, texel, index and transfer use. Throws Error(Failure::Device) naming `name` when memory runs
-  /// out.
+  /// Storage, texel, uniform, index and transfer use. Throws Error(Failure::Device) naming `name` when memory
+  /// runs out.
   DeviceBuffer(Context& context, const std::string& name, uint64_t bytes, Memory memory);
   /// A buffer that is memory which the host has mapped already: kernels read it in place, through texel
   /// views. Empty where the device does not take it: no such feature, address or length not aligned as it

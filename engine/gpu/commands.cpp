@@ -188,9 +188,9 @@ Commands::Traffic Commands::bind(const Kernel& kernel, std::span<const Argument>
     write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
     write.dstBinding = i;
     write.descriptorCount = 1;
-    if (interface.bindings[i] == Binding::Texels && !context_->storage_texels()) {
+    write.descriptorType = descriptor_type(*context_, interface.bindings[i]);
+    if (write.descriptorType == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER) {
       views[i] = std::get<const TexelView*>(argument)->handle();
-      write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
       write.pTexelBufferView = &views[i];
     } else {
       // CPU drivers reach further than they state.
@@ -208,7 +208,6 @@ Commands::Traffic Commands::bind(const Kernel& kernel, std::span<const Argument>
                     "texels of " + std::to_string((*view)->element_bytes()),
                     "rebuilding from clean: shader and program are of different versions");
       buffers[i] = {source, 0, VK_WHOLE_SIZE};
-      write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
       write.pBufferInfo = &buffers[i];
     }
     ++i;

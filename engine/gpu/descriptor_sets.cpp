@@ -30,8 +30,9 @@ void DescriptorSets::reset() {
 }
 
 void DescriptorSets::add_pool() {
-  const std::array<VkDescriptorPoolSize, 2> sizes{
+  const std::array<VkDescriptorPoolSize, 3> sizes{
       {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kSets * kMaxBindings},
+       {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSets * kMaxBindings},
        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, kSets * kMaxBindings}}};
   VkDescriptorPoolCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;

@@ -18,7 +18,15 @@ namespace {
 }
 
 const char* binding_name(Binding binding) {
-  return binding == Binding::Texels ? "texel buffer" : "storage buffer";
+  switch (binding) {
+    case Binding::Texels:
+      return "texel buffer";
+    case Binding::Storage:
+      return "storage buffer";
+    case Binding::Uniform:
+      return "uniform buffer";
+  }
+  return "";
 }
 
 // Reads the SPIR-V's interface and compares it with what the C++ side will bind and push.
@@ -42,11 +50,12 @@ class Reflection {
 
   void compare(const KernelInterface& interface, bool storage_texels) {
     std::vector<Binding> wanted = interface.bindings;
-    if (storage_texels) std::ranges::fill(wanted, Binding::Storage);
+    if (storage_texels) std::ranges::replace(wanted, Binding::Texels, Binding::Storage);
     std::vector<bool> seen(wanted.size());
     compare_bindings(wanted, SPVC_RESOURCE_TYPE_SEPARATE_IMAGE, Binding::Texels, seen);
     compare_bindings(wanted, SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, Binding::Texels, seen);
     compare_bindings(wanted, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, Binding::Storage, seen);
+    compare_bindings(wanted, SPVC_RESOURCE_TYPE_UNIFORM_BUFFER, Binding::Uniform, seen);
     for (size_t i = 0; i < seen.size(); ++i) {
       if (!seen[i]) mismatch(shader_, "binding " + std::to_string(i), "no such binding in the shader");
     }
@@ -138,11 +147,24 @@ void compare_limits(const Shader& shader, const KernelInterface& interface, bool
   for (size_t i = 0; i < 3; ++i)
     within("invocations along an axis", size[i], limits.maxComputeWorkGroupSize[i]);
   const auto texels = std::ranges::count(interface.bindings, Binding::Texels);
-  const auto storage = std::ssize(interface.bindings) - (storage_texels ? 0 : texels);
+  const auto storage =
+      std::ranges::count(interface.bindings, Binding::Storage) + (storage_texels ? texels : 0);
   within("storage buffers", static_cast<uint32_t>(storage), limits.maxPerStageDescriptorStorageBuffers);
 }
 
 }  // namespace
+
+VkDescriptorType descriptor_type(const Context& context, Binding binding) {
+  switch (binding) {
+    case Binding::Texels:
+      return context.texel_descriptor();
+    case Binding::Storage:
+      return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    case Binding::Uniform:
+      return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+  }
+  return VK_DESCRIPTOR_TYPE_MAX_ENUM;
+}
 
 // Built on the default constructor, so that the destructor frees what was made before a failure.
 Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& interface) : Kernel() {
@@ -159,10 +181,8 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
 
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (uint32_t i = 0; i < interface.bindings.size(); ++i) {
-    bindings.push_back({i,
-                        interface.bindings[i] == Binding::Texels ? context.texel_descriptor()
-                                                                 : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                        1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+    bindings.push_back(
+        {i, descriptor_type(context, interface.bindings[i]), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
   }
   VkDescriptorSetLayoutCreateInfo set_info{};
   set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;

@@ -14,7 +14,10 @@
 
 namespace palpate::gpu {
 
-enum class Binding : uint8_t { Texels, Storage };  ///< uniform texel buffer; storage buffer
+/// Uniform texel buffer; storage buffer; uniform buffer: a few numbers that all invocations read alike.
+enum class Binding : uint8_t { Texels, Storage, Uniform };
+
+VkDescriptorType descriptor_type(const Context& context, Binding binding);
 
 /// A shader's access to a binding, as its SPIR-V declares it.
 struct BindingAccess {

@@ -7,7 +7,9 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "engine/base/text.h"
 #include "engine/numeric/transform/lane_fft.h"
+#include "palpate/error.h"
 
 namespace palpate::perf {
 namespace {
@@ -309,7 +311,13 @@ struct OpenCvFftwFrame::Impl {
 
 OpenCvFftwFrame::OpenCvFftwFrame(const Frame& background, const Sensor& sensor, uint32_t padded_width,
                                  uint32_t padded_height)
-    : impl_(std::make_unique<Impl>(background, sensor, padded_width, padded_height)) {}
+    : impl_(std::make_unique<Impl>(background, sensor, padded_width, padded_height)) {
+  const NormalWeights& weights = sensor.photometric.wx;
+  if (sensor.reading == SurfaceReading::Photometric && (weights.size() != 3 || weights.front().size() != 3))
+    throw Error(Failure::Sensor, "3 rows of 3 weights for OpenCV + FFTW",
+                text("%zu rows of %zu", weights.size(), weights.front().size()),
+                "a sensor with weights linear in place");
+}
 OpenCvFftwFrame::~OpenCvFftwFrame() = default;
 
 double OpenCvFftwFrame::run(const Frame& frame) {

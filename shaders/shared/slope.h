@@ -1,4 +1,4 @@
-// Slope stage: push constants, read by GLSL and C++.
+// Slope stage: push constants and weights, read by GLSL and C++.
 #ifndef PALPATE_SHARED_SLOPE_H
 #define PALPATE_SHARED_SLOPE_H
 
@@ -21,12 +21,14 @@ struct SlopePush {
   float threshold;  // shading: stored units
   float facing;     // shading: stored units of a facet that faces the light
   float gain;       // shading: scale on the slopes
-  float wx[9];      // photometric: [channel][1, X, Y], for a change of one gray level
-  float wy[9];
 };
 
+// Photometric: weights of colours for changes of one gray level, each a polynomial of place. A colour's terms are 1, X, Y, XX, XY,
+// YY, ..., and kPlaceTerms apart, however many there are.
+const int kColours = 9, kPlaceTerms = 10;
+
 #ifdef __cplusplus
-static_assert(sizeof(SlopePush) == 112);
+static_assert(sizeof(SlopePush) == 40);
 }  // namespace palpate::shared
 #endif
 #endif

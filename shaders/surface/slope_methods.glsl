@@ -21,15 +21,18 @@ TEXELS(0, uvec2, frame_pairs);  // eight 8-bit pixels to a pair of words, planes
 TEXELS(1, uint, frame_words);
 TEXELS(2, uvec2, rest_pairs);
 TEXELS(3, uint, rest_words);
+layout(std140, binding = 4) uniform Weights { vec2 weights[kColours * kPlaceTerms]; };  // for the normal's x and y
+layout(constant_id = 4) const uint PRODUCTS = 0;      // 1: the colours' products have weights too
+layout(constant_id = 5) const uint PLACE_DEGREE = 1;  // of the weights' polynomials, 0 to 3
 #if defined(NORMAL_TABLE)
-TEXELS(4, vec4, normal_nodes);  // the corrected normal at a node and at the next one along its row
-layout(binding = 5) writeonly buffer ClippedPixels { uint clipped_px[]; };
-layout(constant_id = 5) const uint TABLE_SIDE = 3;       // nodes
-layout(constant_id = 6) const uint TABLE_REACH = 0;      // a float's bits: the grid covers -reach to reach
-#define FIRST_OUTPUT 6
+TEXELS(5, vec4, normal_nodes);  // the corrected normal at a node and at the next one along its row
+layout(binding = 6) writeonly buffer ClippedPixels { uint clipped_px[]; };
+layout(constant_id = 6) const uint TABLE_SIDE = 3;   // nodes
+layout(constant_id = 7) const uint TABLE_REACH = 0;  // a float's bits: the grid covers -reach to reach
+#define FIRST_OUTPUT 7
 #else
-layout(binding = 4) writeonly buffer ClippedPixels { uint clipped_px[]; };
-#define FIRST_OUTPUT 5
+layout(binding = 5) writeonly buffer ClippedPixels { uint clipped_px[]; };
+#define FIRST_OUTPUT 6
 #endif
 #endif
 
@@ -170,25 +173,59 @@ uvec3 twelve(uint l, uvec2 c, uint r) {
 int word_at(int row, int tx) { return row * int(push.in_pitch) * 4 + 4 + 2 * tx; }
 #define twelve_at(pairs, words, at) twelve(texelFetch(words, (at) - 1).x, texelFetch(pairs, (at) / 2).xy, texelFetch(words, (at) + 2).x)
 
-// The normal's x and y in three groups of columns.
-struct Normals {
-  vec4 x_a, x_b, x_c, y_a, y_b, y_c;
+// One plane's change from the background in twelve pixels.
+struct Twelve {
+  vec4 a, b, c;
 };
-
-// Adds what one plane's change of colour says of the normal: linear, with weights (1, X, Y) that vary linearly across the frame.
-void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, vec4 x, float y) {
+Twelve change_at(int plane, int row, int tx) {
   int at = word_at(plane * int(push.height) + row, tx);
   uvec3 image = twelve_at(frame_pairs, frame_words, at), rest = twelve_at(rest_pairs, rest_words, at);
-  vec4 a = unpack(image.x) - unpack(rest.x), b = unpack(image.y) - unpack(rest.y), c = unpack(image.z) - unpack(rest.z);
-  float group = 8.0 / float(push.width);
-  vec4 weight_x = wx.x + wx.z * y + wx.y * x, weight_y = wy.x + wy.z * y + wy.y * x;
-  float step_x = wx.y * group, step_y = wy.y * group;
-  n.x_a += weight_x * a;
-  n.x_b += (weight_x + step_x) * b;
-  n.x_c += (weight_x + 2.0 * step_x) * c;
-  n.y_a += weight_y * a;
-  n.y_b += (weight_y + step_y) * b;
-  n.y_c += (weight_y + 2.0 * step_y) * c;
+  return Twelve(unpack(image.x) - unpack(rest.x), unpack(image.y) - unpack(rest.y), unpack(image.z) - unpack(rest.z));
+}
+
+// A row's place, and those of four of its pixels, in -1 to 1.
+float place_y(int row) { return (2.0 * float(row) + 1.0) / float(push.height) - 1.0; }
+vec4 place_x(vec4 column) { return (2.0 * column + 1.0) / float(push.width) - 1.0; }
+
+// The normal's x and y in four pixels of a row.
+struct Normal {
+  vec4 x, y;
+};
+
+// What of a colour's weights goes with x to a power, in row y.
+vec2 weight_at(int colour, int power, float y) {
+  vec2 sum = vec2(0.0);
+  for (int j = int(PLACE_DEGREE) - power; j >= 0; --j)
+    sum = fma(sum, vec2(y), weights[colour * kPlaceTerms + (power + j) * (power + j + 1) / 2 + j]);
+  return sum;
+}
+
+void add_colour(inout Normal n, int colour, int power, float y, vec4 change) {
+  vec2 weight = weight_at(colour, power, y);
+  n.x = fma(vec4(weight.x), change, n.x);
+  n.y = fma(vec4(weight.y), change, n.y);
+}
+
+// Changes of red, green and blue to the normal. Colours are summed for each power of x and the sums taken together by Horner's rule,
+// so that a row's weights serve all of its pixels.
+Normal normal_of(vec4 r, vec4 g, vec4 b, vec4 x, float y) {
+  Normal n = Normal(vec4(0.0), vec4(0.0));
+  for (int power = int(PLACE_DEGREE); power >= 0; --power) {
+    n.x *= x;
+    n.y *= x;
+    add_colour(n, 0, power, y, r);
+    add_colour(n, 1, power, y, g);
+    add_colour(n, 2, power, y, b);
+    if (PRODUCTS != 0) {
+      add_colour(n, 3, power, y, r * r);
+      add_colour(n, 4, power, y, r * g);
+      add_colour(n, 5, power, y, r * b);
+      add_colour(n, 6, power, y, g * g);
+      add_colour(n, 7, power, y, g * b);
+      add_colour(n, 8, power, y, b * b);
+    }
+  }
+  return n;
 }
 
 #if defined(NORMAL_TABLE)
@@ -199,50 +236,42 @@ vec2 between(int node, float a, float b) {
   return mix(v.xy, v.zw, a);
 }
 
-void correct(inout vec4 nx, inout vec4 ny) {
+void correct(inout Normal n) {
   float reach = uintBitsToFloat(TABLE_REACH), steps = float(TABLE_SIDE - 1) / (2.0 * reach);
-  vec4 x = clamp(nx, vec4(-reach), vec4(reach)), y = clamp(ny, vec4(-reach), vec4(reach));
+  vec4 x = clamp(n.x, vec4(-reach), vec4(reach)), y = clamp(n.y, vec4(-reach), vec4(reach));
   vec4 u = (x + reach) * steps, v = (y + reach) * steps;
   ivec4 i = min(ivec4(u), ivec4(TABLE_SIDE - 2)), j = min(ivec4(v), ivec4(TABLE_SIDE - 2)), node = j * int(TABLE_SIDE) + i;
   u -= vec4(i);
   v -= vec4(j);
   vec2 n0 = between(node.x, u.x, v.x), n1 = between(node.y, u.y, v.y), n2 = between(node.z, u.z, v.z), n3 = between(node.w, u.w, v.w);
-  nx += vec4(n0.x, n1.x, n2.x, n3.x) - x;
-  ny += vec4(n0.y, n1.y, n2.y, n3.y) - y;
+  n.x += vec4(n0.x, n1.x, n2.x, n3.x) - x;
+  n.y += vec4(n0.y, n1.y, n2.y, n3.y) - y;
 }
+#else
+void correct(Normal n) {}
 #endif
 
 // Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
 // and the size clipped.
-void lean(vec4 nx, vec4 ny, out vec4 across2, out vec4 p, out vec4 q) {
-  across2 = nx * nx + ny * ny;
+void lean(Normal n, out vec4 across2, out vec4 p, out vec4 q) {
+  correct(n);
+  across2 = n.x * n.x + n.y * n.y;
   float steepest = push.max_slope * push.max_slope, least_nz2 = 1.0 / (1.0 + steepest);
   vec4 scale = sqrt(min(vec4(1.0) / max(1.0 - across2, vec4(least_nz2)), steepest / max(across2, vec4(1e-20))));
-  p = nx * scale;
-  q = ny * scale;
+  p = n.x * scale;
+  q = n.y * scale;
 }
 
 Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   int row = clamp(y, 0, int(push.height) - 1);
+  Twelve r = change_at(0, row, tx), g = change_at(1, row, tx), b = change_at(2, row, tx);
   vec4 column = vec4(-2, -1, 0, 1) + float(8 * tx);
-  vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
-  float y_at = (2.0 * float(row) + 1.0) / float(push.height) - 1.0;
-  const vec4 none = vec4(0.0);
-  Normals n = Normals(none, none, none, none, none, none);
-  add_plane(n, 0, vec3(push.wx[0], push.wx[1], push.wx[2]), vec3(push.wy[0], push.wy[1], push.wy[2]), row, tx, x_at, y_at);
-  add_plane(n, 1, vec3(push.wx[3], push.wx[4], push.wx[5]), vec3(push.wy[3], push.wy[4], push.wy[5]), row, tx, x_at, y_at);
-  add_plane(n, 2, vec3(push.wx[6], push.wx[7], push.wx[8]), vec3(push.wy[6], push.wy[7], push.wy[8]), row, tx, x_at, y_at);
-#if defined(NORMAL_TABLE)
-  correct(n.x_a, n.y_a);
-  correct(n.x_b, n.y_b);
-  correct(n.x_c, n.y_c);
-#endif
+  float y_at = place_y(row);
   Slopes result;
-  vec4 q_a, q_b, q_c;
-  vec4 across_a, across_b, across_c;
-  lean(n.x_a, n.y_a, across_a, result.p_a, q_a);
-  lean(n.x_b, n.y_b, across_b, result.p_b, q_b);
-  lean(n.x_c, n.y_c, across_c, result.p_c, q_c);
+  vec4 q_a, q_b, q_c, across_a, across_b, across_c;
+  lean(normal_of(r.a, g.a, b.a, place_x(column), y_at), across_a, result.p_a, q_a);
+  lean(normal_of(r.b, g.b, b.b, place_x(column + 4.0), y_at), across_b, result.p_b, q_b);
+  lean(normal_of(r.c, g.c, b.c, place_x(column + 8.0), y_at), across_c, result.p_c, q_c);
   float steepest = push.max_slope * push.max_slope;
   float limit = y >= clipped.first && y < clipped.end ? steepest / (1.0 + steepest) : 3.4e38;
   clipped.a += uvec4(greaterThan(vec4(across_a.zw, across_b.xy), vec4(limit)));

@@ -42,21 +42,16 @@ uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
   return uvec4(lessThan(gray, vec4(float(LEAST_GRAY)))) & uvec4(greaterThanEqual(gray, vec4(max(push.threshold, 1e-6))));
 }
 #else
+// One plane's change from the background.
+vec4 four_at(int plane, int x, int y) {
+  int at = (plane * int(push.height) + y) * int(push.in_pitch) * 4 + 4 + x / 4;
+  return unpack(texelFetch(frame_words, at).x) - unpack(texelFetch(rest_words, at).x);
+}
+
 uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
-  vec4 column = vec4(0, 1, 2, 3) + float(x);
-  vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
-  float y_at = (2.0 * float(y) + 1.0) / float(push.height) - 1.0;
-  vec4 nx = vec4(0.0), ny = vec4(0.0), across2;
-  for (int plane = 0; plane < 3; ++plane) {
-    int at = (plane * int(push.height) + y) * int(push.in_pitch) * 4 + 4 + x / 4;
-    vec4 change = unpack(texelFetch(frame_words, at).x) - unpack(texelFetch(rest_words, at).x);
-    nx += (push.wx[3 * plane] + push.wx[3 * plane + 2] * y_at + push.wx[3 * plane + 1] * x_at) * change;
-    ny += (push.wy[3 * plane] + push.wy[3 * plane + 2] * y_at + push.wy[3 * plane + 1] * x_at) * change;
-  }
-#if defined(NORMAL_TABLE)
-  correct(nx, ny);
-#endif
-  lean(nx, ny, across2, p, q);
+  vec4 across2;
+  lean(normal_of(four_at(0, x, y), four_at(1, x, y), four_at(2, x, y), place_x(vec4(0, 1, 2, 3) + float(x)), place_y(y)), across2,
+       p, q);
   float steepest = push.max_slope * push.max_slope;
   return uvec4(greaterThan(across2, vec4(steepest / (1.0 + steepest))));
 }

@@ -74,7 +74,7 @@ inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor
   return s;
 }
 
-/// The normal that a NormalTable has for a linear one: bilinear, and beyond it the edge's plus what lies
+/// The normal that a NormalTable has for the polynomial's: bilinear, and beyond it the edge's plus what lies
 /// beyond.
 inline std::array<double, 2> table_normal(const NormalTable& t, double nx, double ny) {
   const double x = std::clamp(nx, -t.reach, t.reach), y = std::clamp(ny, -t.reach, t.reach);
@@ -89,23 +89,26 @@ inline std::array<double, 2> table_normal(const NormalTable& t, double nx, doubl
   return {sum_x + nx - x, sum_y + ny - y};
 }
 
-/// Normal linear in the change of colour, with weights linear in position (see PhotometricCalibration).
+/// Normal by weights of colours and their products, polynomials of place (see PhotometricCalibration).
 inline Slopes photometric_slopes(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const uint32_t width = image.format.width, height = image.format.height;
   Slopes s;
   for (uint32_t y = 0; y < height; ++y) {
     for (uint32_t x = 0; x < width; ++x) {
-      const double terms[3] = {1, (2.0 * x + 1) / width - 1, (2.0 * y + 1) / height - 1};
+      const double X = (2.0 * x + 1) / width - 1, Y = (2.0 * y + 1) / height - 1;
+      const double terms[] = {1, X, Y, X * X, X * Y, Y * Y, X * X * X, X * X * Y, X * Y * Y, Y * Y * Y};
+      std::vector<double> colours;
+      for (uint32_t channel = 0; channel < 3; ++channel)
+        colours.push_back((static_cast<double>(image.at(channel, x, y)) - rest.at(channel, x, y)) /
+                          image.format.max_gray());
+      for (size_t i = 0; i < 3; ++i)
+        for (size_t j = i; j < 3; ++j) colours.push_back(colours[i] * colours[j]);
       double nx = 0, ny = 0;
-      for (uint32_t channel = 0; channel < 3; ++channel) {
-        const double change =
-            (double{static_cast<double>(image.at(channel, x, y))} - rest.at(channel, x, y)) /
-            image.format.max_gray();
-        for (size_t term = 0; term < 3; ++term) {
-          nx += sensor.photometric.wx[channel][term] * terms[term] * change;
-          ny += sensor.photometric.wy[channel][term] * terms[term] * change;
+      for (size_t colour = 0; colour < sensor.photometric.wx.size(); ++colour)
+        for (size_t term = 0; term < sensor.photometric.wx[colour].size(); ++term) {
+          nx += sensor.photometric.wx[colour][term] * terms[term] * colours[colour];
+          ny += sensor.photometric.wy[colour][term] * terms[term] * colours[colour];
         }
-      }
       if (const auto& table = sensor.photometric.table) {
         const auto corrected = table_normal(*table, nx, ny);
         nx = corrected[0], ny = corrected[1];

@@ -89,26 +89,44 @@ class SlopeTest : public GpuTest {
 const std::vector<std::pair<uint32_t, uint32_t>> kSizes{{1, 1}, {2, 1},   {1, 5},   {3, 3},   {4, 4},
                                                         {5, 9}, {16, 16}, {17, 40}, {67, 33}, {130, 71}};
 
+// Shapes of weights: colours, the last four with their products, by terms of place.
+const std::vector<std::pair<size_t, size_t>> kShapes{{3, 1}, {3, 3}, {3, 6}, {3, 10},
+                                                     {9, 1}, {9, 3}, {9, 6}, {9, 10}};
+
+// A gel whose weights are random, of a size that clips some pixels whatever their shape.
+Sensor random_gel(std::mt19937& random, size_t shape) {
+  Sensor sensor;
+  sensor.pitch_mm_per_px = 0.05;
+  sensor.channels = 3;
+  sensor.reading = SurfaceReading::Photometric;
+  const auto [colours, terms] = kShapes[shape % kShapes.size()];
+  const double most = 0.9 / std::sqrt(static_cast<double>(colours * terms));
+  std::uniform_real_distribution<double> weight(-most, most);
+  for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy}) {
+    weights->assign(colours, std::vector<double>(terms));
+    for (auto& row : *weights)
+      for (double& w : row) w = weight(random);
+  }
+  return sensor;
+}
+
+// Pixels of any value, or of none but black and saturated ones.
+Frame random_frame(std::mt19937& random, const FrameFormat& format, bool extremes = false) {
+  Frame frame;
+  frame.reshape(format);
+  for (uint8_t& byte : frame.bytes) byte = static_cast<uint8_t>(extremes ? random() % 2 * 255 : random());
+  return frame;
+}
+
 TEST_F(SlopeTest, PhotometricEqualsReference) {
   std::mt19937 random(11);
   uint64_t clipped = 0, on_the_edge = 0;
-  for (int i = 0; i < of_sweep(60, 20); ++i) {  // each compiles four kernels
-    const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
+  for (size_t i = 0; i < static_cast<size_t>(of_sweep(80, 24)); ++i) {  // each shape compiles two kernels
+    const auto& [width, height] = kSizes[i % kSizes.size()];
     const FrameFormat format{width, height, 3, 8};
-    Frame image, rest;
-    image.reshape(format);
-    rest.reshape(format);
-    for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
-    for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(random());
-    Sensor sensor;
-    sensor.pitch_mm_per_px = 0.05;
-    sensor.channels = 3;
-    sensor.reading = SurfaceReading::Photometric;
+    const Frame image = random_frame(random, format, i % 3 == 0), rest = random_frame(random, format);
+    Sensor sensor = random_gel(random, i + i / kSizes.size());
     sensor.max_slope = i % 2 ? 10 : 0.5;  // the low limit clips most pixels
-    std::uniform_real_distribution<double> weight(-0.3, 0.3);
-    for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
-      for (auto& row : *weights)
-        for (double& w : row) w = weight(random);
     const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
     expect_reference(image, rest, sensor, slopes, 1e-4);
     clipped += slopes.clipped;
@@ -121,26 +139,16 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
 TEST_F(SlopeTest, NormalTableEqualsReference) {
   std::mt19937 random(13);
   uint64_t clipped = 0;
-  for (int i = 0; i < 6; ++i) {
-    const auto& [width, height] = kSizes[kSizes.size() - 1 - static_cast<size_t>(i)];  // the largest six
+  for (size_t i = 0; i < 8; ++i) {
+    const auto& [width, height] = kSizes[kSizes.size() - 1 - i % 6];  // the largest six
     const FrameFormat format{width, height, 3, 8};
-    Frame image, rest;
-    image.reshape(format);
-    rest.reshape(format);
-    for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
-    for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(random());
-    Sensor sensor;
-    sensor.pitch_mm_per_px = 0.05;
-    sensor.channels = 3;
-    sensor.reading = SurfaceReading::Photometric;
+    const Frame image = random_frame(random, format), rest = random_frame(random, format);
+    Sensor sensor = random_gel(random, i);
     sensor.max_slope = i % 3 ? 0.2 : 10;
     std::uniform_real_distribution<double> weight(-0.3, 0.3);
-    for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
-      for (auto& row : *weights)
-        for (double& w : row) w = weight(random);
     // A grid that some normals lie beyond, with values that are nothing like the identity.
     NormalTable& table = sensor.photometric.table.emplace();
-    table.side = std::array{3u, 9u, 17u}[static_cast<size_t>(i) % 3];
+    table.side = std::array{3u, 9u, 17u}[i % 3];
     table.reach = 0.3;
     for (uint32_t n = 0; n < table.side * table.side; ++n) {
       table.nx.push_back(weight(random));
@@ -235,25 +243,30 @@ Cells cells_of(const WeightedFaces& f) {
 }
 
 // Pixels that count by their confidence: the kernel on cells equals sums over the faces of pixels, of the
-// slopes that the store kernel leaves.
+// slopes that the store kernel leaves; those of a gel are the reference's.
 TEST_F(SlopeTest, WeightedCellsEqualSumsOverPixels) {
   std::mt19937 random(23);
+  size_t shape = 0;
   for (const bool shading : {false, true})
     for (const auto& [width, height] : kSizes) {
-      Sensor sensor;
-      sensor.pitch_mm_per_px = 0.05;
-      sensor.channels = shading ? 1 : 3;
-      sensor.reading = shading ? SurfaceReading::Shading : SurfaceReading::Photometric;
+      Sensor sensor = random_gel(random, shape++);
+      if (shading) {
+        sensor.channels = 1;
+        sensor.reading = SurfaceReading::Shading;
+      }
       sensor.threshold_gray = 4;
       sensor.shading.facing_gray = 220;
-      sensor.photometric.wx = {{0.2, 0.1, 0}, {-0.1, 0, 0.1}, {0.1, 0, 0}};
-      sensor.photometric.wy = {{0.1, 0, 0.1}, {0.2, 0.1, 0}, {-0.2, 0, 0}};
+      if (shape % 3 == 0) {
+        NormalTable& table = sensor.photometric.table.emplace();
+        table.side = 3;
+        table.reach = 0.5;
+        table.nx = {-0.4, 0.1, 0.5, -0.6, 0, 0.5, -0.5, 0, 0.4};
+        table.ny = {-0.5, -0.4, -0.6, 0.1, 0, 0, 0.5, 0.4, 0.5};
+      }
       const FrameFormat format{width, height, sensor.channels, 8};
-      Frame image, rest;
-      image.reshape(format);
-      rest.reshape(format);
-      for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
-      for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(shading ? 0 : random());
+      const Frame image = random_frame(random, format);
+      Frame rest = random_frame(random, format);
+      if (shading) std::ranges::fill(rest.bytes, uint8_t{0});
       const Tuning tuning = default_tuning(context());
       const Contact contact(context(), sensor, format, shading, tuning);
       Slope slope(context(), sensor, format, contact, RightSides::Cells, tuning);
@@ -311,6 +324,14 @@ TEST_F(SlopeTest, WeightedCellsEqualSumsOverPixels) {
         }
       const Cells wanted = cells_of(weighted_faces(gradients, weights, width, height));
       const std::string scene = std::to_string(width) + "x" + std::to_string(height);
+      if (!shading) {
+        const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
+        std::vector<double> expected;
+        for (size_t i = 0; i < slopes.p.size(); ++i)
+          for (const double value : {slopes.p[i], slopes.q[i]})
+            expected.push_back(value * sensor.pitch_mm_per_px);
+        expect_near(gradients, expected, 1e-4, scene + " slopes", 2 * width);
+      }
       const auto near = [&](const gpu::DeviceBuffer& from, const std::vector<double>& values, bool faces_of) {
         std::vector<float> got;
         for (uint32_t y = 0; y < grid.height; ++y)

@@ -1,5 +1,6 @@
 #include "engine/stages/surface/slope.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>
@@ -55,12 +56,13 @@ struct Forms {
   gpu::Shader strips, strips_of_cells, tiles, tiles_of_cells;
 };
 
-// A kernel that reads `texels` views and writes the right sides, and counts before them where it `clips`.
-gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const Forms& forms, size_t texels,
-                       bool clips, const std::vector<uint32_t>& constants, const Tuning& tuning) {
+// A kernel that reads what `bindings` say and writes the right sides, and counts before them where it
+// `clips`.
+gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const Forms& forms,
+                       std::vector<gpu::Binding> bindings, bool clips, const std::vector<uint32_t>& constants,
+                       const Tuning& tuning) {
   const bool both = right_sides == RightSides::Pixels;
-  std::vector<gpu::Binding> bindings(texels, gpu::Binding::Texels);
-  bindings.resize(texels + (both ? 2 : 1) + (clips ? 1 : 0), gpu::Binding::Storage);
+  bindings.resize(bindings.size() + (both ? 2 : 1) + (clips ? 1 : 0), gpu::Binding::Storage);
   const gpu::Shader& shader = tuning.slope_tiles ? (both ? forms.tiles : forms.tiles_of_cells)
                                                  : (both ? forms.strips : forms.strips_of_cells);
   const uint32_t workgroup = tuning.slope_tiles ? kTileWorkgroup : tuning.slope_workgroup;
@@ -70,6 +72,40 @@ gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const Form
 // Tiles count their clipped pixels in the words of strips, of which there must be enough.
 uint32_t rows_for(const Tuning& tuning) {
   return tuning.slope_tiles ? std::min<uint32_t>(tuning.slope_rows, shared::kTileHeight) : tuning.slope_rows;
+}
+
+uint32_t place_degree(const PhotometricCalibration& calibration) {
+  switch (calibration.wx.front().size()) {
+    case 1:
+      return 0;
+    case 3:
+      return 1;
+    case 6:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
+// Pairs of weights for x and y in the places of shaders/shared/slope.h, each padded to 16 bytes.
+gpu::DeviceBuffer weights_of(gpu::Context& context, const PhotometricCalibration& calibration,
+                             double max_gray) {
+  constexpr size_t kPair = 4;
+  gpu::DeviceBuffer buffer(context, "weights of colours",
+                           kPair * shared::kColours * shared::kPlaceTerms * sizeof(float),
+                           gpu::Memory::Upload);
+  const std::span<float> pairs = buffer.as<float>();
+  std::ranges::fill(pairs, 0.0f);
+  for (size_t colour = 0; colour < calibration.wx.size(); ++colour) {
+    const double unit = colour < 3 ? max_gray : max_gray * max_gray;
+    for (size_t term = 0; term < calibration.wx[colour].size(); ++term) {
+      const size_t at = kPair * (colour * shared::kPlaceTerms + term);
+      pairs[at] = static_cast<float>(calibration.wx[colour][term] / unit);
+      pairs[at + 1] = static_cast<float>(calibration.wy[colour][term] / unit);
+    }
+  }
+  buffer.flush();
+  return buffer;
 }
 
 // A node's normal and that of the next one along its row, so that a pixel between four nodes takes two
@@ -119,7 +155,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
                           {"slope_coarse_shading", k_slope_coarse_shading},
                           {"slope_tile_shading", k_slope_tile_shading},
                           {"slope_cell_tile_shading", k_slope_cell_tile_shading}},
-                         3, true, constants_, tuning);
+                         readings(), true, constants_, tuning);
     const uint64_t blocks = uint64_t{divide_up(format.width, kBlock)} * (divide_up(format.height, kBlock));
     blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
     block_words_ = gpu::TexelView(context, blocks_, VK_FORMAT_R32_SFLOAT);
@@ -128,15 +164,8 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
                                 {{Texels, Storage}, sizeof push_, {workgroup_, 1, 1}, {}});
   } else {
     push_.in_pitch = PaddedLayout(format).pitch;
-    for (size_t channel = 0; channel < 3; ++channel) {
-      for (size_t term = 0; term < 3; ++term) {
-        push_.wx[channel * 3 + term] =
-            static_cast<float>(sensor.photometric.wx[channel][term] / format.max_gray());
-        push_.wy[channel * 3 + term] =
-            static_cast<float>(sensor.photometric.wy[channel][term] / format.max_gray());
-      }
-    }
-    constants_ = {tile_rows_, 0};
+    weights_ = weights_of(context, sensor.photometric, format.max_gray());
+    constants_ = {tile_rows_, sensor.photometric.wx.size() > 3, place_degree(sensor.photometric)};
     if (const auto& table = sensor.photometric.table) {
       table_ = nodes_of(context, *table);
       table_nodes_ = gpu::TexelView(context, table_, VK_FORMAT_R32G32B32A32_SFLOAT);
@@ -147,14 +176,14 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
                             {"slope_coarse_photometric_table", k_slope_coarse_photometric_table},
                             {"slope_tile_photometric_table", k_slope_tile_photometric_table},
                             {"slope_cell_tile_photometric_table", k_slope_cell_tile_photometric_table}},
-                           5, true, constants_, tuning);
+                           readings(), true, constants_, tuning);
     } else {
       kernel_ = kernel_for(context, right_sides,
                            {{"slope_photometric", k_slope_photometric},
                             {"slope_coarse_photometric", k_slope_coarse_photometric},
                             {"slope_tile_photometric", k_slope_tile_photometric},
                             {"slope_cell_tile_photometric", k_slope_cell_tile_photometric}},
-                           4, true, constants_, tuning);
+                           readings(), true, constants_, tuning);
     }
   }
 }
@@ -175,7 +204,15 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides 
                         {"slope_coarse_given", k_slope_coarse_given},
                         {"slope_tile_given", k_slope_tile_given},
                         {"slope_cell_tile_given", k_slope_cell_tile_given}},
-                       2, false, {tile_rows_, 0}, tuning);
+                       {gpu::Binding::Texels, gpu::Binding::Texels}, false, {tile_rows_}, tuning);
+}
+
+std::vector<gpu::Binding> Slope::readings() const {
+  using enum gpu::Binding;
+  if (shading_) return {Texels, Texels, Texels};
+  std::vector<gpu::Binding> bindings{Texels, Texels, Texels, Texels, Uniform};
+  if (table_) bindings.push_back(Texels);
+  return bindings;
 }
 
 uint32_t Slope::strips() const {
@@ -210,7 +247,7 @@ std::vector<gpu::Argument> Slope::record_reading(gpu::Commands& commands, const 
     return {&filtered_texels_, &filtered_pairs_, &block_words_};
   }
   std::vector<gpu::Argument> arguments{&frame.pairs(), &frame.words(), &background.pairs(),
-                                       &background.words()};
+                                       &background.words(), &weights_};
   if (table_) arguments.emplace_back(&table_nodes_);
   return arguments;
 }
@@ -228,7 +265,7 @@ void Slope::prepare_slopes(gpu::Context& context) {
       shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
       : table_ ? gpu::Shader{"slope_store_photometric_table", k_slope_store_photometric_table}
                : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
-  std::vector<gpu::Binding> bindings(readings(), gpu::Binding::Texels);
+  std::vector<gpu::Binding> bindings = readings();
   bindings.resize(bindings.size() + 3, gpu::Binding::Storage);
   store_kernel_ =
       gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, constants_});
@@ -245,7 +282,7 @@ void Slope::record_slopes(gpu::Commands& commands, const PaddedImage& frame, con
 
 void Slope::prepare_known(gpu::Context& context) {
   const auto make = [&](const gpu::Shader& shader, size_t outputs) {
-    std::vector<gpu::Binding> bindings(readings(), gpu::Binding::Texels);
+    std::vector<gpu::Binding> bindings = readings();
     bindings.insert(bindings.end(), {gpu::Binding::Storage, gpu::Binding::Texels});
     bindings.resize(bindings.size() + outputs, gpu::Binding::Storage);
     return gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, constants_});

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
@@ -64,7 +65,7 @@ class Slope {
   /// Inputs of the reading's kernels.
   std::vector<gpu::Argument> record_reading(gpu::Commands& commands, const PaddedImage& frame,
                                             const PaddedImage& background) const;
-  size_t readings() const { return shading_ ? 3 : table_ ? 5 : 4; }
+  std::vector<gpu::Binding> readings() const;
 
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
@@ -72,10 +73,11 @@ class Slope {
   bool tiled_ = false;  // the right sides; slopes and weights by strips all the same
   bool shading_ = false;
   RightSides right_sides_;
-  std::vector<uint32_t> constants_;  // of the kernels: rows; shading: stored units below which a slope is
-                                     // clipped (0: none is); with a table: its side and reach
-  // For SurfaceReading::Photometric with a NormalTable: its nodes, and what the kernels are told of it.
-  gpu::DeviceBuffer table_;
+  // Of the kernels: rows. Shading: stored units below which a slope is clipped (0: none is). Photometric:
+  // whether products of colours have weights, and the degree in place; with a table its side and reach.
+  std::vector<uint32_t> constants_;
+  // For SurfaceReading::Photometric: weights, and the nodes of a NormalTable.
+  gpu::DeviceBuffer weights_, table_;
   gpu::TexelView table_nodes_;
   // For SurfaceReading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;

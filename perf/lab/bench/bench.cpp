@@ -107,6 +107,7 @@ void time_size(Bench& bench, const Options& options, const Size& size) {
   if (options.gels) {
     bench.gradient(size);
     bench.normal_table(size);
+    bench.place_weights(size);
     bench.lookup(size);
     return;
   }
@@ -129,6 +130,7 @@ void time_size(Bench& bench, const Options& options, const Size& size) {
   bench.frame(size, SyntheticMode::Lambert);
   bench.frame(size, SyntheticMode::Gel);
   bench.normal_table(size);
+  bench.place_weights(size);
   bench.lookup(size);
   bench.throughput(size, SyntheticMode::Lambert);
   bench.throughput(size, SyntheticMode::Gel);

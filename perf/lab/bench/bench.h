@@ -40,8 +40,11 @@ class Bench {
 
   // Whole frames (bench_frames.cpp).
   void frame(const Size& size, SyntheticMode mode);
-  /// Cost of a table over the linear normal, over the same frame without.
+  /// Cost of a table over the polynomial's normal, over the same frame without.
   void normal_table(const Size& size);
+  /// Cost of weights for products of colours and of degree 2 in place, over the same frame with 3 x 3
+  /// weights.
+  void place_weights(const Size& size);
   /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
   void lookup(const Size& size);
   /// Frames a second with several frames in flight, as `palpate process` runs.

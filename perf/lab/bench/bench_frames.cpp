@@ -38,6 +38,18 @@ void Bench::normal_table(const Size& size) {
               {"without", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
 }
 
+void Bench::place_weights(const Size& size) {
+  Scene scene = scene_for(size, SyntheticMode::Gel);
+  Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  for (NormalWeights* weights : {&scene.sensor.photometric.wx, &scene.sensor.photometric.wy}) {
+    weights->resize(9);
+    for (std::vector<double>& row : *weights) row.resize(6, 0.01);
+  }
+  Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  add(compare("weights of 9 colours x 6 terms", size.text(), {"9 x 6", [&] { with.process(scene.next()); }},
+              {"3 x 3", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
+}
+
 void Bench::lookup(const Size& size) {
   Scene scene = scene_for(size, SyntheticMode::Lambert);
   scene.sensor.reading = SurfaceReading::Lookup;

@@ -85,6 +85,10 @@ std::vector<Sensor> sensors_of(const Sensor& plain) {
     table.ny.assign(9, 0);
     corrected.photometric.table = table;
     sensors.push_back(corrected);
+    Sensor placed = plain;  // of a good calibration: products of colours, degree 2 in place
+    placed.photometric.wx.assign(9, std::vector<double>(6, 0.01));
+    placed.photometric.wy = placed.photometric.wx;
+    sensors.push_back(placed);
   } else if (plain.channels == 1) {
     Sensor lookup = plain;
     lookup.reading = SurfaceReading::Lookup;
