@@ -194,37 +194,55 @@ struct Normal {
 
 // What of a colour's weights goes with x to a power, in row y.
 vec2 weight_at(int colour, int power, float y) {
+  int at = colour * kPlaceTerms + power * (power + 1) / 2;
   vec2 sum = vec2(0.0);
-  for (int j = int(PLACE_DEGREE) - power; j >= 0; --j)
-    sum = fma(sum, vec2(y), weights[colour * kPlaceTerms + (power + j) * (power + j + 1) / 2 + j]);
-  return sum;
+  if (PLACE_DEGREE > power + 2) sum = weights[at + 3 * power + 9];
+  if (PLACE_DEGREE > power + 1) sum = fma(sum, vec2(y), weights[at + 2 * power + 5]);
+  if (PLACE_DEGREE > power) sum = fma(sum, vec2(y), weights[at + power + 2]);
+  return fma(sum, vec2(y), weights[at]);
 }
 
-void add_colour(inout Normal n, int colour, int power, float y, vec4 change) {
-  vec2 weight = weight_at(colour, power, y);
+// Adds weight times change.
+void add(inout Normal n, vec2 weight, vec4 change) {
   n.x = fma(vec4(weight.x), change, n.x);
   n.y = fma(vec4(weight.y), change, n.y);
+}
+Normal weigh(vec2 weight) { return Normal(vec4(weight.x), vec4(weight.y)); }
+void add(inout Normal n, Normal weight, vec4 change) {
+  n.x = fma(weight.x, change, n.x);
+  n.y = fma(weight.y, change, n.y);
+}
+
+void add_power(inout Normal n, int power, vec4 r, vec4 g, vec4 b, vec4 x, float y) {
+  if (PLACE_DEGREE < power) return;
+  n.x *= x;
+  n.y *= x;
+  if (PRODUCTS == 0) {
+    add(n, weight_at(0, power, y), r);
+    add(n, weight_at(1, power, y), g);
+    add(n, weight_at(2, power, y), b);
+  } else {
+    Normal red = weigh(weight_at(0, power, y)), green = weigh(weight_at(1, power, y)), blue = weigh(weight_at(2, power, y));
+    add(red, weight_at(3, power, y), r);
+    add(red, weight_at(4, power, y), g);
+    add(red, weight_at(5, power, y), b);
+    add(n, red, r);
+    add(green, weight_at(6, power, y), g);
+    add(green, weight_at(7, power, y), b);
+    add(n, green, g);
+    add(blue, weight_at(8, power, y), b);
+    add(n, blue, b);
+  }
 }
 
 // Changes of red, green and blue to the normal. Colours are summed for each power of x and the sums taken together by Horner's rule,
 // so that a row's weights serve all of its pixels.
 Normal normal_of(vec4 r, vec4 g, vec4 b, vec4 x, float y) {
   Normal n = Normal(vec4(0.0), vec4(0.0));
-  for (int power = int(PLACE_DEGREE); power >= 0; --power) {
-    n.x *= x;
-    n.y *= x;
-    add_colour(n, 0, power, y, r);
-    add_colour(n, 1, power, y, g);
-    add_colour(n, 2, power, y, b);
-    if (PRODUCTS != 0) {
-      add_colour(n, 3, power, y, r * r);
-      add_colour(n, 4, power, y, r * g);
-      add_colour(n, 5, power, y, r * b);
-      add_colour(n, 6, power, y, g * g);
-      add_colour(n, 7, power, y, g * b);
-      add_colour(n, 8, power, y, b * b);
-    }
-  }
+  add_power(n, 3, r, g, b, x, y);
+  add_power(n, 2, r, g, b, x, y);
+  add_power(n, 1, r, g, b, x, y);
+  add_power(n, 0, r, g, b, x, y);
   return n;
 }
 
