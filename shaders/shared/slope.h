@@ -23,8 +23,8 @@ struct SlopePush {
   float gain;       // shading: scale on the slopes
 };
 
-// Photometric: weights of colours for changes of one gray level, each a polynomial of place. A colour's terms are 1, X, Y, XX, XY,
-// YY, ..., and kPlaceTerms apart, however many there are.
+// Photometric: weights of colours for changes of one gray level, each a polynomial of place. A colour's terms
+// are 1, X, Y, XX, XY, YY, ..., and kPlaceTerms apart, however many there are.
 const int kColours = 9, kPlaceTerms = 10;
 
 #ifdef __cplusplus

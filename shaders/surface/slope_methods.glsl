@@ -22,7 +22,7 @@ TEXELS(1, uint, frame_words);
 TEXELS(2, uvec2, rest_pairs);
 TEXELS(3, uint, rest_words);
 layout(std140, binding = 4) uniform Weights { vec2 weights[kColours * kPlaceTerms]; };  // for the normal's x and y
-layout(constant_id = 4) const uint PRODUCTS = 0;      // 1: the colours' products have weights too
+layout(constant_id = 4) const uint PRODUCTS = 0;  // 1: the colours' products have weights too
 layout(constant_id = 5) const uint PLACE_DEGREE = 1;  // of the weights' polynomials, 0 to 3
 #if defined(NORMAL_TABLE)
 TEXELS(5, vec4, normal_nodes);  // the corrected normal at a node and at the next one along its row
@@ -192,7 +192,7 @@ struct Normal {
   vec4 x, y;
 };
 
-// What of a colour's weights goes with x to a power, in row y.
+// What of a colour's weights goes with x to a power, in row y. Written out: with loops a frame took twice as long on lavapipe.
 vec2 weight_at(int colour, int power, float y) {
   int at = colour * kPlaceTerms + power * (power + 1) / 2;
   vec2 sum = vec2(0.0);
@@ -236,7 +236,7 @@ void add_power(inout Normal n, int power, vec4 r, vec4 g, vec4 b, vec4 x, float 
 }
 
 // Changes of red, green and blue to the normal. Colours are summed for each power of x and the sums taken together by Horner's rule,
-// so that a row's weights serve all of its pixels.
+// so that a row's weights serve all of its pixels; products of colours are never formed.
 Normal normal_of(vec4 r, vec4 g, vec4 b, vec4 x, float y) {
   Normal n = Normal(vec4(0.0), vec4(0.0));
   add_power(n, 3, r, g, b, x, y);
