@@ -15,6 +15,7 @@
 #include "capture/open_source.h"
 #include "capture/run/rest_check.h"
 #include "engine/base/text.h"
+#include "engine/calibrate/ball/ramp.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -28,6 +29,7 @@ constexpr double kMoved = 0.5;         // of the contact's radius: another press
 constexpr double kDeeper = 1.0 / 6;    // change of the radius: another press
 constexpr double kUnlikeOthers = 1.8;  // a press's ramp over the median of all
 constexpr size_t kEnoughToCompare = 4;
+constexpr double kLeastInFrame = 0.7;  // of a contact on a colour gel, whose circle shows from a part
 
 std::string count_text(size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
@@ -71,12 +73,11 @@ void add(BallPresses& found, BallPress press, const Frame& background) {
 /// Balls of one size under one light change the colour at one rate; what does not is no such ball.
 void refuse_unlike(BallPresses& found) {
   if (found.presses.size() < kEnoughToCompare) return;
-  std::vector<double> ramps;
-  for (const BallPress& p : found.presses) ramps.push_back(p.ball.ramp_gray_per_px);
-  std::nth_element(ramps.begin(), ramps.begin() + static_cast<std::ptrdiff_t>(ramps.size() / 2), ramps.end());
-  const double median = ramps[ramps.size() / 2];
+  std::vector<FoundBall> balls;
+  for (const BallPress& p : found.presses) balls.push_back(p.ball);
+  const std::vector<double> usual = usual_ramps(balls, found.format);
   for (size_t i = found.presses.size(); i-- > 0;) {
-    const double ratio = found.presses[i].ball.ramp_gray_per_px / median;
+    const double ratio = found.presses[i].ball.ramp_gray_per_px / usual[i];
     if (ratio < kUnlikeOthers && ratio > 1 / kUnlikeOthers) continue;
     const std::string line =
         text("its colour changes %.2f times as fast as the others': another ball", ratio);
@@ -158,7 +159,8 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
       search.every > 0 ? search.every : std::max<uint64_t>(1, (count + kMostLooked - 1) / kMostLooked);
   const std::vector<uint8_t> rest_mask =
       search.mask_markers ? find_markers(found.background, sensor) : std::vector<uint8_t>{};
-  const BallSearch ball_search{search.ball_radius_mm, sensor.pitch_mm_per_px, sensor.threshold_gray};
+  const BallSearch ball_search{search.ball_radius_mm, sensor.pitch_mm_per_px, sensor.threshold_gray,
+                               sensor.channels == 3 ? kLeastInFrame : 1};
 
   RestCheck rest_check(found.background, sensor);
   Frame frame;

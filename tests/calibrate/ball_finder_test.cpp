@@ -15,6 +15,7 @@
 #include "capture/calibrate/presses.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/synthetic.h"
+#include "engine/calibrate/ball/ramp.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "palpate/error.h"
 
@@ -103,6 +104,17 @@ TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
   const Frame border =
       add_moved(r.background, press, r.background, static_cast<int>(5 - found.center_x_px), 0);
   EXPECT_TRUE(says(refusal(border, r.search), "border")) << refusal(border, r.search);
+  // Most of it in the frame: refused, unless parts are welcome, and then with its circle.
+  const int cut_px = static_cast<int>(0.6 * found.radius_px - found.center_x_px);
+  const Frame cut = add_moved(r.background, press, r.background, cut_px, 0);
+  EXPECT_TRUE(says(refusal(cut, r.search), "border"));
+  BallSearch parts = r.search;
+  parts.least_in_frame = 0.7;
+  EXPECT_TRUE(says(refusal(border, parts), "border"));
+  const FoundBall part = find_ball(cut, r.background, {}, parts);
+  EXPECT_TRUE(part.good()) << part.refusal;
+  EXPECT_NEAR(part.center_x_px, found.center_x_px + cut_px, 0.05 * found.radius_px);
+  EXPECT_NEAR(part.radius_px, found.radius_px, 0.05 * found.radius_px);
   // A contact wider than the ball it is said to be of.
   BallSearch small = r.search;
   small.ball_radius_mm = 0.9 * found.radius_px * r.search.pitch_mm_per_px;
@@ -143,6 +155,25 @@ TEST(BallFinder, MaskedPixelsDoNotMatter) {
   EXPECT_NEAR(with.center_x_px, found.center_x_px, 0.2);
   EXPECT_NEAR(with.center_y_px, found.center_y_px, 0.2);
   EXPECT_NEAR(with.radius_px, found.radius_px, 0.03 * found.radius_px);
+}
+
+TEST(BallFinder, LightThatFallsOffIsNoOtherBall) {
+  const FrameFormat format{320, 240, 3, 8};
+  std::vector<FoundBall> balls;
+  for (int i = 0; i < 24; ++i) {
+    FoundBall& ball = balls.emplace_back();
+    ball.center_x_px = 30 + 52 * (i % 6);
+    ball.center_y_px = 30 + 60 * (i / 6);
+    const double x = 2 * ball.center_x_px / format.width - 1;
+    ball.ramp_gray_per_px = 2 * std::exp(-0.9 * x * x);
+  }
+  std::vector<FoundBall> others = balls;
+  for (const size_t i : {3u, 14u}) others[i].ramp_gray_per_px *= 0.5;
+  const std::vector<double> usual = usual_ramps(others, format);
+  for (size_t i = 0; i < balls.size(); ++i)
+    EXPECT_NEAR(usual[i], balls[i].ramp_gray_per_px, 0.03 * balls[i].ramp_gray_per_px) << i;
+  others.resize(5);
+  EXPECT_EQ(usual_ramps(others, format).front(), usual_ramps(others, format).back());  // too few for a place
 }
 
 TEST(BallFinder, MarkersOfTheSyntheticGelAreMasked) {

@@ -12,6 +12,14 @@ namespace {
 
 constexpr double kLeastSeen = 0.5;  // of the contact, neither masked nor black nor saturated: as a fit wants
 
+double share_in_frame(const FoundBall& ball, const FrameFormat& format) {
+  double inside = 0;
+  for (uint32_t y = 0; y < format.height; ++y)
+    for (uint32_t x = 0; x < format.width; ++x)
+      inside += std::hypot(x - ball.center_x_px, y - ball.center_y_px) < ball.radius_px;
+  return inside / (std::numbers::pi * ball.radius_px * ball.radius_px);
+}
+
 }  // namespace
 
 Change change_of(const Frame& frame, const Frame& background, std::span<const uint8_t> mask) {
@@ -80,8 +88,9 @@ void check_circle(FoundBall& ball, const FrameFormat& format, const BallSearch& 
     return ball.refuse(BallRefusal::TooSmall,
                        "a contact of " + tenths(ball.radius_px) + " px radius is too small to measure");
   const double left = ball.center_x_px - ball.radius_px, top = ball.center_y_px - ball.radius_px;
-  if (left < 1 || top < 1 || ball.center_x_px + ball.radius_px > format.width - 2.0 ||
-      ball.center_y_px + ball.radius_px > format.height - 2.0)
+  const bool cut = left < 1 || top < 1 || ball.center_x_px + ball.radius_px > format.width - 2.0 ||
+                   ball.center_y_px + ball.radius_px > format.height - 2.0;
+  if (cut && (search.least_in_frame >= 1 || share_in_frame(ball, format) < search.least_in_frame))
     return ball.refuse(BallRefusal::AtBorder, "the contact reaches the frame's border");
   const double contact_mm = ball.radius_px * search.pitch_mm_per_px;
   if (contact_mm > kLargestContact * search.ball_radius_mm)

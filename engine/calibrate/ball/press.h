@@ -49,6 +49,7 @@ struct BallSearch {
   double ball_radius_mm = 0;
   double pitch_mm_per_px = 0;
   double threshold_gray = 0;  ///< least filtered change that counts as touch; 0: from the picture's noise
+  double least_in_frame = 1;  ///< share of the contact that must lie in the frame
 };
 
 namespace ball {
