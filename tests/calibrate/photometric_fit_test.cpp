@@ -263,7 +263,7 @@ TEST(PhotometricFit, RestWeightKeepsDriftingLampsFromTiltingThePicture) {
   };
   PhotometricFit fit(kFormat, kPitch_mm);
   for (const auto& [x, y] : {std::pair{40.0, 35.5}, {110.3, 40.0}, {75.0, 80.2}, {120.0, 85.0}, {35.0, 88.0}})
-    fit.add_ball(drifted(scene.render(x, y, 12, 3)), background, x, y, 12, 3, "ball");
+    fit.add_ball(drifted(scene.render(x, y, 15, 3)), background, x, y, 15, 3, "ball");
   const auto false_slope = [&](const PhotometricCalibration& w) {
     const Frame level = drifted(background);
     return std::hypot(normal(w.wx, level, background, 80, 60), normal(w.wy, level, background, 80, 60));

@@ -112,15 +112,15 @@ class PhotometricFit {
   void add_normals(const Frame& frame, const Frame& background, std::span<const double> normal_x,
                    std::span<const double> normal_y, const std::string& label);
 
-  /// A ball of radius `ball_radius_mm` pressed at (cx, cy) px: sphere normals up to `contact_radius_px`;
-  /// level (zero slope) beyond `kRestRing` times that radius, with at most the weight of the contact in all.
-  /// The ring between is left out: there the pad bends down to the rim and its slope is not known. Throws
-  /// Error(Failure::Input) when the contact is larger than the ball or mostly outside the frame.
-  /// Pixels of `mask` (height x width, 1: a printed marker) are left out; it may be empty.
+  /// A ball of radius `ball_radius_mm` pressed at (cx, cy) px: sphere normals up to `kKnownShare` of
+  /// `contact_radius_px`; level (zero slope) beyond `kRestRing` times that radius, with at most the weight of
+  /// the contact in all. The ring between is left out: the pad leaves the ball gradually, and its slope is
+  /// not known there. Throws Error(Failure::Input) when the contact is larger than the ball or mostly outside
+  /// the frame. Pixels of `mask` (height x width, 1: a printed marker) are left out; it may be empty.
   void add_ball(const Frame& frame, const Frame& background, double cx_px, double cy_px,
                 double contact_radius_px, double ball_radius_mm, const std::string& label,
                 std::span<const uint8_t> mask = {});
-  static constexpr double kRestRing = 2;
+  static constexpr double kKnownShare = 0.8, kRestRing = 2;
 
   /// Needs two presses or more. Throws Error(Failure::Input) when the colours do not determine both slopes
   /// (gray images, one light, wrong positions): when less than `kLeastExplained` of the normals' variance is
