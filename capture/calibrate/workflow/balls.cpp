@@ -1,12 +1,52 @@
 #include "capture/calibrate/workflow/balls.h"
 
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+#include <utility>
+
 #include "capture/calibrate/background.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
 
+namespace {
+
+/// A recording and the radius of the ball pressed in it, from DIR=RADIUS_MM.
+std::pair<std::string, double> other_ball(const std::string& entry) {
+  const size_t at = entry.rfind('=');
+  const std::string number = at == std::string::npos ? "" : entry.substr(at + 1);
+  double radius_mm = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), radius_mm);
+  if (at == 0 || number.empty() || error != std::errc() || end != number.data() + number.size() ||
+      !(radius_mm >= 1e-3 && radius_mm <= 1000))
+    throw Error(Failure::Usage, "presses of another ball as RECORDING=RADIUS_MM, 0.001 to 1000 mm",
+                "'" + entry + "'", "--balls presses_5mm=2.5");
+  return {entry.substr(0, at), radius_mm};
+}
+
+void append(BallPresses&& more, const std::string& from, BallPresses& found) {
+  if (!(more.format == found.format))
+    throw Error(Failure::Input, "recordings of one camera and sensor file",
+                text("%u x %u px in ", more.format.width, more.format.height) + from +
+                    text(" and %u x %u px", found.format.width, found.format.height),
+                "presses of all balls in one camera mode");
+  const auto move = [&](auto BallPresses::*part) {
+    std::ranges::move(more.*part, std::back_inserter(found.*part));
+  };
+  move(&BallPresses::presses);
+  move(&BallPresses::backgrounds);
+  move(&BallPresses::refused);
+  found.frames_with_ball += more.frames_with_ball;
+  found.untouched += more.untouched;
+  if (found.warning.empty()) found.warning = more.warning;
+}
+
+}  // namespace
+
 void check_ball_options(const BallRequest& options) {
+  for (const std::string& entry : options.other_balls) other_ball(entry);
   const int given = options.ball.times_given();
   if (given + !options.balls.empty() != 1)
     throw Error(
@@ -38,7 +78,15 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
     return run.watch.stopped();
   };
   search.judge = [&](const BallPresses& found) { refuse_contradictions(found, sensor, options.input); };
-  return find_presses(options.input, sensor, search, least);
+  BallPresses found = find_presses(options.input, sensor, search, options.other_balls.empty() ? least : 1);
+  for (const std::string& entry : options.other_balls) {
+    if (run.watch.stopped()) break;
+    const auto [recording, radius_mm] = other_ball(entry);
+    search.ball_radius_mm = radius_mm;
+    search.judge = [&](const BallPresses& of) { refuse_contradictions(of, sensor, recording); };
+    append(find_presses(recording, sensor, search, 1), recording, found);
+  }
+  return found;
 }
 
 KeptSensor keep_sensor(Sensor& sensor, const std::filesystem::path& background, const CalibrationRun& run,

@@ -74,6 +74,8 @@ struct BallRequest {
   BallSize ball{};             ///< not given: as the table `balls` says
   double pitch_mm_per_px = 0;  ///< 0: the sensor file's
   uint64_t every = 0;
+  /// Further recordings, each of presses of another ball: DIR=RADIUS_MM.
+  std::vector<std::string> other_balls{};
 };
 /// Depth of a gray gel by a table over its change. As of calibrate_photometric, nothing is written where the
 /// presses contradict the ball's size or the scale.

@@ -1,6 +1,10 @@
 #include "viz/commands/calibrate/balls.h"
 
+#include <algorithm>
+#include <filesystem>
+
 #include "capture/calibrate/presses.h"
+#include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/support/options.h"
 
@@ -16,6 +20,18 @@ void add_ball_size(CommandLine& command, BallSize& ball, const std::string& use)
       ->check(in_range);
 }
 
+void take_table(BallRequest& options) {
+  const auto table = std::ranges::find_if(options.other_balls, [](const std::string& entry) {
+    return entry.find('=') == std::string::npos || std::filesystem::exists(entry);
+  });
+  if (table == options.other_balls.end()) return;
+  if (options.other_balls.size() > 1)
+    throw Error(Failure::Usage, "one table of presses, or RECORDING=RADIUS_MM of each further ball",
+                "'" + *table + "' beside others", "--balls presses_5mm=2.5");
+  options.balls = *table;
+  options.other_balls.clear();
+}
+
 void add_ball_options(CommandLine& command, BallRequest& options, Common& common, const std::string& input,
                       const std::string& start) {
   command.add_option("INPUT", options.input, input)->required()->check(input_exists);
@@ -24,8 +40,10 @@ void add_ball_options(CommandLine& command, BallRequest& options, Common& common
   command.add_option("--pitch", options.pitch_mm_per_px, "Scale, mm per px (default: the sensor file's)")
       ->check(Check::range(1e-6, 100.0));
   add_ball_size(command, options.ball, "ball; its contacts are found");
-  command.add_option("--balls", options.balls,
-                     std::string("Table of presses instead, px of the rectified frame: ") + kBallColumns);
+  command.add_option("--balls", options.other_balls,
+                     std::string("RECORDING=RADIUS_MM: presses of another ball, as often as there are; or a "
+                                 "table of presses instead, px of the rectified frame: ") +
+                         kBallColumns);
   command
       .add_option(
           "--background", options.background,

@@ -23,7 +23,10 @@ void add_calibrate_lookup(CommandLine& group, Common& common, Command& chosen) {
       "the table did\n"
       "not use; of one press alone, of every other of eight sectors.\n");
   command->callback([&common, &chosen, options] {
-    chosen = [&common, options] { return report_of(calibrate_lookup, *options, common); };
+    chosen = [&common, options] {
+      take_table(*options);
+      return report_of(calibrate_lookup, *options, common);
+    };
   });
 }
 

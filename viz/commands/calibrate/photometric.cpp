@@ -38,6 +38,9 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
       "      --background presses/untouched.png --out gel_calibrated.json\n"
       "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json \\\n"
       "      --ball-radius-mm 8 --out out.json\n"
+      "  palpate calibrate photometric small/ --sensor gel.json --ball-radius-mm 3.155 --balls large=4.75 "
+      "\\\n"
+      "      --out gel_calibrated.json\n"
       "In a table of balls `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or "
       "the frame's\n"
       "number where INPUT is one video. Errors are of presses that the fit did not use, left out one "
@@ -46,7 +49,10 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
       "scales\n"
       "all slopes alike and shows only where a contact would be wider than its ball.\n");
   command->callback([&common, &chosen, options] {
-    chosen = [&common, options] { return report_of(calibrate_photometric, *options, common); };
+    chosen = [&common, options] {
+      take_table(*options);
+      return report_of(calibrate_photometric, *options, common);
+    };
   });
 }
 
