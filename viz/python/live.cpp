@@ -66,14 +66,13 @@ class PyStream {
       throw Refusal{"DeviceError", "a stream that process " + std::to_string(getpid()) + " opened",
                     "one that was opened before the fork, by process " + std::to_string(owner_),
                     "palpate.open in the child, or multiprocessing.set_start_method('spawn')"};
-    std::shared_ptr<HeldFrame> held;
     {
-      std::unique_lock lock(stream_->mutex());
+      const std::lock_guard lock(stream_->mutex());
       stream_->ask();
-      lock.unlock();
-      wait_for(lock, stream_->changed(), [this] { return stream_->ready(); });
-      held = stream_->take();
     }
+    const std::shared_ptr<HeldFrame> held = wait_for(
+        stream_->mutex(), stream_->changed(), [this] { return stream_->ready(); },
+        [this] { return stream_->take(); });
     if (!held) throw py::stop_iteration();
     auto touch = std::make_unique<PyTouch>(held);
     touch->keep(kept_);

@@ -18,16 +18,17 @@ namespace palpate::python {
 /// How long a wait goes on before it looks for Ctrl-C.
 inline constexpr std::chrono::milliseconds kSlice{20};
 
-/// Waits without the interpreter's lock until `ready`, which is asked under `lock`. Throws what a signal's
-/// handler raises, such as KeyboardInterrupt. Call with the interpreter's lock held and `lock` not.
-template <typename Ready>
-void wait_for(std::unique_lock<std::mutex>& lock, std::condition_variable& changed, Ready ready) {
+/// Waits until `ready` and gives what `take` then does, both asked under `mutex` and without the
+/// interpreter's lock: whoever held `mutex` and waited for the interpreter would never get it from a thread
+/// that has it and waits for `mutex`. Throws what a signal's handler raises, such as KeyboardInterrupt, and
+/// what `take` throws. Call with the interpreter's lock held and `mutex` not.
+template <typename Ready, typename Take>
+auto wait_for(std::mutex& mutex, std::condition_variable& changed, Ready ready, Take take) {
   while (true) {
     {
       const pybind11::gil_scoped_release release;
-      lock.lock();
-      if (changed.wait_for(lock, kSlice, ready)) return;
-      lock.unlock();
+      std::unique_lock lock(mutex);  // ends before `release` does
+      if (changed.wait_for(lock, kSlice, ready)) return take();
     }
     if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
   }
@@ -73,9 +74,9 @@ auto run_apart(Work work) {
     state->changed.notify_all();
     Abandoned::end();
   }).detach();
-  std::unique_lock lock(state->mutex, std::defer_lock);
   try {
-    wait_for(lock, state->changed, [&] { return state->done; });
+    wait_for(
+        state->mutex, state->changed, [&] { return state->done; }, [] {});
   } catch (...) {
     state->stop = true;
     throw;
