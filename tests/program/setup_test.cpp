@@ -110,6 +110,37 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
   }
 }
 
+// What the pictures do not show comes from the kind of sensor; depth does not.
+TEST_F(SetupCommand, AKindOfSensorGivesItsScaleAndNoDepth) {
+  const std::string frames = simulated("palpation --mode gel --rate 6"), own = at("own.json");
+  ASSERT_EQ(run("setup " + frames + " --like gelsight_mini --json --quiet --out '" + own + "'"), 0)
+      << text("stderr");
+  const Json setup = parse_json(text("stdout"));
+  EXPECT_NE(step(setup, "frame").at("missing").get<std::string>().find("of this unit not known"),
+            std::string::npos);
+  EXPECT_TRUE(step(setup, "scale").at("known").get<bool>());
+  EXPECT_NE(step(setup, "scale").at("what").get<std::string>().find("nominal: not of this unit"),
+            std::string::npos);
+  EXPECT_FALSE(step(setup, "surface").at("known").get<bool>());
+  EXPECT_EQ(step(setup, "surface").at("what").get<std::string>(), "not calibrated: no depth of this unit");
+  const Sensor sensor = load_sensor(folder_ / "own.json");
+  EXPECT_NEAR(sensor.pitch_mm_per_px, 0.0634, 1e-4);
+  ASSERT_TRUE(sensor.layer);
+  EXPECT_EQ(sensor.reading, SurfaceReading::None);
+  // Neither by itself nor when asked for.
+  ASSERT_EQ(run("process " + frames + " --sensor '" + own + "' --quiet --out '" + at("out") + "'"), 0)
+      << text("stderr");
+  EXPECT_EQ(text("out/measurements.csv").find("depth"), std::string::npos);
+  EXPECT_NE(run("process " + frames + " --sensor '" + own + "' --outputs surface --quiet --out '" +
+                at("asked") + "'"),
+            0);
+  // A scale that is stated comes first; another kind of frame is refused.
+  ASSERT_EQ(run("setup " + frames + " --like gelsight_mini --pitch 0.05 --quiet --out '" + own + "'"), 0);
+  EXPECT_EQ(load_sensor(folder_ / "own.json").pitch_mm_per_px, 0.05);
+  expect_refusal({"setup", at("rec/frames"), "--like", "gelsight_mimi", "--out", own}, 2,
+                 {"did you mean 'gelsight_mini'?"});
+}
+
 // One picture is the untouched image, and the recording is as noisy as cameras are, under light that changes.
 TEST_F(SetupCommand, UntouchedPicturesShowNoTouchWhateverTheirNoise) {
   fs::create_directories(at("rest"));

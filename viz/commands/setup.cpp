@@ -4,6 +4,7 @@
 #include <string>
 
 #include "engine/base/json.h"
+#include "engine/base/shell_word.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -75,6 +76,9 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("INPUT", i.recording,
                    "Recording of touches: video, folder of images, session; or camera:NODE")
       ->check(input_exists);
+  command->add_option("--like", i.like,
+                      "Kind of sensor to start from, its scale, gel and markers: gelsight_mini, "
+                      "gelsight_mini_markers, digit, or a file");
   command->add_option("--background", i.background, "Picture of the pad at rest (default: found in INPUT)")
       ->check(Check::existing_file());
   command->add_option(
@@ -129,6 +133,8 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       *command, common,
       "  palpate setup press.avi --out pad.json\n"
       "  palpate setup presses/ --background rest.png --ball-radius-mm 3 --pitch 0.0593 --out gel.json\n"
+      "  palpate setup presses/ --like gelsight_mini --background rest.png --ball-diameter-mm 6.31 --out "
+      "mini.json\n"
       "  palpate setup press.avi --gauge press.csv --corners auto --out pad.json\n"
       "  palpate setup press.avi --window\n"
       "Tells of each step what is known, what is missing and how to get it, and which command does that "

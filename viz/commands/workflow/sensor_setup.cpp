@@ -10,8 +10,10 @@
 #include "capture/calibrate/untouched_recording.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
+#include "capture/run/nominal_sensors.h"
 #include "capture/v4l2/camera_options.h"
 #include "engine/base/json.h"
+#include "engine/base/shell_word.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -44,6 +46,16 @@ void rectify(Sensor& sensor, const SetupInputs::Quad& quad, const FrameFormat& c
   sensor.camera_px = {camera.width, camera.height};
 }
 
+/// What is stated of the kind of sensor; the step says what that leaves open.
+void start_like(SetupStep& step, const NominalSensor& kind, const FrameFormat& camera, Sensor& sensor) {
+  apply_nominal(kind, camera, sensor);
+  step.known += "; nominal values of a " + kind.name;
+  if (sensor.quad_px)
+    step.known += text(", straightened to %u x %u square px", sensor.size_px[0], sensor.size_px[1]);
+  for (const std::string& one : kind.not_known)
+    step.missing += (step.missing.empty() ? "of this unit not known: " : ", ") + one;
+}
+
 /// Corners as they are given, or proposed from the lit part of the picture.
 void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source& source) {
   if (inputs.corners) {
@@ -66,8 +78,9 @@ void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source&
     rectify(sensor, found->quad_px, source.format());
     step.known += "; straightened by corners found in the light: " + corners;
   } else {
-    step.missing = text("the light fills %.0f %% of the picture; if that is the pad: --corners %s (or auto)",
-                        100 * found->share, corners.c_str());
+    step.missing += (step.missing.empty() ? "" : "; ") +
+                    text("the light fills %.0f %% of the picture; if that is the pad: --corners %s (or auto)",
+                         100 * found->share, corners.c_str());
   }
 }
 
@@ -99,11 +112,6 @@ SetupInputs::Quad parse_corners(const std::string& typed) {
   SetupInputs::Quad quad{};
   for (size_t i = 0; i < 8; ++i) quad[i / 2][i % 2] = numbers[i];
   return quad;
-}
-
-std::string in_quotes(const std::string& word) {
-  const bool plain = !word.empty() && word.find_first_of(" '\"?&*;()$<>|\\") == std::string::npos;
-  return plain ? word : "'" + word + "'";
 }
 
 std::string to_text(const SetupInputs::Quad& corners) {
@@ -164,12 +172,14 @@ SetupStep SensorSetup::frame(const SetupInputs& inputs) {
   step.done = true;
   Sensor sensor = bare_sensor(inputs.recording);
   sensor.name = inputs.name.empty() ? out_.stem().string() : inputs.name;
-  if (inputs.pitch_mm_per_px > 0) sensor.pitch_mm_per_px = inputs.pitch_mm_per_px;
   const std::unique_ptr<Source> source = open_source(inputs.recording, sensor);
   const FrameFormat f = source->format();
   step.known =
       text("%u x %u px, %s, %u bits", f.width, f.height, f.channels == 3 ? "colour" : "gray", f.bit_depth);
   if (source->rate_Hz() > 0) step.known += text(", %.4g frames/s", source->rate_Hz());
+  if (!inputs.like.empty()) start_like(step, load_nominal(inputs.like), f, sensor);
+  if (inputs.pitch_mm_per_px > 0)
+    sensor.pitch_mm_per_px = inputs.pitch_mm_per_px, sensor.pitch_sd_mm_per_px = 0;
   cut_out(step, inputs, sensor, *source);
   save_sensor(sensor, out_);
   return step;
@@ -253,6 +263,13 @@ SetupStep SensorSetup::scale(const SetupInputs& inputs) {
     step.done = true;
     step.known = text("%.5g mm per px, as given", inputs.pitch_mm_per_px);
   }
+  const Sensor scaled = load_sensor(out_);
+  if (!step.done && !inputs.like.empty() && has_scale(scaled)) {
+    step.done = true;
+    step.known = text("%.5g +- %.2g mm per px, nominal: not of this unit", scaled.pitch_mm_per_px,
+                      scaled.pitch_sd_mm_per_px);
+    step.missing = "--pitch MM_PER_PX, or a picture of a grid, for this unit's own";
+  }
   if (!step.done)
     step.missing =
         "--pitch MM_PER_PX, or a picture of a grid: --grid-pictures FILE --grid 9x7 --spacing-mm 2.5; until "
@@ -288,6 +305,7 @@ SetupStep SensorSetup::surface(const SetupInputs& inputs) {
     if (step.done && !found.at("doubt").text().empty()) step.missing = found.at("doubt").text();
     if (step.done) refresh_touch();
   }
+  if (!step.done && step.known.empty()) step.known = "not calibrated: no depth of this unit";
   if (!step.done)
     step.missing = !ball         ? "presses of a ball: --ball-radius-mm RADIUS [--balls FOLDER]"
                    : !scaled     ? "the scale, before presses of a ball give depth"

@@ -17,6 +17,7 @@ struct SetupInputs {
   using Quad = std::array<std::array<double, 2>, 4>;
 
   std::string recording;             ///< of touches: a recording or camera:NODE
+  std::string like;                  ///< kind of sensor to start from (nominal_sensors.h)
   std::filesystem::path background;  ///< picture of the pad at rest; empty: found in the recording
   bool cut_to_light = false;         ///< where `corners` says nothing
   std::optional<Quad> corners;       ///< of the pad, px: top left, top right, bottom right, bottom left
@@ -90,8 +91,5 @@ class SensorSetup {
 /// Four corners as they are typed: x,y,x,y,x,y,x,y. Throws Error(Failure::Usage).
 SetupInputs::Quad parse_corners(const std::string& typed);
 std::string to_text(const SetupInputs::Quad& corners);
-
-/// A word as a shell takes it.
-std::string in_quotes(const std::string& word);
 
 }  // namespace palpate
