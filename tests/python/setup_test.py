@@ -36,6 +36,29 @@ def test_it_is_what_the_program_makes(press, tmp_path, program):
         assert max(t.depth_mm.max() for t in stream) > 0.2
 
 
+def test_a_check_is_what_the_program_says(press, tmp_path, program):
+    pitch = pp.Sensor.load(press / "sensor.json").pitch_mm_per_px
+    own = tmp_path / "gel.json"
+    rest = press / "background.png"
+    pp.setup(press / "frames", own, background=rest, pitch_mm_per_px=pitch, ball_radius_mm=5)
+    found = pp.check(own, press / "frames", background=rest, ball_radius_mm=5)
+    command = [program, "check", own, press / "frames", "--background", rest, "--ball-radius-mm=5", "--json", "--quiet"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    expected = json.loads(done.stdout)
+    assert done.returncode == (0 if found else 3)
+    assert found.sentence == expected["sentence"] and found.holds
+    assert list(found.rows["state"]) == [row["state"] for row in expected["rows"]]
+    assert found.again == [] and str(found).startswith("as calibrated: ")
+    wrong = pp.check(own, press / "frames", background=rest, ball_radius_mm=12)
+    assert not wrong and "palpate calibrate photometric" in wrong.sentence and wrong.again
+
+
+def test_a_kind_of_sensor_gives_the_scale(press, tmp_path):
+    made = pp.setup(press / "frames", tmp_path / "like.json", like="gelsight_mini")
+    assert abs(made.sensor.pitch_mm_per_px - 0.0634) < 1e-4
+    assert made.sensor.reading is None
+
+
 def test_corners_cut_the_pad_out(press, tmp_path):
     corners = [(10, 10), (309, 10), (309, 229), (10, 229)]
     made = pp.setup(press / "frames", tmp_path / "cut.json", corners=corners, name="cut")

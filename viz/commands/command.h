@@ -18,6 +18,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen);
 void add_demo(CommandLine& program, Common& common, Command& chosen);
 void add_calibrate(CommandLine& program, Common& common, Command& chosen);
 void add_setup(CommandLine& program, Common& common, Command& chosen);
+void add_check(CommandLine& program, Common& common, Command& chosen);
 void add_gallery(CommandLine& program, Common& common, Command& chosen);
 void add_profile(CommandLine& program, Common& common, Command& chosen);
 void add_optics(CommandLine& program, Common& common, Command& chosen);

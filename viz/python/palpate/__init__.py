@@ -29,6 +29,7 @@ __version__ = "@PROJECT_VERSION@"
 
 _PUBLIC = {
     "Camera": "_machine",
+    "Check": "_setup",
     "Compression": "_mechanics",
     "Contact": "_live",
     "Contacting": "_mechanics",
@@ -53,6 +54,7 @@ _PUBLIC = {
     "Wrench": "_live",
     "WrenchSeries": "_mechanics",
     "cameras": "_machine",
+    "check": "_setup",
     "contact": "_mechanics",
     "devices": "_machine",
     "forward": "_mechanics",

@@ -55,7 +55,9 @@ from ._recordings import (
     modulus as modulus,
 )
 from ._setup import (
+    Check as Check,
     Setup as Setup,
+    check as check,
     setup as setup,
 )
 from ._tables import Table as Table
@@ -67,6 +69,8 @@ __all__ = [
     "calibrate",
     "Camera",
     "cameras",
+    "Check",
+    "check",
     "Compression",
     "Contact",
     "contact",

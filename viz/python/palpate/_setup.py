@@ -1,4 +1,4 @@
-"""A sensor file from recordings of a sensor of one's own, step by step."""
+"""A sensor file from recordings of a sensor of one's own, step by step, and whether it is still true."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._core import path_text
+from ._core import _palpate, path_text
 from ._errors import ArgumentError
 from ._live import Path, Sensor
 from ._program import run_program
@@ -72,6 +72,7 @@ def setup(
     recording: Path,
     out: Path,
     *,
+    like: str = "",
     background: Path | None = None,
     corners: str | Corners | None = None,
     pitch_mm_per_px: float | None = None,
@@ -95,6 +96,8 @@ def setup(
     Args:
         recording: of touches: a video, a folder of images, a session, or ``"camera:/dev/video0"``.
         out: the sensor file to write; it is begun anew.
+        like: kind of sensor to start from: ``"gelsight_mini"``, ``"gelsight_mini_markers"``, ``"digit"``, or a file.
+            Its scale, gel and markers are nominal; depth stays unknown until a ball is pressed.
         background: picture of the pad at rest; else found in the recording.
         corners: of the pad in the picture, four (x, y) in px: top left, top right, bottom right, bottom left;
             ``"auto"``: those of the light; None: the whole picture.
@@ -129,7 +132,59 @@ def setup(
         add("--grid", [f"{columns}x{rows}"])
     if name:
         add("--name", [name])
+    if like:
+        add("--like", [like])
     found = json.loads(run_program([*words, "--json", "--quiet"], f"a sensor file '{os.fspath(file)}'"))
     columns_of_steps = ("step", "known", "what", "missing", "again")
     steps = Table("Setup", columns_of_steps, [[step[one] for one in columns_of_steps] for step in found["steps"]])
     return Setup(Sensor(file), file, steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """Whether a sensor file is still true for its gel."""
+
+    holds: bool
+    sentence: str
+    """As calibrated, or what is needed again with the commands that do it."""
+    rows: Table = field(repr=False)
+    """``name``, ``value`` and ``unit``, the limits ``least`` and ``most`` (NaN: none), ``state`` and ``what`` was compared."""
+    again: list[str] = field(repr=False)
+    """Commands of what is to be made again, in order."""
+    text: str = field(repr=False)
+
+    def __bool__(self) -> bool:
+        return self.holds
+
+    def __str__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return f"<b>{html.escape(self.sentence)}</b>" + self.rows._repr_html_()
+
+
+def check(
+    sensor: Path,
+    recording: Path,
+    *,
+    background: Path | None = None,
+    ball_radius_mm: float = 0.0,
+    ball_diameter_mm: float = 0.0,
+    device: str = "",
+) -> Check:
+    """Is a calibration still true for this gel today?  As ``palpate check`` judges it.
+
+    Args:
+        sensor: its file.
+        recording: of today: a video, a folder of images, a session.
+        background: picture of the pad at rest today; else found in the recording.
+        ball_radius_mm, ball_diameter_mm: size of a ball that is pressed in the recording; its depth is then judged too.
+        device: that reads the ball's depth, by index or part of its name.
+    """
+    rest = path_text(background or "", "background")
+    answer = _palpate.check(path_text(sensor, "sensor"), path_text(recording, "recording"), rest, ball_radius_mm, ball_diameter_mm, device)
+    found = json.loads(answer["report"])
+    columns = ("name", "value", "unit", "least", "most", "state", "what")
+    rows = Table("Check", columns, [[row[one] for one in columns] for row in found["rows"]])
+    again = [remedy["command"] for remedy in found["again"]]
+    return Check(found["holds"], found["sentence"], rows, again, answer["text"])

@@ -1,0 +1,161 @@
+// palpate check: a calibration that is still true, and what makes it untrue.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "palpate/sensor.h"
+#include "tests/support/json.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+/// A gel that was set up from presses of a ball of 8 mm radius, and presses of the same gel with other noise.
+class CheckCommand : public TypedProgram {
+ protected:
+  void SetUp() override {
+    TypedProgram::SetUp();
+    if (made_.empty())
+      make_recordings();
+    else
+      for (const char* name : {"calibrated", "today"})
+        fs::create_directory_symlink(made_ / name, folder_ / name);
+    if (!HasFatalFailure()) save_sensor(load_sensor(made_ / "made.json"), folder_ / "own.json");
+  }
+  void TearDown() override {
+    if (folder_ != made_) TypedProgram::TearDown();
+  }
+  static void TearDownTestSuite() { fs::remove_all(made_); }
+  /// In the folder of the first test, which stays for the others.
+  void make_recordings() {
+    simulate("calibrated", 1);
+    simulate("today", 2);
+    const double pitch = load_sensor(folder_ / "calibrated/sensor.json").pitch_mm_per_px;
+    ASSERT_EQ(TypedProgram::run("setup " + frames("calibrated") + " --ball-radius-mm 8 --pitch " +
+                                std::to_string(pitch) + " --quiet --out '" + at("made.json") + "'"),
+              0)
+        << text("stderr");
+    made_ = folder_;
+  }
+  void simulate(const std::string& name, int seed) {
+    ASSERT_EQ(TypedProgram::run("simulate palpation --mode gel --size 320x240 --rate 6 --quiet --seed " +
+                                std::to_string(seed) + " --out '" + at(name) + "'"),
+              0)
+        << text("stderr");
+  }
+  std::string frames(const std::string& name) const { return "'" + at(name + "/frames") + "'"; }
+  /// Today's frames, each changed.
+  std::string changed(const std::function<void(cv::Mat&)>& change) {
+    const fs::path to = folder_ / "changed/frames";
+    fs::create_directories(to);
+    for (const auto& entry : fs::directory_iterator(folder_ / "today/frames")) {
+      cv::Mat image = cv::imread(entry.path().string(), cv::IMREAD_COLOR);
+      change(image);
+      cv::imwrite((to / entry.path().filename()).string(), image);
+    }
+    return frames("changed");
+  }
+  /// The first frame, in which nothing touches.
+  std::string first_of(const std::string& name) const {
+    std::string first;
+    for (const auto& entry : fs::directory_iterator(folder_ / name / "frames"))
+      if (first.empty() || entry.path().string() < first) first = entry.path().string();
+    return first;
+  }
+  Json check(const std::string& input, int exit_code, const std::string& options = "--ball-radius-mm 8") {
+    const std::string typed = "check '" + at("own.json") + "' " + input + " " + options + " --quiet --json";
+    EXPECT_EQ(TypedProgram::run(typed), exit_code) << text("stderr") << text("stdout");
+    const Json found = parse_json(text("stdout"));
+    EXPECT_EQ(found.at("holds").get<bool>(), exit_code == 0) << found.dump(2);
+    EXPECT_EQ(found.at("sentence").get<std::string>().starts_with("as calibrated: "), exit_code == 0);
+    return found;
+  }
+  static Json row(const Json& found, const std::string& name) {
+    for (const Json& one : found.at("rows"))
+      if (one.at("name") == name) return one;
+    ADD_FAILURE() << "no row " << name << " in " << found.dump(2);
+    return {};
+  }
+  static inline fs::path made_{};
+
+  static std::string state(const Json& found, const std::string& name) {
+    return row(found, name).at("state");
+  }
+};
+
+TEST_F(CheckCommand, TheSameGelIsAsCalibrated) {
+  const Json found = check(frames("today"), 0);
+  for (const char* name : {"same pad", "brightness", "colours", "pattern", "specks", "noise", "ball"})
+    EXPECT_EQ(state(found, name), "as calibrated") << found.dump(2);
+  EXPECT_NEAR(row(found, "ball").at("value").get<double>(), 1, 0.1);
+  EXPECT_TRUE(found.at("again").empty());
+  // Without a ball the pad alone is judged, and the ball is said not to be.
+  EXPECT_EQ(state(check(frames("today"), 0, ""), "ball"), "not judged");
+}
+
+TEST_F(CheckCommand, AnotherExposureIsNamedAndWhatItAsksForMakesItTrueAgain) {
+  const std::string darker = changed([](cv::Mat& image) { image.convertTo(image, -1, 0.85); });
+  const Json found = check(darker, 3);
+  EXPECT_EQ(state(found, "brightness"), "changed");
+  EXPECT_NEAR(row(found, "brightness").at("value").get<double>(), -15, 2);
+  EXPECT_EQ(state(found, "colours"), "as calibrated");
+  const std::string sentence = found.at("sentence");
+  EXPECT_NE(sentence.find("needs the untouched image and the surface again"), std::string::npos) << sentence;
+  ASSERT_EQ(found.at("again").size(), 2u);
+  for (const Json& remedy : found.at("again")) {
+    const std::string command = remedy.at("command");
+    EXPECT_NE(sentence.find(command), std::string::npos) << sentence;
+    ASSERT_TRUE(command.starts_with("palpate ")) << command;
+    ASSERT_EQ(TypedProgram::run(command.substr(8) + " --quiet"), 0) << command << "\n" << text("stderr");
+  }
+  check(darker, 0);
+}
+
+TEST_F(CheckCommand, AnotherWhiteBalanceIsNamed) {
+  const Json found = check(changed([](cv::Mat& image) {
+                             cv::multiply(image, cv::Scalar(1, 1, 0.85), image);  // blue, green, red
+                           }),
+                           3, "");
+  EXPECT_EQ(state(found, "colours"), "changed") << found.dump(2);
+  EXPECT_NE(row(found, "colours").at("what").get<std::string>().find("red -1"), std::string::npos);
+}
+
+TEST_F(CheckCommand, ASpeckAsksForTheUntouchedImageAlone) {
+  const std::string dirty = changed([](cv::Mat& image) {
+    cv::circle(image, {40, 40}, 8, {20, 20, 20}, cv::FILLED);
+  });
+  // Every frame shows it, so that the pad at rest has to be given.
+  const Json found = check(dirty, 3, "--background '" + first_of("changed") + "'");
+  EXPECT_EQ(state(found, "specks"), "changed");
+  EXPECT_GT(row(found, "specks").at("value").get<double>(), 150);
+  EXPECT_EQ(state(found, "brightness"), "as calibrated");
+  ASSERT_EQ(found.at("again").size(), 1u) << found.dump(2);
+  EXPECT_EQ(found.at("again")[0].at("step"), "the untouched image");
+}
+
+TEST_F(CheckCommand, ColoursInAnotherOrderAreNoSameGel) {
+  check(changed([](cv::Mat& image) { cv::cvtColor(image, image, cv::COLOR_BGR2RGB); }), 3);
+}
+
+TEST_F(CheckCommand, WhatShowsNothingIsNotTaken) {
+  // Nothing to compare with, and no ball.
+  Sensor bare = load_sensor(folder_ / "own.json");
+  bare.background.image.clear();
+  save_sensor(bare, folder_ / "own.json");
+  EXPECT_NE(check(frames("today"), 3, "").at("sentence").get<std::string>().find("cannot be judged"),
+            std::string::npos);
+  // A ball alone shows it.
+  EXPECT_EQ(
+      state(check(frames("today"), 0, "--ball-radius-mm 8 --background '" + first_of("today") + "'"), "ball"),
+      "as calibrated");
+  const std::string own = at("own.json"), today = at("today/frames");
+  expect_refusal({"check", own, today, "--ball-radius-mm", "8", "--ball-diameter-mm", "16"}, 2,
+                 {"ball's size"});
+  expect_refusal({"check", at("none.json"), today}, 2, {"none.json"});
+  expect_refusal({"check", own, at("none")}, 2, {"none"});
+}
+
+}  // namespace
+}  // namespace palpate
