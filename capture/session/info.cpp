@@ -93,12 +93,8 @@ Json parse(const std::string& text, const std::string& where) {
   } catch (const json::TooDeep&) {
     fail(where, "a session's text", "lists in lists beyond reason");
   } catch (const json::Error& e) {
-    std::string what = e.what();
-    const size_t at = what.find("at line");
-    what = at == std::string::npos ? "no such text" : "an error " + what.substr(at, 120);
-    for (char& c : what)
-      if (c < ' ' || c > '~') c = '?';  // a damaged file's bytes are no text
-    fail(where, "valid JSON", what, "removing it: frames.mkv holds a copy of what it said at the start");
+    fail(where, "valid JSON", std::string(e.what()).substr(0, 129),
+         "removing it: frames.mkv holds a copy of what it said at the start");
   }
 }
 

@@ -283,7 +283,10 @@ class Builder {
     return true;
   }
   [[noreturn]] bool parse_error(size_t, const std::string&, const nlohmann::detail::exception& error) {
+    // The library puts its own code in front, and of a syntax error the words "parse error".
     std::string what = error.what();
+    const size_t at = what.find("at line"), code = what.find("] ");
+    what = at != std::string::npos ? "an error " + what.substr(at) : what.substr(code + 2);
     for (char& c : what)
       if (c < ' ' || c > '~') c = '?';  // it quotes the bytes, which may be no text
     throw Error(what);

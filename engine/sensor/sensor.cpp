@@ -223,14 +223,7 @@ Json parse(const std::string& text, const std::filesystem::path& file) {
   } catch (const json::KeyTwice& e) {
     fail(file.string(), "each key once", shown(e.key) + " twice", "removing one of them");
   } catch (const json::Error& e) {
-    std::string what = e.what();
-    const size_t at = what.find("at line"), after_code = what.find("] ");
-    if (at != std::string::npos)
-      what = "an error " + what.substr(at);
-    else if (after_code != std::string::npos)
-      what = what.substr(after_code + 2);
-    for (char& c : what)
-      if (c < ' ' || c > '~') c = '?';  // a damaged file's bytes are no text
+    const std::string what = e.what();
     fail(file.string(), "valid JSON", what.size() > 160 ? what.substr(0, 157) + "..." : what,
          "correcting it there");
   }
