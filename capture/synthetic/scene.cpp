@@ -46,11 +46,12 @@ const Scene& find_scene(const std::string& name) {
   std::vector<std::string> names;
   for (const Scene& scene : scenes()) {
     if (scene.name == name) return scene;
-    list += (list.empty() ? "" : ", ") + scene.name;
+    list += scene.name + ", ";
     names.push_back(scene.name);
   }
+  names.emplace_back("tissue");  // a sensor of its own
   throw Error(Failure::Input, "a synthetic scene", "'" + name + "'" + did_you_mean(name, names),
-              "one of " + list);
+              "one of " + list + names.back());
 }
 
 namespace {

@@ -50,7 +50,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   for (const std::string& one : words) {
     if (one.size() > kLongest) continue;
     const size_t count = edits(meant, small_letters(one));
-    if (count < fewest && count < std::max(meant.size(), one.size()) / 2 + 1) {
+    if (count < fewest && 2 * count < std::max(meant.size(), one.size())) {
       fewest = count;
       nearest = one;
     }

@@ -80,13 +80,17 @@ TEST_F(Program, WordsThatAreNearlyRightAreUnderstood) {
       {{"help", "simulat"}, "did you mean 'simulate'?"}};
   for (const auto& [arguments, words] : cases) expect_refusal(arguments, 2, {words, "try: palpate"});
   expect_refusal({"process", "synthetic:palpaton", "--out", (folder_ / "o").string()}, 3,
-                 {"did you mean 'palpation'?"});
+                 {"did you mean 'palpation'?", "palpation, ", ", tissue"});
   expect_refusal({"process", "synthetic:press?nois=off", "--out", (folder_ / "o").string()}, 3,
                  {"did you mean 'noise'?"});
-  // A word that resembles no command gets no guess.
-  const Ended far = run({"xylophone"});
-  EXPECT_EQ(far.exit_code, 2);
-  EXPECT_FALSE(contains(far.err, "did you mean")) << far.err;
+  // A word that resembles none gets no guess.
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"xylophone"}, {"process", "x", "--out", "o", "--solver", "fine"}}) {
+    const Ended far = run(words);
+    EXPECT_EQ(far.exit_code, 2);
+    EXPECT_FALSE(contains(far.err, "did you mean")) << far.err;
+  }
+  expect_refusal({"process", "x", "--out", "o", "--frames", "0"}, 2, {"--frames", "at least 1; found 0"});
   EXPECT_TRUE(run({"-V"}).out.starts_with("palpate "));
 }
 

@@ -22,7 +22,10 @@ struct Adder {
   void operator()(bool RunSettings::*member) const {
     command.add_flag(setting.option, settings.*member, sentence);
   }
-  void operator()(uint64_t RunSettings::*member) const { plain(settings.*member); }
+  void operator()(uint64_t RunSettings::*member) const {
+    plain(settings.*member)
+        ->check(Check::range(static_cast<uint64_t>(setting.least), std::numeric_limits<uint64_t>::max()));
+  }
   void operator()(double RunSettings::*member) const {
     CommandOption* option = plain(settings.*member);
     if (setting.most < std::numeric_limits<double>::infinity())
