@@ -34,10 +34,10 @@ std::vector<Choice> choices_for(SurfaceReading reading) {
       {"force + surface (10 % touched)", reading, 0.1, options_for(all)},
       {"force only (10 % touched)", reading, 0.1, options_for(Output::Force)},
       {"force + surface (one frame in flight)", reading, 1, one_slot},
-      {"force + surface (exact)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Host)}};
+      {"force + surface (best, host)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Host)}};
   if (reading == SurfaceReading::Elastic) return choices;  // a convolution: no cycles, no weights
   choices.push_back(
-      {"force + surface (converged)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Device)});
+      {"force + surface (best, device)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Device)});
   choices.push_back({"force + surface + confidence", reading, 1, options_for(all | Output::Confidence)});
   return choices;
 }

@@ -80,10 +80,10 @@ class Ways {
 
   void add_all(const Truth& truth) {
     add_gpu("live", live_, truth);
-    add_gpu("converged", converged_, truth);
-    add_gpu("weighted live", weighted_live_, truth);
-    add_gpu("weighted", weighted_, truth);
-    add_cpu("exact", truth, [this](float* z) { exact_.solve(right_.data(), z, size_.width_px); });
+    add_gpu("best, device", converged_, truth);
+    add_gpu("live, weighted", weighted_live_, truth);
+    add_gpu("best, weighted", weighted_, truth);
+    add_cpu("best, host", truth, [this](float* z) { exact_.solve(right_.data(), z, size_.width_px); });
     add_cpu("line integral", truth, [this, gradients = truth.gradients.data()](float* z) {
       line_integral(gradients, size_.width_px, size_.height_px, z);
     });
