@@ -286,7 +286,7 @@ std::string describe(const ForceOutcome& o) {
   return text;
 }
 
-std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
+json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
   const ForceChoice& c = o.choice;
   const ForceCalibration& f = c.calibration;
   Json recordings = Json::array(), scores = Json::array(), left_out = Json::object(), checks = Json::array();
@@ -366,7 +366,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
       {"drift_sd_N_per_min", or_null(c.drift_sd_N_per_min)},
       {"lines", lines},
       {"checks", checks}};
-  return value.dump(2, json::Utf8::Replace);
+  return value;
 }
 
 std::string samples_csv(const ForceOutcome& o) {

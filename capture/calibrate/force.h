@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/calibrate/gauged_recording.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/force/choice.h"
 
 namespace palpate {
@@ -92,7 +93,7 @@ ForceVerdict verdict_of(const ForceOutcome& outcome);
 
 /// The tables as text, and the same as a JSON object (text).
 std::string describe(const ForceOutcome& outcome);
-std::string to_json(const ForceOutcome& outcome, const std::string& sensor_file);
+json::Value to_json(const ForceOutcome& outcome, const std::string& sensor_file);
 /// One line a sample: recording, frame, time_s, press, the four signals, force_N, fitted_N, held_out_N,
 /// unloading, left_out.
 std::string samples_csv(const ForceOutcome& outcome);

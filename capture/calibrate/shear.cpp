@@ -176,7 +176,7 @@ std::string describe(const ShearOutcome& o) {
   return text;
 }
 
-std::string to_json(const ShearOutcome& o, const std::string& sensor_file) {
+json::Value to_json(const ShearOutcome& o, const std::string& sensor_file) {
   Json recordings = Json::array();
   for (const GaugedRecording& r : o.recordings) {
     Json value = {
@@ -201,7 +201,7 @@ std::string to_json(const ShearOutcome& o, const std::string& sensor_file) {
                 {"friction_from", o.friction_from},
                 {"slip_frames", o.fit.slip_readings},
                 {"largest_sticking_ratio", o.fit.largest_ratio}};
-  return value.dump(2, json::Utf8::Replace);
+  return value;
 }
 
 }  // namespace palpate

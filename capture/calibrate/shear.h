@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/calibrate/gauged_recording.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/shear_fit.h"
 
 namespace palpate {
@@ -45,6 +46,6 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
                              const ShearRequest& request);
 
 std::string describe(const ShearOutcome& outcome);
-std::string to_json(const ShearOutcome& outcome, const std::string& sensor_file);
+json::Value to_json(const ShearOutcome& outcome, const std::string& sensor_file);
 
 }  // namespace palpate

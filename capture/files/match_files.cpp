@@ -104,7 +104,41 @@ std::vector<MatchFiles> read_pairs(const fs::path& list) {
   return pairs;
 }
 
-Json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to, const MatchResult& result) {
+Facts facts_of(const MatchFiles& files, const PointSet& from, const PointSet& to, const MatchResult& result) {
+  Facts facts;
+  facts.say(files.from.string() + " on " + files.to.string() + ": " + std::string(to_string(result.verdict)) +
+            "\n");
+  facts.add("template", files.from.string());
+  facts.add("target", files.to.string());
+  facts.add("template_points", from.size());
+  facts.add("target_points", to.size());
+  facts.add("axes", from.axes);
+  facts.add("reliable", result.reliable());
+  facts.add("verdict", to_string(result.verdict));
+  facts.add("pairs", pairs_of(result),
+            text("  %zu template points, %zu target points, %zu pairs\n", from.size(), to.size(),
+                 pairs_of(result)));
+  facts.add("noise_sd", result.noise_sd,
+            text("  noise %s%.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n",
+                 result.noise_below ? "below " : "", result.noise_sd, result.scale));
+  facts.add("noise_is_upper_bound", result.noise_below);
+  facts.add("target_outlier_share", result.target_outlier_fraction,
+            text("  without a partner: %.1f %% of the template, %.1f %% of the target\n",
+                 100 * result.template_nil_fraction, 100 * result.target_outlier_fraction));
+  facts.add("template_nil_share", result.template_nil_fraction);
+  facts.add("evidence_nats_per_point", result.log_likelihood_gain,
+            text("  evidence %.3g nats a target point, posterior %.4g against other warps; %s start of %zu, "
+                 "%u iterations, %s\n",
+                 result.log_likelihood_gain, result.posterior,
+                 std::string(to_string(result.attempts[result.winner].start)).c_str(), result.attempts.size(),
+                 result.iterations, result.converged ? "converged" : "not converged"));
+  facts.add("evidence_nats", result.evidence);
+  facts.add("held_out_nats_per_point", result.held_out_gain);
+  facts.add("posterior", result.posterior);
+  facts.add("scale", result.scale);
+  facts.add("iterations", result.iterations);
+  facts.add("converged", result.converged);
+  facts.add("winner", result.winner);
   Json attempts = Json::array();
   for (const MatchAttempt& a : result.attempts)
     attempts.push_back({{"start", to_string(a.start)},
@@ -114,48 +148,11 @@ Json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to, 
                         {"noise_sd_of_scale", a.noise_sd},
                         {"iterations", a.iterations},
                         {"converged", a.converged}});
-  return {{"template", files.from.string()},
-          {"target", files.to.string()},
-          {"template_points", from.size()},
-          {"target_points", to.size()},
-          {"axes", from.axes},
-          {"reliable", result.reliable()},
-          {"verdict", to_string(result.verdict)},
-          {"pairs", pairs_of(result)},
-          {"noise_sd", result.noise_sd},
-          {"noise_is_upper_bound", result.noise_below},
-          {"target_outlier_share", result.target_outlier_fraction},
-          {"template_nil_share", result.template_nil_fraction},
-          {"evidence_nats_per_point", result.log_likelihood_gain},
-          {"evidence_nats", result.evidence},
-          {"held_out_nats_per_point", result.held_out_gain},
-          {"posterior", result.posterior},
-          {"scale", result.scale},
-          {"iterations", result.iterations},
-          {"converged", result.converged},
-          {"winner", result.winner},
-          {"attempts", attempts}};
+  facts.add("attempts", attempts);
+  return facts;
 }
 
-std::string to_text(const MatchFiles& files, const PointSet& from, const PointSet& to,
-                    const MatchResult& result) {
-  const std::string line = text(
-      "  %zu template points, %zu target points, %zu pairs\n"
-      "  noise %s%.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n"
-      "  without a partner: %.1f %% of the template, %.1f %% of the target\n"
-      "  evidence %.3g nats a target point, posterior %.4g against other warps; %s start of %zu, %u "
-      "iterations, %s\n",
-      from.size(), to.size(), pairs_of(result), result.noise_below ? "below " : "", result.noise_sd,
-      result.scale, 100 * result.template_nil_fraction, 100 * result.target_outlier_fraction,
-      result.log_likelihood_gain, result.posterior,
-      std::string(to_string(result.attempts[result.winner].start)).c_str(), result.attempts.size(),
-      result.iterations, result.converged ? "converged" : "not converged");
-  return files.from.string() + " on " + files.to.string() + ": " + std::string(to_string(result.verdict)) +
-         "\n" + line;
-}
-
-std::string write_match(const fs::path& folder, const MatchFiles& files, const PointSet& from,
-                        const PointSet& to, const MatchResult& result) {
+std::string write_match(const fs::path& folder, const MatchResult& result, const Json& report) {
   make_output_folder(folder);
   const fs::path good = folder / "warped.csv", bad = folder / "unreliable_warped.csv";
   const fs::path& warped = result.reliable() ? good : bad;
@@ -163,7 +160,7 @@ std::string write_match(const fs::path& folder, const MatchFiles& files, const P
   fs::remove(result.reliable() ? bad : good, ignored);
   write_whole(warped, points_csv(result.warped));
   write_whole(folder / "partners.csv", partners_csv(result));
-  write_whole(folder / "match.json", to_json(files, from, to, result).dump(2) + "\n");
+  write_whole(folder / "match.json", report.dump(2) + "\n");
   return warped.string() + ", " + (folder / "partners.csv").string() + ", " +
          (folder / "match.json").string();
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/json.h"
+#include "engine/base/facts.h"
 #include "engine/numeric/matching/matching.h"
 
 namespace palpate {
@@ -22,16 +22,14 @@ struct MatchFiles {
 /// Error(Failure::Input).
 std::vector<MatchFiles> read_pairs(const std::filesystem::path& list);
 
-json::Value to_json(const MatchFiles& files, const PointSet& from, const PointSet& to,
-                    const MatchResult& result);
-std::string to_text(const MatchFiles& files, const PointSet& from, const PointSet& to,
-                    const MatchResult& result);
+/// Of one pair.
+Facts facts_of(const MatchFiles& files, const PointSet& from, const PointSet& to, const MatchResult& result);
 
 /// Into `folder`: warped.csv (the template on the target, in the template's order; named
 /// unreliable_warped.csv without a reliable match), partners.csv (template, target, probability; rows from 0,
-/// target empty for nil), match.json. A file that an earlier run left under the other name is removed.
-/// Returns the files' names as text. Throws Error(Failure::Output).
-std::string write_match(const std::filesystem::path& folder, const MatchFiles& files, const PointSet& from,
-                        const PointSet& to, const MatchResult& result);
+/// target empty for nil), match.json (`report`). A file that an earlier run left under the other name is
+/// removed. Returns the files' names as text. Throws Error(Failure::Output).
+std::string write_match(const std::filesystem::path& folder, const MatchResult& result,
+                        const json::Value& report);
 
 }  // namespace palpate

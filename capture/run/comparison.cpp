@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "capture/files/true_quantities.h"
-#include "engine/base/json.h"
 
 namespace palpate {
 namespace {
@@ -96,27 +95,6 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
   }
   compared_[all.size()].errors.add(
       std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
-}
-
-json::Value Comparison::json() const {
-  json::Value value = {{"frames", counts_.frames},
-                       {"contact_agrees", counts_.contact_agrees},
-                       {"contact_missed", counts_.contact_missed},
-                       {"contact_missed_largest_N", counts_.largest_missed_N},
-                       {"contact_invented", counts_.contact_invented},
-                       {"force_flagged", counts_.flagged},
-                       {"depth_flagged", counts_.depth_flagged},
-                       {"slip_judged", counts_.slip_judged},
-                       {"slip_agrees", counts_.slip_agrees}};
-  for (const auto& [name, words, errors] : compared_) {
-    if (errors.count() == 0) continue;
-    value[name] = {{"frames", errors.count()},
-                   {"mean_error", errors.mean()},
-                   {"rms_error", errors.rms()},
-                   {"largest_error", errors.largest()},
-                   {"full_scale", errors.full_scale()}};
-  }
-  return value;
 }
 
 double rms_difference(std::span<const float> a, std::span<const float> b) {

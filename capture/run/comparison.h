@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "capture/truth.h"
-#include "engine/base/json.h"
 #include "palpate/touch.h"
 
 namespace palpate {
@@ -37,9 +36,6 @@ class Comparison {
  public:
   Comparison();
   void add(const Touch& touch, const Truth& truth, std::optional<double> depth_rms_error_mm);
-
-  /// As a JSON object (text).
-  json::Value json() const;
 
   struct Counts {
     uint64_t frames = 0;

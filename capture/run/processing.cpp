@@ -7,33 +7,18 @@
 #include <set>
 
 #include "capture/clock.h"
-#include "capture/files/estimate_report.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
+#include "capture/run/process_report.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
-#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
-
-const char* to_string(BackgroundOrigin origin) {
-  switch (origin) {
-    case BackgroundOrigin::None:
-      return "none";
-    case BackgroundOrigin::File:
-      return "given";
-    case BackgroundOrigin::Recording:
-      return "the recording's own";
-    case BackgroundOrigin::FirstFrames:
-      return "first frames, taken to be untouched";
-  }
-  return "?";
-}
 
 /// Whether a format holds depths of a limited range only.
 bool has_range(DepthFormat format) {
@@ -307,9 +292,9 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
     if (rest_check) summary.untouched_warning = rest_check->warning();
     recorder.close();
     if (!out.empty())
-      write_whole(
-          out / "summary.json",
-          std::string_view(to_json(summary, request, sensor, context).dump(2, json::Utf8::Replace) + "\n"));
+      write_whole(out / "summary.json",
+                  std::string_view(
+                      facts_of(summary, request, sensor, context).json.dump(2, json::Utf8::Replace) + "\n"));
   };
   try {
     const RunWatch::Progress progress = watch.begin("processing", total);
@@ -346,78 +331,6 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   finish();
   return summary;
-}
-
-namespace {
-
-/// "largest_force_N", its error and its state; of a doubtful one the largest valid one as well.
-void add_largest(json::Value& value, const std::string& quantity, const std::string& unit,
-                 const Largest& largest) {
-  if (!largest.any()) return;
-  value["largest_" + quantity + "_" + unit] = largest.any()->value;
-  if (largest.any()->standard_error > 0)
-    value["largest_" + quantity + "_sd_" + unit] = largest.any()->standard_error;
-  value["largest_" + quantity + "_state"] = to_string(largest.any()->validity);
-  if (const std::optional<Estimate> valid = largest.valid())
-    value["largest_valid_" + quantity + "_" + unit] = valid->value;
-}
-
-}  // namespace
-
-json::Value to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
-                    const gpu::Context& context) {
-  json::Value value = {{"input", request.input},
-                       {"sensor", sensor.name},
-                       {"device", context.report().name},
-                       {"solver", to_string(s.solver)},
-                       {"solved_by", s.solved_by == SolveBy::Host ? "host" : "device"},
-                       {"complete", s.complete}};
-  if (!s.complete) value["ended_by"] = s.ended_by;
-  if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;
-  value["frames"] = s.frames;
-  if (s.damaged_frames) value["damaged_frames"] = s.damaged_frames;
-  if (!s.spoilt_pictures.empty()) value["damaged_pictures"] = s.spoilt_pictures;
-  if (s.repeated_frames) value["repeated_frames"] = s.repeated_frames;
-  value["seconds"] = s.seconds;
-  value["frames_per_s"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
-  if (!s.force_states.empty()) {
-    value["touches"] = s.touches;
-    value["contact_frames"] = s.contact_frames;
-    value["slip_frames"] = s.slip_frames;
-    if (wants(request.outputs, Output::Contacts)) {
-      value["most_contacts"] = s.most_contacts;
-      value["contact_ids"] = s.contact_ids;
-      value["overflow_frames"] = s.overflow_frames;
-    }
-    value["saturated_frames"] = s.saturated_frames;
-    value["force_states"] = s.force_states;
-  }
-  if (s.separate) value["separate_pictures"] = true;
-  add_largest(value, "force", "N", s.force_N);
-  if (!s.presses.empty()) value["presses"] = to_json(s.presses);
-  if (s.depth_mm.any()) {
-    add_largest(value, "depth", "mm", s.depth_mm);
-    value["clipped_frames"] = s.clipped_frames;
-  }
-  if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {
-    value["weighted_frames"] = s.weighted_frames;
-    value["island_frames"] = s.island_frames;
-  }
-  if (s.light_changed_frames || s.light_unknown_frames) {
-    value["light_changed_frames"] = s.light_changed_frames;
-    value["light_unknown_frames"] = s.light_unknown_frames;
-  }
-  if (!request.depth.empty()) value["depth_clipped_px"] = s.depth_clipped_px;
-  if (s.recorded)
-    value["as_recorded"] = {{"equal", s.recorded->equal},
-                            {"different", s.recorded->different},
-                            {"first_difference", s.recorded->first_difference}};
-  if (!s.warning.empty()) value["warning"] = s.warning;
-  if (!s.sources.empty()) value["sources"] = s.sources;
-  value["untouched_image"] = to_string(s.untouched);
-  if (!s.untouched_warning.empty()) value["untouched_warning"] = s.untouched_warning;
-  if (s.comparison) value["measured_minus_true"] = s.comparison->json();
-  return value;
 }
 
 }  // namespace palpate

@@ -22,7 +22,6 @@
 #include "capture/run/run_watch.h"
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
-#include "engine/base/json.h"
 #include "engine/palpation/press_monitor.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
@@ -132,9 +131,5 @@ struct ProcessSummary {
 /// damaged recording keeps the rows before the damage, writes a summary that says so, and throws.
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
                                  const std::filesystem::path& out, const RunWatch& watch);
-
-/// The summary as a JSON object.
-json::Value to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
-                    const gpu::Context& context);
 
 }  // namespace palpate

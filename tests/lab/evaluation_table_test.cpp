@@ -78,7 +78,7 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
       EXPECT_GT(rows.back().saturated_fraction, 0.5);
       EXPECT_EQ(rows.back().score.verdicts[static_cast<size_t>(lump::Status::Saturated)], 1u);
     }
-    const auto json = parse_json(rows_json(rows));
+    const auto json = parse_json(rows_json(rows).dump());
     ASSERT_EQ(json.size(), rows.size());
     EXPECT_EQ(json[0]["loads"], rows[0].loads);
     const std::string csv = rows_csv(rows), text = rows_text(rows);

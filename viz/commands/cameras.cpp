@@ -15,11 +15,6 @@ namespace {
 
 using Json = json::Value;
 
-struct Listing {
-  Json json;
-  std::string text;
-};
-
 std::string number(double value) {
   const std::string line = palpate::text("%.4g", value);
   return line;
@@ -40,7 +35,7 @@ const char* name_of(v4l2::ControlType type) {
   }
 }
 
-void list_size(const v4l2::Device& device, uint32_t fourcc, const v4l2::SizeRange& size, Listing& to) {
+void list_size(const v4l2::Device& device, uint32_t fourcc, const v4l2::SizeRange& size, Facts& to) {
   Json rates = Json::array();
   std::string words;
   for (const v4l2::RateRange& rate : device.rates(fourcc, size.most_width, size.most_height)) {
@@ -63,7 +58,7 @@ void list_size(const v4l2::Device& device, uint32_t fourcc, const v4l2::SizeRang
   to.text += "    " + text + (words.empty() ? "" : "  at " + words + " frames/s") + "\n";
 }
 
-void list_formats(const v4l2::Device& device, Listing& to) {
+void list_formats(const v4l2::Device& device, Facts& to) {
   to.json["formats"] = Json::array();
   std::string unknown;
   for (const v4l2::FormatInfo& format : device.formats()) {
@@ -78,7 +73,7 @@ void list_formats(const v4l2::Device& device, Listing& to) {
                std::to_string(format.known->bit_depth) + " bits, " +
                (format.known->channels == 3 ? "colour" : "gray") + (format.emulated ? ", emulated" : "") +
                "\n";
-    Listing sizes{Json::array(), {}};
+    Facts sizes{"", Json::array()};
     for (const v4l2::SizeRange& size : device.sizes(format.fourcc))
       list_size(device, format.fourcc, size, sizes);
     to.text += sizes.text;
@@ -94,7 +89,7 @@ void list_formats(const v4l2::Device& device, Listing& to) {
   if (!unknown.empty()) to.text += "  cannot be read: " + unknown + "\n";
 }
 
-void list_controls(const v4l2::Device& device, Listing& to) {
+void list_controls(const v4l2::Device& device, Facts& to) {
   to.json["controls"] = Json::array();
   for (const v4l2::Control& c : device.controls()) {
     const std::string unit = v4l2::unit_of(c.id);
@@ -125,7 +120,7 @@ void list_controls(const v4l2::Device& device, Listing& to) {
 }
 
 Report list(const Common& common, const std::string& asked) {
-  Listing all{{{"cameras", Json::array()}, {"other_nodes", Json::array()}}, {}};
+  Report all("", {{"cameras", Json::array()}, {"other_nodes", Json::array()}});
   std::vector<std::string> paths;
   if (!asked.empty()) paths.push_back(camera_node(asked));
   for (const v4l2::NodeReport& node : v4l2::list_nodes()) {
@@ -141,8 +136,8 @@ Report list(const Common& common, const std::string& asked) {
   for (const std::string& path : paths) {
     const v4l2::Device device(path);
     const v4l2::Identity& id = device.identity();
-    Listing one{{{"node", path}, {"name", id.card}, {"driver", id.driver}, {"bus", id.bus}}, {}};
-    one.text = path + "  " + id.card + " (driver " + id.driver + ", at " + id.bus + ")\n";
+    Facts one{path + "  " + id.card + " (driver " + id.driver + ", at " + id.bus + ")\n",
+              {{"node", path}, {"name", id.card}, {"driver", id.driver}, {"bus", id.bus}}};
     list_formats(device, one);
     list_controls(device, one);
     all.json["cameras"].push_back(one.json);
@@ -151,13 +146,12 @@ Report list(const Common& common, const std::string& asked) {
   if (paths.empty())
     all.text +=
         "no camera: nothing under /dev/video* delivers frames to this user; plug one in, or see dmesg\n";
-  Report report{all.text, all.json.dump(2, json::Utf8::Replace),
-                paths.empty() ? static_cast<int>(Failure::Device) : 0};
+  if (paths.empty()) all.exit_code = static_cast<int>(Failure::Device);
   if (!common.out.empty()) {
     make_output_folder(common.out);
-    write_whole(common.out / "cameras.json", report.json + "\n");
+    write_whole(common.out / "cameras.json", all.json.dump(2, json::Utf8::Replace) + "\n");
   }
-  return report;
+  return all;
 }
 
 }  // namespace

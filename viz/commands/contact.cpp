@@ -99,18 +99,18 @@ std::string heading(const ContactProblem& p, const Options& options, double modu
   return text;
 }
 
-/// Adds the line of one formula to `text`; gives its values.
-Json add_way(const ContactAnswer& a, bool has_reference, std::string& text) {
+/// Adds the line of one formula; gives its values.
+Json add_way(const ContactAnswer& a, bool has_reference, Facts& facts) {
   const Indentation& c = a.contact;
   const std::string pressure = std::isfinite(c.pressure_max_MPa)
                                    ? palpate::text("%.6g", 1e3 * c.pressure_max_MPa)
                                : std::isinf(c.pressure_max_MPa) ? "infinite"
                                                                 : "-";
   const bool compared = has_reference && a.key != "exact";
-  text += palpate::text("%-32s %12.6g %12.6g %20.6g %23s   %s%s%s\n", a.name.c_str(), c.force_N, c.depth_mm,
-                        c.radius_mm, pressure.c_str(),
-                        compared ? palpate::text("%+.2f %%", 100 * a.off).c_str() : "-",
-                        a.note.empty() ? "" : "; ", a.note.c_str());
+  facts.say(palpate::text("%-32s %12.6g %12.6g %20.6g %23s   %s%s%s\n", a.name.c_str(), c.force_N, c.depth_mm,
+                          c.radius_mm, pressure.c_str(),
+                          compared ? palpate::text("%+.2f %%", 100 * a.off).c_str() : "-",
+                          a.note.empty() ? "" : "; ", a.note.c_str()));
   Json way = contact_json(c);
   way["by"] = a.key;
   way["force_error"] = compared ? Json(a.off) : Json(nullptr);
@@ -159,56 +159,65 @@ std::string write_profile(const Common& common, const ContactProblem& p, const O
   return written;
 }
 
+std::string lines_of(const std::vector<std::string>& warnings, const char* indent) {
+  std::string lines;
+  for (const std::string& warning : warnings) lines += indent + ("warning: " + warning + "\n");
+  return lines;
+}
+
 Report solve(const Common& common, const Options& options) {
   const ContactProblem p = problem_of(options);
   const ContactAnswers found = contact_answers(p);
   const std::optional<Indentation>& reference = found.exact;
   const double modulus = PadIndenter(p.pad, p.indenter).effective_modulus_MPa();
-  std::string text = heading(p, options, modulus);
-  text +=
+  const bool thin = std::isfinite(p.pad.thickness_mm);
+  Report report;
+  report.add("shape", options.shape, heading(p, options, modulus));
+  report.add("effective_modulus_MPa", modulus);
+  report.add("young_MPa", p.pad.material.young_MPa);
+  report.add("series_paper_MPa", p.layers_paper_MPa > 0 ? Json(p.layers_paper_MPa) : Json(nullptr));
+  report.add("series_thickness_MPa", p.layers_weighted_MPa > 0 ? Json(p.layers_weighted_MPa) : Json(nullptr));
+  report.add("poisson", p.pad.material.poisson);
+  report.add("thickness_mm", or_null(p.pad.thickness_mm));
+  report.add("base", thin ? Json(options.sliding ? "sliding" : "bonded") : Json(nullptr));
+  report.add("exact", reference ? contact_json(*reference) : Json(nullptr));
+  report.say(
       "\nby                                   force, N    depth, mm   contact radius, mm   largest pressure, "
-      "kPa   force at the exact depth\n";
+      "kPa   force at the exact depth\n");
   Json ways = Json::array();
-  for (const ContactAnswer& a : found.ways) ways.push_back(add_way(a, reference.has_value(), text));
-  if (std::isfinite(p.pad.thickness_mm) && p.pad.material.poisson < kIncompressiblePoisson)
-    text += "(published corrections for thin pads are for Poisson 0.5 and left out)\n";
-  for (const std::string& warning : found.warnings) text += "warning: " + warning + "\n";
-  Json value = {
-      {"shape", options.shape},
-      {"effective_modulus_MPa", modulus},
-      {"young_MPa", p.pad.material.young_MPa},
-      {"series_paper_MPa", p.layers_paper_MPa > 0 ? Json(p.layers_paper_MPa) : Json(nullptr)},
-      {"series_thickness_MPa", p.layers_weighted_MPa > 0 ? Json(p.layers_weighted_MPa) : Json(nullptr)},
-      {"poisson", p.pad.material.poisson},
-      {"thickness_mm", or_null(p.pad.thickness_mm)},
-      {"base", std::isinf(p.pad.thickness_mm) ? Json(nullptr) : Json(options.sliding ? "sliding" : "bonded")},
-      {"exact", reference ? contact_json(*reference) : Json(nullptr)},
-      {"ways", ways},
-      {"warnings", found.warnings}};
+  for (const ContactAnswer& a : found.ways) ways.push_back(add_way(a, reference.has_value(), report));
+  report.add("ways", ways,
+             thin && p.pad.material.poisson < kIncompressiblePoisson
+                 ? "(published corrections for thin pads are for Poisson 0.5 and left out)\n"
+                 : "");
+  report.add("warnings", found.warnings, lines_of(found.warnings, ""));
   if (!common.out.empty() && reference && reference->force_N > 0)
-    text += write_profile(common, p, options, *reference);
-  return {text, value.dump(2)};
+    report.say(write_profile(common, p, options, *reference));
+  return report;
 }
 
 Report example() {
   const PaperExample e = paper_example();
-  std::string text = palpate::text(
-      "the paper's Eq. 45-52: a steel ball, 2 N, on PDMS layers of 140, 80 and 34 kPa, Poisson 0.4\n"
-      "E* by 1 / sum(1/E) (the paper): %.7f MPa; by sum(t) / sum(t/E), equal thicknesses: %.7f MPa\n"
-      "the paper took x/3 for the cube root of x: a = 0.1029 mm and p_max = 90.2256. It is, with its E* = "
-      "0.0243 "
-      "MPa:\n\n"
-      "force, N   R, mm   contact radius, mm   largest pressure, MPa   depth, mm\n",
-      e.paper_modulus_MPa, e.weighted_modulus_MPa);
+  Report report;
+  report.say("the paper's Eq. 45-52: a steel ball, 2 N, on PDMS layers of 140, 80 and 34 kPa, Poisson 0.4\n");
+  report.add("series_paper_MPa", e.paper_modulus_MPa,
+             palpate::text("E* by 1 / sum(1/E) (the paper): %.7f MPa; ", e.paper_modulus_MPa));
+  report.add("series_thickness_MPa", e.weighted_modulus_MPa,
+             palpate::text("by sum(t) / sum(t/E), equal thicknesses: %.7f MPa\n", e.weighted_modulus_MPa));
+  report.add("paper_contact_radius_mm", 0.1029,
+             "the paper took x/3 for the cube root of x: a = 0.1029 mm and p_max = 90.2256. It is, with its "
+             "E* = 0.0243 MPa:\n\n");
+  report.add("paper_pressure_max", 90.2256,
+             "force, N   R, mm   contact radius, mm   largest pressure, MPa   depth, mm\n");
   Json cases = Json::array();
   for (const PaperExample::Case& c : e.cases) {
-    text += palpate::text("%8g %7g %20.5f %23.7f %11.5f\n", c.force_N, c.radius_mm, c.contact_mm,
-                          c.pressure_max_MPa, c.depth_mm);
+    report.say(palpate::text("%8g %7g %20.5f %23.7f %11.5f\n", c.force_N, c.radius_mm, c.contact_mm,
+                             c.pressure_max_MPa, c.depth_mm));
     if (c.force_error > 0.04)
-      text += palpate::text(
+      report.say(palpate::text(
           "         warning: Hertz makes the force at this depth %.0f %% too high against the sphere's own\n",
-          100 * c.force_error);
-    for (const std::string& w : c.warnings) text += "         warning: " + w + "\n";
+          100 * c.force_error));
+    report.say(lines_of(c.warnings, "         "));
     cases.push_back({{"force_N", c.force_N},
                      {"radius_mm", c.radius_mm},
                      {"effective_modulus_MPa", c.modulus_MPa},
@@ -218,15 +227,10 @@ Report example() {
                      {"force_error", c.force_error},
                      {"warnings", c.warnings}});
   }
-  text +=
-      "a ball of 5 mm diameter has R = 2.5 mm (the paper takes 5); the last row is a force at which Hertz "
-      "holds\n";
-  const Json value = {{"series_paper_MPa", e.paper_modulus_MPa},
-                      {"series_thickness_MPa", e.weighted_modulus_MPa},
-                      {"paper_contact_radius_mm", 0.1029},
-                      {"paper_pressure_max", 90.2256},
-                      {"cases", cases}};
-  return {text, value.dump(2)};
+  report.add("cases", cases,
+             "a ball of 5 mm diameter has R = 2.5 mm (the paper takes 5); the last row is a force at which "
+             "Hertz holds\n");
+  return report;
 }
 
 Report figure(const Common& common, int number) {
@@ -243,7 +247,7 @@ Report figure(const Common& common, int number) {
       palpate::text("Figure %d: %zu points; ", number, f.columns.front().size()) + f.notes + "\n";
   if (common.out.empty()) {
     text += "--out FOLDER writes it\n";
-    return {text, value.dump(2)};
+    return {text, value};
   }
   make_output_folder(common.out);
   const std::string stem = (common.out / ("fig" + std::to_string(number))).string();
@@ -251,7 +255,7 @@ Report figure(const Common& common, int number) {
   std::string written = "written: " + stem + ".csv";
   draw_plots([&](PlotKind kind) { return number == 7 ? figure7_script(f, kind) : figure8_script(f, kind); },
              stem, written);
-  return {text + written, value.dump(2)};
+  return {text + written, value};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "capture/files/output_file.h"
+#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "capture/run/run_recording.h"
 #include "capture/synthetic/synthetic.h"
@@ -20,7 +21,6 @@
 #include "viz/display/run_live.h"
 #include "viz/render/desktop.h"
 #include "viz/render/format.h"
-#include "viz/report/process_report.h"
 
 namespace palpate {
 namespace {
@@ -224,17 +224,16 @@ Report demo(const Common& common, const Options& options) {
   }
 
   Report report;
-  report.text =
-      "calibration (other touches, other noise)\n" + calibration + "\nwaveguide pad: " + describe(felt);
-  json::Value value = {{"complete", seen && seen->complete},
-                       {"waveguide", to_json(felt, pressure, pad_sensor, *context)}};
+  report.add("complete", seen && seen->complete, "calibration (other touches, other noise)\n" + calibration);
+  const Facts pad_facts = facts_of(felt, pressure, pad_sensor, *context);
+  report.add("waveguide", pad_facts.json, "\nwaveguide pad: " + pad_facts.text);
   if (seen) {
-    report.text += "\ngel skin: " + describe(*seen) + "\nwritten to " + common.out.string() +
-                   ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +
-                   (window ? "" : ", gel/pictures/, gel/recording.mp4");
-    value["gel"] = to_json(*seen, surface, gel_sensor, *context);
+    const Facts gel_facts = facts_of(*seen, surface, gel_sensor, *context);
+    report.add("gel", gel_facts.json, "\ngel skin: " + gel_facts.text);
+    report.say("\nwritten to " + common.out.string() +
+               ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +
+               (window ? "" : ", gel/pictures/, gel/recording.mp4"));
   }
-  report.json = value.dump(2);
   report.exit_code = !seen || !seen->complete     ? kInterrupted
                      : validation_clean(*context) ? 0
                                                   : kInternalError;

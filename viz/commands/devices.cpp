@@ -48,10 +48,10 @@ Report list(const Common& common) {
     text = none;
     value["reason"] = none;
   }
-  Report report{text, value.dump(2), usable ? 0 : static_cast<int>(Failure::Device)};
+  Report report{text, value, usable ? 0 : static_cast<int>(Failure::Device)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
-    write_whole(common.out / "devices.json", report.json + "\n");
+    write_whole(common.out / "devices.json", report.json.dump(2, json::Utf8::Replace) + "\n");
   }
   return report;
 }

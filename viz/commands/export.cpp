@@ -1,6 +1,7 @@
 // palpate export: a recording in the formats of other programs.
 
 #include "capture/run/input.h"
+#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
@@ -90,7 +91,7 @@ Report run_export(const Common& common, const Options& options) {
   const ProcessSummary summary =
       process_recording(*context, input.sensor, request, common.out, run_watch(common));
   Report report;
-  report.json = to_json(summary, request, input.sensor, *context).dump(2, json::Utf8::Replace);
+  report.json = facts_of(summary, request, input.sensor, *context).json;
   report.text = std::to_string(summary.frames) + (summary.frames == 1 ? " frame" : " frames") +
                 " exported to " + common.out.string() + ": " + list_of_files(request);
   if (!summary.complete) report.text += "\nended early: " + summary.ended_by;

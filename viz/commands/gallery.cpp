@@ -209,8 +209,7 @@ Report gallery(const Common& common, const Options& options) {
                      {"picture", s.picture}});
   }
   const int code = interrupted() ? kInterrupted : measured == 0 ? static_cast<int>(Failure::Input) : 0;
-  return {text + "written: " + file.string(),
-          json::Value{{"page", file.string()}, {"sensors", value}}.dump(2, json::Utf8::Replace), code};
+  return {text + "written: " + file.string(), json::Value{{"page", file.string()}, {"sensors", value}}, code};
 }
 
 }  // namespace

@@ -107,8 +107,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   }
   if (!statistics.converged && options.solver == SurfaceSolver::Best)
     spdlog::warn("not converged: weights of too many orders of magnitude");
-  return {line + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
-          validation_clean(*context) ? 0 : kInternalError};
+  return {line + ("written: " + file.string()), value, validation_clean(*context) ? 0 : kInternalError};
 }
 
 Report integrate(const Common& common, Options options) {
@@ -151,8 +150,7 @@ Report integrate(const Common& common, Options options) {
            cols, heights.statistics.peak_to_valley, heights.statistics.residual,
            heights.statistics.inconsistency, seconds);
   warn_of_turning(heights.statistics.inconsistency);
-  return {line + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
-          validation_clean(*context) ? 0 : kInternalError};
+  return {line + ("written: " + file.string()), value, validation_clean(*context) ? 0 : kInternalError};
 }
 
 }  // namespace

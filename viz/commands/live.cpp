@@ -58,7 +58,7 @@ Report live(const Common& common, const Options& options) {
                        {"height_px", run.format.height}};
   const Facts facts = facts_of(report, sessions);
   value.update(facts.json);
-  return {facts.text, value.dump(2, json::Utf8::Replace),
+  return {facts.text, value,
           report.interrupted                   ? kInterrupted
           : !recording_error(sessions).empty() ? static_cast<int>(Failure::Output)
           : validation_clean(*context)         ? 0

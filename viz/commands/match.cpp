@@ -44,20 +44,21 @@ Report match(const Common& common, const Options& options) {
     const PointSet from = read_points(pairs[k].from), to = read_points(pairs[k].to);
     const MatchResult result =
         match_points(from, to, {.most_turn_deg = options.most_turn_deg, .reflections = options.reflections});
-    report.text += to_text(pairs[k], from, to, result);
+    const Facts facts = facts_of(pairs[k], from, to, result);
+    report.say(facts.text);
     if (result.verdict == MatchVerdict::Ambiguous && options.most_turn_deg > kFewTurns_deg)
       report.text += "  where the target is hardly turned (a marker grid): --most-turn-deg 20\n";
-    all.push_back(to_json(pairs[k], from, to, result));
+    all.push_back(facts.json);
     if (!common.out.empty()) {
       const std::string name = palpate::text("%04zu", k + 1);
       const auto folder = options.list.empty() ? common.out : common.out / name;
-      std::string written = write_match(folder, pairs[k], from, to, result);
+      std::string written = write_match(folder, result, facts.json);
       draw_match(folder, from, to, result, written);
       report.text += "written: " + written + "\n";
     }
     bar.update(k + 1);
   }
-  report.json = (options.list.empty() ? all.at(0) : all).dump(2);
+  report.json = options.list.empty() ? all.at(0) : all;
   if (interrupted()) report.exit_code = kInterrupted;
   return report;
 }

@@ -114,24 +114,24 @@ Report run(const Common& common, const Options& o) {
       simulate(*context, common, o, r);
     else
       read_recording(*context, common, o, r);
-    if (interrupted()) return {"", "", kInterrupted};
+    if (interrupted()) return interrupted_report();
     if (!validation_clean(*context)) code = kInternalError;
   }
   r.answer = estimate_modulus(r.frames, r.setup);
-  std::string text = describe(r);
+  Report report(facts_of(r), code);
   if (!common.out.empty()) {
     make_output_folder(common.out);
     const auto file = [&](const char* name) { return (common.out / name).string(); };
     write_whole(file("modulus.csv"), std::string_view(ways_csv(r.answer)));
     write_whole(file("presses.csv"), std::string_view(press_table(r.frames)));
     write_whole(file("points.csv"), std::string_view(points_csv(r.answer)));
-    write_whole(file("modulus.json"), std::string_view(to_json(r)));
+    write_whole(file("modulus.json"), std::string_view(report.json.dump(2)));
     std::string written = "written: " + file("modulus.csv") + ", presses.csv, points.csv, modulus.json";
     draw_plots([&](PlotKind kind) { return modulus_script(r, kind); }, file("modulus"), written);
     draw_plots([&](PlotKind kind) { return residual_script(r, kind); }, file("residuals"), written);
-    text += written;
+    report.say(written);
   }
-  return {text, to_json(r), code};
+  return report;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // palpate process: from a recording to measurements.
 
 #include "capture/run/input.h"
+#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
@@ -12,7 +13,6 @@
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/display/recording_pictures.h"
-#include "viz/report/process_report.h"
 
 namespace palpate {
 namespace {
@@ -65,12 +65,11 @@ Report process(const Common& common, Options options) {
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
-  Report report;
-  report.json = to_json(summary, request, sensor, *context).dump(2, json::Utf8::Replace);
-  report.text = (has_scale(sensor) ? "" : "no scale is known: lengths are in px (--sensor FILE)\n") +
-                describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
-                (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") +
-                (wants(request.outputs, Output::Force) ? ", summary.csv" : "") + ", summary.json";
+  Report report = facts_of(summary, request, sensor, *context);
+  if (!has_scale(sensor)) report.text.insert(0, "no scale is known: lengths are in px (--sensor FILE)\n");
+  report.say("\nwritten: " + (common.out / "measurements.csv").string() +
+             (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") +
+             (wants(request.outputs, Output::Force) ? ", summary.csv" : "") + ", summary.json");
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;
 }

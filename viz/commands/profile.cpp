@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "perf/profile/report/answers.h"
@@ -100,17 +101,18 @@ Report profile(const Common& common, const Options& options) {
                 "palpate profile --out out/profile");
   const std::vector<std::string> devices = chosen_devices(common, options);
   Report report;
-  std::string list;
+  json::Value list = json::Value::array();
   for (const std::string& device : devices) {
     if (interrupted()) break;
     const std::filesystem::path out = options.all_devices ? common.out / ("device-" + device) : common.out;
     const auto [result, clean] = measure(common, options, device, out);
     if (!clean) report.exit_code = kInternalError;
     report.text += describe(result, out);
-    list += (list.empty() ? "" : ",\n") + perf::to_json(result);
+    list.push_back(json::parse(perf::to_json(result)));
   }
-  report.json = options.all_devices ? "[" + list + "]" : list;
   if (interrupted()) report.exit_code = kInterrupted;
+  if (list.empty()) return interrupted_report();
+  report.json = options.all_devices ? list : list.at(0);
   return report;
 }
 

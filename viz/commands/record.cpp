@@ -52,7 +52,7 @@ Report record(const Common& common, const Options& options) {
   const Facts facts = facts_of(report, {session});
   value.update(facts.json);
   value["complete"] = !report.interrupted && error.empty();
-  return {facts.text, value.dump(2, json::Utf8::Replace),
+  return {facts.text, value,
           !error.empty()               ? static_cast<int>(Failure::Output)
           : report.interrupted         ? kInterrupted
           : validation_clean(*context) ? 0

@@ -83,10 +83,7 @@ Report replay(const Common& common, const Options& options) {
   value["warning"] = run.live.warning;
   std::string text = facts.text;
   if (!run.live.warning.empty()) text += "warning: " + run.live.warning + "\n";
-  return {text, value.dump(2, json::Utf8::Replace),
-          run.live.interrupted         ? kInterrupted
-          : validation_clean(*context) ? 0
-                                       : kInternalError};
+  return {text, value, run.live.interrupted ? kInterrupted : validation_clean(*context) ? 0 : kInternalError};
 }
 
 }  // namespace

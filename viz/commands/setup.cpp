@@ -40,7 +40,7 @@ Report report(const SensorSetup& setup, const std::string& recording) {
   }
   report.text += "written: " + setup.out().string() + "\ntry it: palpate live " + in_quotes(recording) +
                  " --sensor " + in_quotes(setup.out().string());
-  report.json = json::Value{{"sensor", setup.out().string()}, {"steps", list}}.dump(2, json::Utf8::Replace);
+  report.json = json::Value{{"sensor", setup.out().string()}, {"steps", list}};
   report.exit_code = interrupted() || setup.interrupted() ? kInterrupted : 0;
   return report;
 }

@@ -207,7 +207,7 @@ Report simulate(const Common& common, const Options& options) {
                      (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --rate " +
                      shortest(synthetic.rate_Hz) + " --out " + (out / "measured").string();
   if (gauge_file) text += scene.block + " --gauge " + (out / "gauge.csv").string();
-  return {text, value.dump(2, json::Utf8::Replace), complete ? 0 : kInterrupted};
+  return {text, value, complete ? 0 : kInterrupted};
 }
 
 }  // namespace

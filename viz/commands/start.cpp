@@ -103,7 +103,7 @@ Report start(const Common& common, const std::optional<SetupInputs>& setup) {
     remembered.save();
   }
   std::tie(settings.width, settings.height) = window.size();
-  return {text, json::Value{{"complete", true}}.dump(),
+  return {text, json::Value{{"complete", true}},
           interrupted()                ? kInterrupted
           : validation_clean(*context) ? 0
                                        : kInternalError};

@@ -45,89 +45,92 @@ std::string headline(const Compression& c) {
                        100 * c.axial_sd, 100 * c.plane.mean.area, 100 * c.plane.sd.area);
 }
 
-std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin, double poisson) {
-  std::string text = headline(c) + "\n" +
-                     palpate::text("compressions  frame %llu, %s; frame %llu, %s\n",
-                                   static_cast<unsigned long long>(shapes.before.touch.sequence),
-                                   force_text(shapes.before.touch).c_str(),
-                                   static_cast<unsigned long long>(shapes.after.touch.sequence),
-                                   force_text(shapes.after.touch).c_str());
-  if (skin) {
-    text += palpate::text("points        %zu of the skin, followed\n", c.pairs.size());
-  } else {
-    text += palpate::text("points        %zu and %zu, %.3f and %.3f mm apart, drawn %zu times, %zu pairs\n",
-                          shapes.before.control.points.size(), shapes.after.control.points.size(),
-                          shapes.before.control.spacing_mm, shapes.after.control.spacing_mm, kDraws,
-                          c.pairs.size());
-    if (c.match)
-      text += palpate::text("match         %s, scatter %.3f mm, %u iterations\n",
-                            std::string(to_string(c.match->verdict)).c_str(), c.match->noise_sd,
-                            c.match->iterations);
-  }
-  if (!c.reason.empty()) return text + "NO STRAIN     " + c.reason;
-  const PlaneStrain &e = c.plane.mean, &s = c.plane.sd;
-  text += palpate::text("in the plane  xx %+.5f +- %.5f, yy %+.5f +- %.5f, xy %+.5f +- %.5f\n", e.xx, s.xx,
-                        e.yy, s.yy, e.xy, s.xy);
-  text += palpate::text("principal     %+.5f and %+.5f, the first at %.1f deg; area %+.5f +- %.5f\n", e.first,
-                        e.second, e.direction_rad * 180 / M_PI, e.area, s.area);
-  text += palpate::text("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial,
-                        c.axial_sd, poisson);
-  if (const std::optional<double> counted = shapes.counted_growth(); counted && !skin)
-    text += palpate::text(
-        "counted       area %+.5f by the touched places; what it lies apart is in the errors\n", *counted);
-  if (!skin)
-    text += palpate::text("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI,
-                          c.turn_sd_rad * 180 / M_PI);
-  if (!skin)
-    text += palpate::text("depth         %+.4f mm on the mean of the matched points\n", c.deepening_mm);
-  text += skin ? "meaning       strain of the pad's skin, whose points are followed"
-               : "meaning       growth of the contact: points are matched by the shape, not by material";
-  return text;
+Json json_of(const TactileShape& s) {
+  return {{"frame", s.touch.sequence},
+          {"force_N", s.touch.force_N.value},
+          {"force_sd_N", s.touch.force_N.standard_error},
+          {"force_state", to_string(s.touch.force_N.validity)},
+          {"points", s.control.points.size()},
+          {"spacing_mm", s.control.spacing_mm},
+          {"contact_mm2", s.contact_mm2}};
 }
 
-Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
-  const auto frame = [](const TactileShape& s) {
-    return Json{{"frame", s.touch.sequence},
-                {"force_N", s.touch.force_N.value},
-                {"force_sd_N", s.touch.force_N.standard_error},
-                {"force_state", to_string(s.touch.force_N.validity)},
-                {"points", s.control.points.size()},
-                {"spacing_mm", s.control.spacing_mm},
-                {"contact_mm2", s.contact_mm2}};
-  };
-  Json value = {{"before", frame(shapes.before)},
-                {"after", frame(shapes.after)},
-                {"points", skin ? "skin, followed" : "shape, matched"},
-                {"pairs", c.pairs.size()},
-                {"reason", c.reason.empty() ? Json(nullptr) : Json(c.reason)}};
-  if (c.match)
-    value["match"] = {{"verdict", to_string(c.match->verdict)},
-                      {"scatter_mm", c.match->noise_sd},
-                      {"iterations", c.match->iterations},
-                      {"converged", c.match->converged}};
-  if (!c.reason.empty()) return value;
-  const auto strain = [](const PlaneStrain& e) {
-    return Json{{"xx", e.xx}, {"yy", e.yy}, {"xy", e.xy}, {"area", e.area}};
-  };
-  value["strain"] = strain(c.plane.mean);
-  value["strain"]["first"] = c.plane.mean.first;
-  value["strain"]["second"] = c.plane.mean.second;
-  value["strain"]["direction_rad"] = c.plane.mean.direction_rad;
-  value["strain_sd"] = strain(c.plane.sd);
-  value["axial"] = c.axial;
-  value["axial_sd"] = c.axial_sd;
+Json json_of(const PlaneStrain& e) {
+  return {{"xx", e.xx}, {"yy", e.yy}, {"xy", e.xy}, {"area", e.area}};
+}
+
+/// The points that were compared, and how they were matched.
+void add_points(const TactileShapes& shapes, const Compression& c, bool skin, Facts& facts) {
+  facts.add("points", skin ? "skin, followed" : "shape, matched");
+  facts.add(
+      "pairs", c.pairs.size(),
+      skin ? text("points        %zu of the skin, followed\n", c.pairs.size())
+           : text("points        %zu and %zu, %.3f and %.3f mm apart, drawn %zu times, %zu pairs\n",
+                  shapes.before.control.points.size(), shapes.after.control.points.size(),
+                  shapes.before.control.spacing_mm, shapes.after.control.spacing_mm, kDraws, c.pairs.size()));
+  facts.add("reason", c.reason.empty() ? Json(nullptr) : Json(c.reason));
+  if (!c.match) return;
+  facts.add(
+      "match",
+      {{"verdict", to_string(c.match->verdict)},
+       {"scatter_mm", c.match->noise_sd},
+       {"iterations", c.match->iterations},
+       {"converged", c.match->converged}},
+      skin ? ""
+           : text("match         %s, scatter %.3f mm, %u iterations\n",
+                  std::string(to_string(c.match->verdict)).c_str(), c.match->noise_sd, c.match->iterations));
+}
+
+Facts facts_of(const TactileShapes& shapes, const Compression& c, bool skin, double poisson) {
+  Facts facts;
+  facts.say(headline(c) + "\n" +
+            text("compressions  frame %llu, %s; frame %llu, %s\n",
+                 static_cast<unsigned long long>(shapes.before.touch.sequence),
+                 force_text(shapes.before.touch).c_str(),
+                 static_cast<unsigned long long>(shapes.after.touch.sequence),
+                 force_text(shapes.after.touch).c_str()));
+  facts.add("before", json_of(shapes.before));
+  facts.add("after", json_of(shapes.after));
+  add_points(shapes, c, skin, facts);
+  if (!c.reason.empty()) {
+    facts.say("NO STRAIN     " + c.reason);
+    return facts;
+  }
+  const PlaneStrain &e = c.plane.mean, &s = c.plane.sd;
+  Json mean = json_of(e);
+  mean["first"] = e.first;
+  mean["second"] = e.second;
+  mean["direction_rad"] = e.direction_rad;
+  facts.add("strain", mean,
+            text("in the plane  xx %+.5f +- %.5f, yy %+.5f +- %.5f, xy %+.5f +- %.5f\n", e.xx, s.xx, e.yy,
+                 s.yy, e.xy, s.xy));
+  facts.add("strain_sd", json_of(s),
+            text("principal     %+.5f and %+.5f, the first at %.1f deg; area %+.5f +- %.5f\n", e.first,
+                 e.second, e.direction_rad * 180 / M_PI, e.area, s.area));
+  facts.add("axial", c.axial,
+            text("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial,
+                 c.axial_sd, poisson));
+  facts.add("axial_sd", c.axial_sd);
   if (!skin) {
     const std::optional<double> counted = shapes.counted_growth();
-    value["area_counted"] = counted ? Json(*counted) : Json(nullptr);
-    value["turn_rad"] = c.turn_rad;
-    value["turn_sd_rad"] = c.turn_sd_rad;
+    facts.add("area_counted", counted ? Json(*counted) : Json(nullptr),
+              counted ? text("counted       area %+.5f by the touched places; what it lies apart is in the "
+                             "errors\n",
+                             *counted)
+                      : "");
+    facts.add("turn_rad", c.turn_rad,
+              text("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI, c.turn_sd_rad * 180 / M_PI));
+    facts.add("turn_sd_rad", c.turn_sd_rad);
   }
-  value["deepening_mm"] = c.deepening_mm;
+  facts.add("deepening_mm", c.deepening_mm,
+            skin ? "" : text("depth         %+.4f mm on the mean of the matched points\n", c.deepening_mm));
   const PlateStatistics& statistics = c.field->statistics();
-  value["spline"] = {{"lambda", statistics.lambda},
-                     {"by_data", statistics.lambda_by_data},
-                     {"residual_sd_mm", statistics.residual_sd}};
-  return value;
+  facts.add("spline", {{"lambda", statistics.lambda},
+                       {"by_data", statistics.lambda_by_data},
+                       {"residual_sd_mm", statistics.residual_sd}});
+  facts.say(skin ? "meaning       strain of the pad's skin, whose points are followed"
+                 : "meaning       growth of the contact: points are matched by the shape, not by material");
+  return facts;
 }
 
 std::vector<std::vector<double>> columns_of(std::span<const ShapePoint> points) {
@@ -247,18 +250,16 @@ Report run(const Common& common, Options o) {
     throw Error(Failure::Sensor, "pitch_mm_per_px", "a sensor without a scale", "palpate calibrate scale");
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const TactileShapes shapes = read_shapes(*context, input, o.request, {.stop = interrupted});
-  if (interrupted()) return {"", "", kInterrupted};
+  if (interrupted()) return interrupted_report();
   const bool skin = shapes.skin && !o.by_shape;
   o.compression.counted_growth = shapes.counted_growth();
   const Compression c = skin
                             ? strain_of_pairs(skin_pairs(shapes, input.sensor.pitch_mm_per_px), o.compression)
                             : compare_draws(shapes.before.draws, shapes.after.draws, o.compression);
-  Report report;
-  const Json value = json_of(shapes, c, skin);
-  report.json = value.dump(2);
-  report.text = text_of(shapes, c, skin, o.compression.poisson);
+  Report report = facts_of(shapes, c, skin, o.compression.poisson);
   if (!common.out.empty())
-    report.text += "\nwritten to " + common.out.string() + ": " + write_files(common.out, shapes, c, value);
+    report.say("\nwritten to " + common.out.string() + ": " +
+               write_files(common.out, shapes, c, report.json));
   report.exit_code = validation_clean(*context) ? 0 : kInternalError;
   return report;
 }

@@ -68,14 +68,20 @@ std::string headline(const WrenchSeries& series) {
   return text;
 }
 
-std::string check_text(const WrenchCheck& check) {
-  return text(
-      "against the gauge: mean error %.3g N, %.1f %% of its largest reading, over %zu frames; %.3g N over "
-      "the "
-      "%zu "
-      "that are valid; the 95 %% interval held %.0f %%; the gauge is %.3g times the force\n",
-      check.mean_error_N, 100 * check.mean_error_N / check.full_N, check.readings, check.valid_mean_error_N,
-      check.valid, 100 * check.coverage, check.scale);
+void add_check(const WrenchCheck& check, Facts& facts) {
+  facts.add("gauge",
+            {{"readings", check.readings},
+             {"valid", check.valid},
+             {"full_N", check.full_N},
+             {"mean_error_N", check.mean_error_N},
+             {"valid_mean_error_N", check.valid_mean_error_N},
+             {"scale", check.scale},
+             {"coverage_95", check.coverage}},
+            text("\nagainst the gauge: mean error %.3g N, %.1f %% of its largest reading, over %zu frames; "
+                 "%.3g N over the %zu that are valid; the 95 %% interval held %.0f %%; the gauge is %.3g "
+                 "times the force\n",
+                 check.mean_error_N, 100 * check.mean_error_N / check.full_N, check.readings,
+                 check.valid_mean_error_N, check.valid, 100 * check.coverage, check.scale));
 }
 
 /// The peak of each time that something touches.
@@ -92,62 +98,53 @@ std::vector<size_t> peaks_of(const WrenchSeries& series) {
   return peaks;
 }
 
-/// `separate`: pictures whose skin could be followed if they were one sequence.
-std::string text_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check, bool separate) {
-  std::string out = headline(series) + "\n\n";
-  const std::vector<size_t> peaks = peaks_of(series);
-  if (!peaks.empty())
-    out += "peak of each touch (x right, y down, z into the pad; moments about the frame's middle)\n";
-  for (const size_t i : peaks) {
-    const WrenchFrame& frame = series.frames[i];
-    const TractionSummary& t = frame.wrench;
-    out += text("frame %llu", static_cast<unsigned long long>(frame.frame));
-    if (std::isfinite(frame.time_s)) out += text(", %.3f s", frame.time_s);
-    out += text(": %s, pressure up to %.3g kPa on %.3g mm²\n", to_string(t.fz_N.validity), t.pressure_max_kPa,
-                t.area_mm2);
-    out += "  Fx " + with_error(t.fx_N, "N") + "   Fy " + with_error(t.fy_N, "N") + "   Fz " +
-           with_error(t.fz_N, "N") + "\n";
-    out += "  Mx " + with_error(t.mx_Nmm, "N mm") + "   My " + with_error(t.my_Nmm, "N mm") + "   Mz " +
-           with_error(t.mz_Nmm, "N mm") + "\n";
-  }
-  if (series.peak && !has_value(series.frames[*series.peak].wrench.fx_N))
-    out += separate
-               ? "Fx, Fy and Mz need frames that follow each other (--rate, or --sequence)\n"
-               : "Fx, Fy and Mz need a pattern on the skin that is followed (\"skin\" in the sensor file)\n";
-  for (const std::string& note : series.notes) out += "note: " + note + "\n";
-  if (check) out += "\n" + check_text(*check);
-  return out;
+Json json_of(const Estimate& e) {
+  Json value = {{"state", to_string(e.validity)}};
+  if (!has_value(e)) return value;
+  value["value"] = e.value;
+  value["sd"] = e.standard_error;
+  return value;
 }
 
-Json json_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check) {
-  const auto estimate = [](const Estimate& e) {
-    Json value = {{"state", to_string(e.validity)}};
-    if (!has_value(e)) return value;
-    value["value"] = e.value;
-    value["sd"] = e.standard_error;
-    return value;
-  };
+Facts facts_of(const WrenchFrame& frame) {
+  const TractionSummary& t = frame.wrench;
+  const bool timed = std::isfinite(frame.time_s);
+  Facts facts;
+  facts.add("frame", frame.frame, text("frame %llu", static_cast<unsigned long long>(frame.frame)));
+  facts.add("time_s", timed ? Json(frame.time_s) : Json(nullptr),
+            timed ? text(", %.3f s", frame.time_s) : "");
+  facts.say(text(": %s, pressure up to %.3g kPa on %.3g mm²\n", to_string(t.fz_N.validity),
+                 t.pressure_max_kPa, t.area_mm2));
+  for (const WrenchComponent& c : components(t)) facts.add(std::string(c.name), json_of(c.estimate));
+  facts.say("  Fx " + with_error(t.fx_N, "N") + "   Fy " + with_error(t.fy_N, "N") + "   Fz " +
+            with_error(t.fz_N, "N") + "\n  Mx " + with_error(t.mx_Nmm, "N mm") + "   My " +
+            with_error(t.my_Nmm, "N mm") + "   Mz " + with_error(t.mz_Nmm, "N mm") + "\n");
+  facts.add("pressure_max_kPa", t.pressure_max_kPa);
+  facts.add("pressed_area_mm2", t.area_mm2);
+  return facts;
+}
+
+/// `separate`: pictures whose skin could be followed if they were one sequence.
+Facts facts_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check, bool separate) {
+  Facts facts;
+  facts.add("frames", series.frames.size(), headline(series) + "\n\n");
   Json touches = Json::array();
   for (const size_t i : peaks_of(series)) {
-    const WrenchFrame& frame = series.frames[i];
-    const TractionSummary& t = frame.wrench;
-    Json touch = {{"frame", frame.frame},
-                  {"time_s", std::isfinite(frame.time_s) ? Json(frame.time_s) : Json(nullptr)}};
-    for (const WrenchComponent& c : components(t)) touch[std::string(c.name)] = estimate(c.estimate);
-    touch["pressure_max_kPa"] = t.pressure_max_kPa;
-    touch["pressed_area_mm2"] = t.area_mm2;
-    touches.push_back(touch);
+    if (touches.empty())
+      facts.say("peak of each touch (x right, y down, z into the pad; moments about the frame's middle)\n");
+    const Facts peak = facts_of(series.frames[i]);
+    touches.push_back(peak.json);
+    facts.say(peak.text);
   }
-  Json value = {{"frames", series.frames.size()}, {"touches", touches}};
-  if (check)
-    value["gauge"] = {{"readings", check->readings},
-                      {"valid", check->valid},
-                      {"full_N", check->full_N},
-                      {"mean_error_N", check->mean_error_N},
-                      {"valid_mean_error_N", check->valid_mean_error_N},
-                      {"scale", check->scale},
-                      {"coverage_95", check->coverage}};
-  return value;
+  facts.add("touches", touches);
+  if (series.peak && !has_value(series.frames[*series.peak].wrench.fx_N))
+    facts.say(
+        separate
+            ? "Fx, Fy and Mz need frames that follow each other (--rate, or --sequence)\n"
+            : "Fx, Fy and Mz need a pattern on the skin that is followed (\"skin\" in the sensor file)\n");
+  for (const std::string& note : series.notes) facts.say("note: " + note + "\n");
+  if (check) add_check(*check, facts);
+  return facts;
 }
 
 /// A force or moment over time, its 95 % band, and the gauge.
@@ -245,11 +242,11 @@ Report run(const Common& common, const Options& options) {
                      {options.gauge, GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz,
                       options.one_sequence},
                      run_watch(common));
-  if (interrupted()) return {"", "", kInterrupted};
+  if (interrupted()) return interrupted_report();
   const std::optional<WrenchCheck> check = check_wrench(series);
   const bool separate = input.sensor.skin && !options.one_sequence && series.peak &&
                         !std::isfinite(series.frames[*series.peak].time_s);
-  Report report{text_of(series, check, separate), json_of(series, check).dump(2), 0};
+  Report report = facts_of(series, check, separate);
   if (!common.out.empty()) {
     make_output_folder(common.out);
     write_whole(common.out / "wrench.csv", std::string_view(wrench_csv(series)));

@@ -72,7 +72,8 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
   for (const GaugedRecording& check : measured(asked.checks))
     outcome.checks.push_back(check_force(outcome.choice.calibration, check, asked.keep_border));
   set_force(*first, outcome.choice.calibration);
-  return {*first, describe(outcome), to_json(outcome, ""), samples_csv(outcome), verdict_of(outcome).line};
+  return {*first, describe(outcome), to_json(outcome, "").dump(2, json::Utf8::Replace), samples_csv(outcome),
+          verdict_of(outcome).line};
 }
 
 py::dict force(const std::vector<RunSettings>& inputs, const std::vector<std::string>& gauges,
@@ -128,7 +129,8 @@ Outcome calibrate_pulls(const ShearAsked& asked, const std::atomic<bool>& stop) 
   const ShearOutcome outcome = calibrate_shear(std::move(recordings), sensor, asked.request);
   sensor.shear = outcome.calibration;
   const std::string text = describe(outcome);
-  return {sensor, text, to_json(outcome, ""), "", text.substr(0, text.find('\n'))};
+  return {sensor, text, to_json(outcome, "").dump(2, json::Utf8::Replace), "",
+          text.substr(0, text.find('\n'))};
 }
 
 py::dict shear(const std::vector<RunSettings>& inputs, const std::vector<std::string>& gauges,

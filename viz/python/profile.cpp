@@ -24,7 +24,7 @@ py::tuple compare(const std::vector<std::string>& texts) {
   std::vector<perf::Profile> profiles;
   for (const std::string& text : texts) profiles.push_back(perf::parse_profile(text, "profile"));
   const perf::MachineComparison comparison = perf::compare_profiles(profiles);
-  return py::make_tuple(perf::to_json(comparison), perf::describe(comparison));
+  return py::make_tuple(perf::to_json(comparison).dump(1, json::Utf8::Replace), perf::describe(comparison));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "capture/run/modulus_recording.h"
+#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "viz/python/arrays.h"
 #include "viz/python/device.h"
@@ -99,7 +100,8 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
     };
     const std::shared_ptr<gpu::Context> context = shared_device(device);
     measured->summary = process_recording(*context, input.sensor, process, out, watch_of(stop));
-    measured->json = to_json(measured->summary, process, input.sensor, *context).dump(2, json::Utf8::Replace);
+    measured->json =
+        facts_of(measured->summary, process, input.sensor, *context).json.dump(2, json::Utf8::Replace);
     return measured;
   });
   const FrameFormat& f = all->format;

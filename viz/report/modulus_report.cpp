@@ -43,10 +43,6 @@ std::string sample_words(const Sample& s) {
                   : palpate::text("%s of %g mm diameter", to_string(s.shape), s.size_mm);
 }
 
-}  // namespace
-
-namespace {
-
 /// The answer in one sentence.
 std::string headline(const ModulusReport& r) {
   const ModulusEstimate& best = r.answer.best();
@@ -57,84 +53,92 @@ std::string headline(const ModulusReport& r) {
                        1e3 * best.low_MPa, 1e3 * best.high_MPa, to_string(best.way));
 }
 
-}  // namespace
-
-std::string describe(const ModulusReport& r) {
-  const Material& pad = r.setup.pad.material;
-  std::string text =
-      headline(r) + "\n" + sample_words(r.setup.sample) +
-      palpate::text(", Poisson %g, on a pad of %g kPa, ", r.setup.sample.poisson, 1e3 * pad.young_MPa) +
-      (std::isfinite(r.setup.pad.thickness_mm) ? palpate::text("%g mm thick", r.setup.pad.thickness_mm)
-                                               : std::string("a half space")) +
-      palpate::text("; %zu presses", r.frames.size());
+/// Sample, pad and presses.
+void add_setup(const ModulusReport& r, Facts& facts) {
+  const Sample& s = r.setup.sample;
+  const Pad& pad = r.setup.pad;
+  facts.add("sample",
+            {{"shape", to_string(s.shape)},
+             {"size_mm", s.size_mm},
+             {"height_mm", s.flat() ? Json(s.height_mm) : Json(nullptr)},
+             {"poisson", s.poisson}},
+            sample_words(s) + text(", Poisson %g", s.poisson));
+  facts.add("pad",
+            {{"young_MPa", pad.material.young_MPa},
+             {"poisson", pad.material.poisson},
+             {"thickness_mm", or_null(pad.thickness_mm)}},
+            text(", on a pad of %g kPa, ", 1e3 * pad.material.young_MPa) +
+                (std::isfinite(pad.thickness_mm) ? text("%g mm thick", pad.thickness_mm) : "a half space"));
+  facts.add("presses", r.frames.size(), text("; %zu presses", r.frames.size()));
   if (!r.frames.empty()) {
     const auto [least, most] = std::minmax_element(r.frames.begin(), r.frames.end(),
                                                    [](auto& a, auto& b) { return a.force_N < b.force_N; });
-    text += palpate::text(", %.4g to %.4g N", least->force_N, most->force_N);
+    facts.say(text(", %.4g to %.4g N", least->force_N, most->force_N));
   }
-  text += "\n";
-  for (const std::string& note : r.notes) text += "  " + note + "\n";
-  text +=
-      "\nway                 state           E, kPa   95 % interval, kPa   residual   strain   readings\n";
-  for (const ModulusEstimate& e : r.answer.methods) {
-    text +=
-        palpate::text("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
-                      e.has_value() ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
-                      e.points.empty() ? "-" : palpate::text("%.2f sd", e.residual).c_str(),
-                      100 * e.strain_max, e.readings);
-    if (!e.reason.empty()) text += "                    " + e.reason + "\n";
-  }
-  const ModulusEstimate& best = r.answer.best();
-  if (best.has_value()) {
-    text += "\nYoung's modulus " + kilo(best.young_MPa) + " kPa (" + interval(best) + ", 95 %), by the " +
-            to_string(best.way) + ": " + r.answer.why + "\n";
-    if (r.expected_MPa > 0)
-      text += palpate::text(
-          "expected %.4g kPa: %+.1f %%, %s the interval\n", 1e3 * r.expected_MPa,
-          100 * (best.young_MPa / r.expected_MPa - 1),
-          best.low_MPa <= r.expected_MPa && r.expected_MPa <= best.high_MPa ? "inside" : "outside");
-  } else {
-    text += std::string("\nno modulus: ") + to_string(best.state) + "; " + best.reason + "\n";
-    if (best.state == ModulusState::DoesNotFit) text += r.answer.why + "\n";
-  }
-  return text;
+  facts.say("\n");
 }
 
-std::string to_json(const ModulusReport& r) {
-  const Sample& s = r.setup.sample;
-  Json methods = Json::array();
-  for (const ModulusEstimate& e : r.answer.methods)
-    methods.push_back({{"way", to_string(e.way)},
-                       {"state", to_string(e.state)},
-                       {"reason", e.reason.empty() ? Json(nullptr) : Json(e.reason)},
-                       {"young_MPa", e.has_value() ? Json(e.young_MPa) : Json(nullptr)},
-                       {"low_MPa", low(e)},
-                       {"high_MPa", high(e)},
-                       {"residual_sd", e.points.empty() ? Json(nullptr) : Json(e.residual)},
-                       {"strain_max", e.strain_max},
-                       {"readings", e.readings}});
+/// One way to the modulus, a row of the table.
+Json add_way(const ModulusEstimate& e, Facts& facts) {
+  facts.say(text("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
+                 e.has_value() ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
+                 e.points.empty() ? "-" : text("%.2f sd", e.residual).c_str(), 100 * e.strain_max,
+                 e.readings));
+  if (!e.reason.empty()) facts.say("                    " + e.reason + "\n");
+  return {{"way", to_string(e.way)},
+          {"state", to_string(e.state)},
+          {"reason", e.reason.empty() ? Json(nullptr) : Json(e.reason)},
+          {"young_MPa", e.has_value() ? Json(e.young_MPa) : Json(nullptr)},
+          {"low_MPa", low(e)},
+          {"high_MPa", high(e)},
+          {"residual_sd", e.points.empty() ? Json(nullptr) : Json(e.residual)},
+          {"strain_max", e.strain_max},
+          {"readings", e.readings}};
+}
+
+/// The chosen way's words.
+std::string answer_text(const ModulusReport& r) {
   const ModulusEstimate& best = r.answer.best();
-  const Json value = {{"sample",
-                       {{"shape", to_string(s.shape)},
-                        {"size_mm", s.size_mm},
-                        {"height_mm", s.flat() ? Json(s.height_mm) : Json(nullptr)},
-                        {"poisson", s.poisson}}},
-                      {"pad",
-                       {{"young_MPa", r.setup.pad.material.young_MPa},
-                        {"poisson", r.setup.pad.material.poisson},
-                        {"thickness_mm", or_null(r.setup.pad.thickness_mm)}}},
-                      {"presses", r.frames.size()},
-                      {"chosen", to_string(r.answer.chosen)},
-                      {"why", r.answer.why},
-                      {"state", to_string(best.state)},
-                      {"reason", best.reason.empty() ? Json(nullptr) : Json(best.reason)},
-                      {"young_MPa", best.has_value() ? Json(best.young_MPa) : Json(nullptr)},
-                      {"low_MPa", low(best)},
-                      {"high_MPa", high(best)},
-                      {"expected_MPa", r.expected_MPa > 0 ? Json(r.expected_MPa) : Json(nullptr)},
-                      {"ways", methods},
-                      {"notes", r.notes}};
-  return value.dump(2);
+  if (!best.has_value()) {
+    std::string none = std::string("\nno modulus: ") + to_string(best.state) + "; " + best.reason + "\n";
+    if (best.state == ModulusState::DoesNotFit) none += r.answer.why + "\n";
+    return none;
+  }
+  return "\nYoung's modulus " + kilo(best.young_MPa) + " kPa (" + interval(best) + ", 95 %), by the " +
+         to_string(best.way) + ": " + r.answer.why + "\n";
+}
+
+std::string expected_text(const ModulusReport& r) {
+  const ModulusEstimate& best = r.answer.best();
+  if (!best.has_value() || !(r.expected_MPa > 0)) return "";
+  const bool inside = best.low_MPa <= r.expected_MPa && r.expected_MPa <= best.high_MPa;
+  return text("expected %.4g kPa: %+.1f %%, %s the interval\n", 1e3 * r.expected_MPa,
+              100 * (best.young_MPa / r.expected_MPa - 1), inside ? "inside" : "outside");
+}
+
+}  // namespace
+
+Facts facts_of(const ModulusReport& r) {
+  Facts facts;
+  facts.say(headline(r) + "\n");
+  add_setup(r, facts);
+  for (const std::string& note : r.notes) facts.say("  " + note + "\n");
+  facts.say(
+      "\nway                 state           E, kPa   95 % interval, kPa   residual   strain   readings\n");
+  Json ways = Json::array();
+  for (const ModulusEstimate& e : r.answer.methods) ways.push_back(add_way(e, facts));
+  const ModulusEstimate& best = r.answer.best();
+  facts.add("chosen", to_string(r.answer.chosen), answer_text(r));
+  facts.add("why", r.answer.why);
+  facts.add("state", to_string(best.state));
+  facts.add("reason", best.reason.empty() ? Json(nullptr) : Json(best.reason));
+  facts.add("young_MPa", best.has_value() ? Json(best.young_MPa) : Json(nullptr));
+  facts.add("low_MPa", low(best));
+  facts.add("high_MPa", high(best));
+  facts.add("expected_MPa", r.expected_MPa > 0 ? Json(r.expected_MPa) : Json(nullptr), expected_text(r));
+  facts.add("ways", ways);
+  facts.add("notes", r.notes);
+  return facts;
 }
 
 std::string ways_csv(const ModulusAnswer& answer) {

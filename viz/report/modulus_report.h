@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/facts.h"
 #include "engine/elasticity/modulus/modulus.h"
 #include "viz/report/plot_script.h"
 
@@ -18,8 +19,7 @@ struct ModulusReport {
   std::vector<std::string> notes;  ///< one line each
 };
 
-std::string describe(const ModulusReport& report);
-std::string to_json(const ModulusReport& report);
+Facts facts_of(const ModulusReport& report);
 /// One line a way, and one line a reading of each way: measured, fitted, residual.
 std::string ways_csv(const ModulusAnswer& answer);
 std::string points_csv(const ModulusAnswer& answer);

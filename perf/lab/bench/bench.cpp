@@ -170,7 +170,7 @@ Report run(const Common& common, const Options& options) {
     if (name.ends_with(".csv")) tables[name] = bytes;
     if (!common.out.empty() && !bytes.empty()) write_whole(common.out / name, std::string_view(bytes));
   }
-  return {"", json::Value({{"tables", tables}}).dump(2), clean ? 0 : kInternalError};
+  return {"", json::Value({{"tables", tables}}), clean ? 0 : kInternalError};
 }
 
 }  // namespace

@@ -378,8 +378,7 @@ Report run(const Common& common, int repetitions) {
   const bool same =
       std::all_of(goals.checks().begin(), goals.checks().end(), [](const Check& c) { return c.holds(); });
   const bool clean = validation_clean(context);
-  return {"", json::Value({{"rows", rows}, {"same_work", checks}}).dump(2, json::Utf8::Replace),
-          same && clean ? 0 : kInternalError};
+  return {"", json::Value({{"rows", rows}, {"same_work", checks}}), same && clean ? 0 : kInternalError};
 }
 
 }  // namespace

@@ -198,12 +198,7 @@ void add_info(CommandLine& program, Common& common, Command& chosen) {
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();
   add_common(*command, common, "  palpate-lab info train.h5\n");
-  command->callback([file, &chosen] {
-    chosen = [file] {
-      const lump::DatasetInfo info = lump::dataset_info(*file);
-      return Report{info.text, info.json};
-    };
-  });
+  command->callback([file, &chosen] { chosen = [file] { return Report(lump::dataset_info(*file)); }; });
 }
 
 }  // namespace palpate

@@ -280,7 +280,7 @@ Report run(const Common& common, const Options& o) {
                                [](const lump::FigureRow& r) { return r.press.good; }) &&
                    std::all_of(figures.by_material.begin(), figures.by_material.end(),
                                [](const lump::FigureRow& r) { return r.press.good; });
-  return {text, value.dump(2), all ? 0 : kInternalError};
+  return {text, value, all ? 0 : kInternalError};
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ Report one_scene(const Common& common, const Options& options) {
   outcome.grid_error = grid_error;
   json::Value value = to_json(outcome);
   std::string text = to_text(outcome);
-  if (!outcome.result.converged) return {text, value.dump(2), kNotConverged};
+  if (!outcome.result.converged) return {text, value, kNotConverged};
   const TactileImage image = tactile_image(outcome.result.stress_Pa, sensor ? &*sensor : nullptr);
   value["tactile_image"] = {{"sensor", image.source},
                             {"width_px", image.width},
@@ -111,7 +111,7 @@ Report one_scene(const Common& common, const Options& options) {
   if (image.clipped_px > 0)
     text += "warning         " + std::to_string(image.clipped_px) + " px of the tactile image are clipped\n";
   if (!common.out.empty()) text += "written: " + write_files(outcome, image, common.out) + "\n";
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 Report sweep_command(const Common& common, const Options& options) {
@@ -128,14 +128,14 @@ Report sweep_command(const Common& common, const Options& options) {
   if (!common.out.empty()) text += "written: " + write_sweep(rows, common.out) + "\n";
   const bool all =
       std::all_of(rows.begin(), rows.end(), [](const SweepRow& row) { return row.outcome.result.converged; });
-  return {text, sweep_json(rows).dump(2), all ? 0 : kNotConverged};
+  return {text, sweep_json(rows), all ? 0 : kNotConverged};
 }
 
 Report convergence_command(const Common& common, const Options& options) {
   const ConvergenceTables tables = converge(scene_of(options), options.solver);
   std::string text = convergence_text(tables);
   if (!common.out.empty()) text += "written: " + write_convergence(tables, common.out) + "\n";
-  return {text, convergence_json(tables).dump(2)};
+  return {text, convergence_json(tables)};
 }
 
 void add_tissue_options(CommandLine& command, Options& o) {

@@ -147,7 +147,7 @@ Report stability(const Common& common, const Options& options) {
         "\nthe estimator by number of loads, on balls of 6 to 12 mm, 3 and 6 mm deep, 3 and 10 times as "
         "stiff\n" +
         rows_text(by_loads);
-    value["by_loads"] = json::parse(rows_json(by_loads));
+    value["by_loads"] = rows_json(by_loads);
     for (const lump::CostRow& row : costs)
       value["costs"].push_back({{"choice", row.choice},
                                 {"name", row.name},
@@ -173,7 +173,7 @@ Report stability(const Common& common, const Options& options) {
     }
     text += "\n";
   }
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

@@ -134,7 +134,7 @@ Report run(const Common& common, Options& o) {
                   : recalibrate_lumps(lump::Network::read(o.recalibrate), examples, o.training, report);
     bytes = network.bytes();
   } catch (const lump::Stopped&) {
-    return {"interrupted: no network was written", R"({"complete": false})", kInterrupted};
+    return interrupted_report("interrupted: no network was written");
   }
   const double wall_s = watch.wall_s();
   write_whole(common.out, std::string_view(bytes));
@@ -157,7 +157,7 @@ Report run(const Common& common, Options& o) {
     out.text += "\n" + o.validate + " through a synthetic sensor, 1 % noise:\n" + score_text(score);
     json["validation"] = score_json(score, "network", job);
   }
-  out.json = json.dump(2);
+  out.json = json;
   return out;
 }
 

@@ -86,7 +86,7 @@ Report show_cached(const gpu::Context& context, const CachedTuning& cached) {
   const Json value = {{"device", context.report().name},  {"cached", true},
                       {"file", tuning_file().string()},   {"written", false},
                       {"tuning", json_of(cached.tuning)}, {"complete", true}};
-  return {text + "from: " + tuning_file().string(), value.dump(2), 0};
+  return {text + "from: " + tuning_file().string(), value, 0};
 }
 
 Report tune(const Common& common, const Options& options) {
@@ -148,10 +148,7 @@ Report tune(const Common& common, const Options& options) {
                       {"seconds", seconds},
                       {"complete", tuned.complete}};
   const bool clean = validation_clean(*context);
-  return {text, value.dump(2, json::Utf8::Replace),
-          !tuned.complete ? kInterrupted
-          : clean         ? 0
-                          : kInternalError};
+  return {text, value, !tuned.complete ? kInterrupted : clean ? 0 : kInternalError};
 }
 
 }  // namespace

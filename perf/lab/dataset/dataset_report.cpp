@@ -86,7 +86,7 @@ std::string dataset_text(const DatasetJob& job, const DatasetReport& r) {
   return text;
 }
 
-std::string dataset_json(const DatasetJob& job, const DatasetReport& r) {
+json::Value dataset_json(const DatasetJob& job, const DatasetReport& r) {
   return Json{{"file", job.file.string()},
               {"complete", r.complete},
               {"written", r.written},
@@ -99,11 +99,10 @@ std::string dataset_json(const DatasetJob& job, const DatasetReport& r) {
               {"threads_each", r.threads},
               {"wall_s", r.progress.wall_s},
               {"busy_s", r.busy_s},
-              {"sweep", json::parse(to_json(job.sweep))}}
-      .dump(2);
+              {"sweep", json::parse(to_json(job.sweep))}};
 }
 
-DatasetInfo dataset_info(const std::filesystem::path& file) {
+Facts dataset_info(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::path journal = lump_journal_of(file);
   const bool being_made = std::filesystem::exists(journal, error);
@@ -114,8 +113,7 @@ DatasetInfo dataset_info(const std::filesystem::path& file) {
             Json{{"complete", false},
                  {"program", glance.program},
                  {"done", glance.cases},
-                 {"sweep", json::parse(to_json(glance.sweep))}}
-                .dump(2)};
+                 {"sweep", json::parse(to_json(glance.sweep))}}};
   }
 
   const Data data = read_lump_file(file);
@@ -180,7 +178,7 @@ DatasetInfo dataset_info(const std::filesystem::path& file) {
   value["no_lump"] = shapes[4];
   value["ranges"] = ranges;
   value["sweep"] = json::parse(to_json(data.sweep));
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace palpate::lump

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/base/facts.h"
 #include "perf/lab/dataset/dataset_run.h"
 
 namespace palpate::lump {
@@ -13,13 +14,10 @@ std::string progress_text(const DatasetProgress& progress);
 
 /// Summary of a run, and how to go on where it was interrupted.
 std::string dataset_text(const DatasetJob& job, const DatasetReport& report);
-std::string dataset_json(const DatasetJob& job, const DatasetReport& report);
+json::Value dataset_json(const DatasetJob& job, const DatasetReport& report);
 
-struct DatasetInfo {
-  std::string text, json;
-};
 /// Contents of a file: sweep, cases by state and shape, ranges of inputs, forces and pressures; where only
 /// its journal is there, how far it came. Throws Error(Failure::Input) where there is neither.
-DatasetInfo dataset_info(const std::filesystem::path& file);
+Facts dataset_info(const std::filesystem::path& file);
 
 }  // namespace palpate::lump

@@ -281,7 +281,7 @@ std::string to_csv(const std::map<std::string, std::vector<CompiledKernel>>& fam
   return csv.str();
 }
 
-std::string to_json(const std::map<std::string, std::vector<CompiledKernel>>& families) {
+json::Value to_json(const std::map<std::string, std::vector<CompiledKernel>>& families) {
   json::Value all = json::Value::array();
   for (const auto& [family, kernels] : families) {
     for (const CompiledKernel& kernel : kernels) {
@@ -290,7 +290,7 @@ std::string to_json(const std::map<std::string, std::vector<CompiledKernel>>& fa
       all.push_back(one);
     }
   }
-  return all.dump(1);
+  return all;
 }
 
 }  // namespace palpate::perf

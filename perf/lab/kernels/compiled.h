@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "perf/profile/report/tables.h"
 
 namespace palpate::perf {
@@ -31,7 +32,7 @@ std::vector<CompiledKernel> compile_for(const std::string& family);
 
 /// One row a kernel, those that spill first, then by estimated latency.
 Table table_of(const std::string& family, const std::vector<CompiledKernel>& kernels);
-std::string to_json(const std::map<std::string, std::vector<CompiledKernel>>& families);
+json::Value to_json(const std::map<std::string, std::vector<CompiledKernel>>& families);
 std::string to_csv(const std::map<std::string, std::vector<CompiledKernel>>& families);
 
 }  // namespace palpate::perf

@@ -138,7 +138,7 @@ std::string rows_csv(const std::vector<ScoreRow>& rows) {
   return csv + "\n";
 }
 
-std::string rows_json(const std::vector<ScoreRow>& rows) {
+json::Value rows_json(const std::vector<ScoreRow>& rows) {
   auto json = json::Value::array();
   for (const ScoreRow& row : rows) {
     json::Value one;
@@ -146,7 +146,7 @@ std::string rows_json(const std::vector<ScoreRow>& rows) {
       one[name] = std::isfinite(value) ? json::Value(value) : json::Value(nullptr);
     json.push_back(std::move(one));
   }
-  return json.dump(2);
+  return json;
 }
 
 }  // namespace palpate::lump

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "perf/lab/study/evaluation.h"
 
 namespace palpate::lump {
@@ -33,6 +34,6 @@ size_t rows_of(ScoreOver what);
 /// Tables for people and for programs; shares in percent in the first alone.
 std::string rows_text(const std::vector<ScoreRow>& rows);
 std::string rows_csv(const std::vector<ScoreRow>& rows);
-std::string rows_json(const std::vector<ScoreRow>& rows);
+json::Value rows_json(const std::vector<ScoreRow>& rows);
 
 }  // namespace palpate::lump

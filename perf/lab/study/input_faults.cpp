@@ -309,7 +309,7 @@ std::string faults_csv(const std::vector<FaultRow>& rows) {
   return csv;
 }
 
-std::string faults_json(const std::vector<FaultRow>& rows) {
+json::Value faults_json(const std::vector<FaultRow>& rows) {
   auto json = json::Value::array();
   for (const FaultRow& r : rows) {
     const auto number = [](double v) { return std::isfinite(v) ? json::Value(v) : json::Value(nullptr); };
@@ -321,7 +321,7 @@ std::string faults_json(const std::vector<FaultRow>& rows) {
                     {"depth_move", number(r.move[1])},
                     {"ratio_move", number(r.move[2])}});
   }
-  return json.dump(2);
+  return json;
 }
 
 }  // namespace palpate::lump

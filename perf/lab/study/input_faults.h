@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "perf/lab/study/evaluation.h"
 
 namespace palpate::lump {
@@ -30,6 +31,6 @@ size_t fault_count();
 
 std::string faults_text(const std::vector<FaultRow>& rows);
 std::string faults_csv(const std::vector<FaultRow>& rows);
-std::string faults_json(const std::vector<FaultRow>& rows);
+json::Value faults_json(const std::vector<FaultRow>& rows);
 
 }  // namespace palpate::lump

@@ -271,7 +271,7 @@ std::string to_csv(const MachineComparison& comparison) {
   return out.str();
 }
 
-std::string to_json(const MachineComparison& comparison) {
+json::Value to_json(const MachineComparison& comparison) {
   json::Value machines = json::Value::array();
   for (size_t i = 0; i < comparison.profiles.size(); ++i) {
     json::Value one = {{"name", comparison.names[i]}, {"frame_ratio_spread", comparison.frames[i].spread}};
@@ -295,7 +295,7 @@ std::string to_json(const MachineComparison& comparison) {
   json::Value value = {{"notes", comparison.notes}, {"complete", true}};
   value["machines"] = machines;
   value["figures"] = figures;
-  return value.dump(1, json::Utf8::Replace);
+  return value;
 }
 
 std::string frame_sentence(const MachineComparison& comparison, size_t machine) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "perf/profile/profile.h"
 #include "perf/profile/report/tables.h"
 
@@ -53,7 +54,7 @@ MachineComparison compare_profiles(const std::vector<Profile>& profiles);
 
 std::vector<Table> tables_of(const MachineComparison& comparison);
 std::string to_csv(const MachineComparison& comparison);
-std::string to_json(const MachineComparison& comparison);
+json::Value to_json(const MachineComparison& comparison);
 /// "a frame takes 1.9 times as long on B: ... as on A (...)"; only where frames[machine].ratio is there.
 std::string frame_sentence(const MachineComparison& comparison, size_t machine);
 /// For the terminal.

@@ -43,7 +43,7 @@ std::string write_report(const Profile& profile, const std::filesystem::path& ou
 
 std::string write_comparison(const MachineComparison& comparison, const std::filesystem::path& out) {
   write_whole(out / "compare.csv", to_csv(comparison));
-  write_whole(out / "compare.json", to_json(comparison) + "\n");
+  write_whole(out / "compare.json", to_json(comparison).dump(1, json::Utf8::Replace) + "\n");
   std::string hindrance;
   const std::vector<DrawnPlot> plots =
       draw(comparison_plots(comparison.profiles, comparison.names), out, hindrance);

@@ -95,15 +95,15 @@ Report force(const Common& common, Options options) {
   std::vector<GaugedRecording> recordings;
   for (size_t i = 0; i < options.inputs.size(); ++i)
     recordings.push_back(measure(options.inputs[i], gauges[i]));
-  if (interrupted()) return {"", "", kInterrupted};
+  if (interrupted()) return interrupted_report();
   ForceOutcome outcome = calibrate_force(
       std::move(recordings), {options.signal, options.model, branches_of(options.branches), interrupted},
       options.keep_border);
-  if (outcome.choice.stopped) return {"", "", kInterrupted};
+  if (outcome.choice.stopped) return interrupted_report();
   for (size_t i = 0; i < options.checks.size(); ++i)
     outcome.checks.push_back(check_force(outcome.choice.calibration,
                                          measure(options.checks[i], check_gauges[i]), options.keep_border));
-  if (interrupted()) return {"", "", kInterrupted};
+  if (interrupted()) return interrupted_report();
 
   Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
   set_force(sensor, outcome.choice.calibration);

@@ -33,7 +33,7 @@ Report shear(const Common& common, const Options& options) {
                               options.rate_Hz, options.one_sequence},
                              run_watch(common)));
   }
-  if (interrupted()) return {"", "", kInterrupted};
+  if (interrupted()) return interrupted_report();
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
   const ShearOutcome outcome = calibrate_shear(std::move(recordings), sensor, options.request);
   sensor.shear = outcome.calibration;

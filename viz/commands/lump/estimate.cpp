@@ -82,11 +82,10 @@ Report run(const Common& common, const Options& o) {
   const lump::Observation observation = reading_of(o);
   const lump::Estimate estimate =
       lump::named_estimator(o.method, lump::load_network(o.network), o.errors)(observation);
-  const Facts facts = facts_of(estimate);
-  Report report{facts.text, facts.json.dump(2)};
+  Report report = facts_of(estimate);
   if (!common.out.empty()) {
     make_output_folder(common.out);
-    write_whole(common.out / "lump.json", std::string_view(report.json + "\n"));
+    write_whole(common.out / "lump.json", std::string_view(report.json.dump(2, json::Utf8::Replace) + "\n"));
     std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
     if (estimate.detection_statistic >= 1 && estimate.verdict != lump::Status::Inconsistent)
       for (const EstimateQuantity& q : quantities_of(estimate))

@@ -154,7 +154,7 @@ Report run(const Common& common, const Options& o) {
   std::vector<std::string> notes;
   const std::vector<lump::ScanPress> presses =
       o.simulate ? simulated(common, o, report) : recorded(common, o, report, notes);
-  if (interrupted()) return {"interrupted\n", R"({"complete": false})", kInterrupted};
+  if (interrupted()) return interrupted_report("interrupted");
   lump::Estimator estimator;
   if (o.method != "none") {
     const auto network = lump::load_network("");
@@ -170,7 +170,7 @@ Report run(const Common& common, const Options& o) {
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
   std::string words = scan_text(report);
   if (!common.out.empty()) words += "written: " + write_scan(report, common.out) + "\n";
-  return {words, scan_json(report).dump(2)};
+  return {words, scan_json(report)};
 }
 
 void add_recording_options(CommandLine& command, Options& o) {

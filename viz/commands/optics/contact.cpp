@@ -246,7 +246,7 @@ Report contact(const Common& common, const Options& options) {
                 {"contacts", rows},
                 {"assumed", assumed}};
   if (!common.out.empty()) text += "\n" + write_files(common, p);
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ Report critical(const CriticalOptions& options) {
         "it\n";
   const Json value = {
       {"above_index", guide.above}, {"below_index", guide.below}, {"edge_index", edge}, {"layers", layers}};
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 Json fractions_json(const optics::LampFractions& s) {
@@ -176,7 +176,7 @@ Report trapped(const Common& common, const TrappedOptions& options) {
   };
   if (!common.out.empty())
     text += "\n" + write_results(common, "trapped", csv_of("index,entering,guided,touching", curve), script);
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

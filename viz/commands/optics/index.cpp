@@ -91,7 +91,7 @@ Report index(const Common& common, const Options& options) {
     write_whole(file, std::string_view(csv));
     text += "written: " + file + "\n";
   }
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ Report led(const Common& common, const Options& options) {
     text += "\n" + write_results(common, "led", ray_csv, [&](PlotKind kind) {
               return fan_script(guide, rays, place, options.length_mm, kind);
             });
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

@@ -153,7 +153,7 @@ Report stack(const Common& common, const Options& options) {
     text += "\n" + write_results(common, "reflectance", csv,
                                  [&](PlotKind kind) { return sweep_script(sweep, absorbs, title, kind); });
   }
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

@@ -129,9 +129,12 @@ int run(const Program& what, int argc, char** argv) {
   if (common.quiet) spdlog::set_level(spdlog::level::err);
   catch_interrupts();
   const Report report = chosen();
-  print(common.json    ? report.json
-        : common.jsonl ? "{\"summary\":" + json::parse(report.json).dump(-1, json::Utf8::Replace) + "}"
-                       : report.text);
+  const bool silent = report.json.is_object() && report.json.empty();  // of several processes one reports
+  if (!common.json && !common.jsonl)
+    print(report.text);
+  else if (!silent)
+    print(common.json ? report.json.dump(2, json::Utf8::Replace)
+                      : json::Value{{"summary", report.json}}.dump(-1, json::Utf8::Replace));
   return report.exit_code;
 }
 

@@ -3,6 +3,9 @@
 
 #include <functional>
 #include <string>
+#include <utility>
+
+#include "engine/base/facts.h"
 
 namespace palpate {
 
@@ -12,11 +15,18 @@ inline constexpr int kInterrupted = 130;
 inline constexpr int kInternalError = 1;
 
 /// Result of a command. Exactly one of text and json reaches stdout.
-struct Report {
-  std::string text;
-  std::string json;
+struct Report : Facts {
+  Report() = default;
+  Report(Facts facts, int code = 0) : Facts(std::move(facts)), exit_code(code) {}
+  Report(std::string words, json::Value value, int code = 0)
+      : Facts{std::move(words), std::move(value)}, exit_code(code) {}
+
   int exit_code = 0;
 };
+/// Of a run that Ctrl-C ended before it had a result.
+inline Report interrupted_report(std::string text = {}) {
+  return {std::move(text), json::Value{{"complete", false}}, kInterrupted};
+}
 using Command = std::function<Report()>;
 
 }  // namespace palpate

@@ -154,7 +154,7 @@ std::string named(std::string text, const std::string& name) {
 Report script_of(const std::string& shell, const std::string& name) {
   const char* pattern = shell == "bash" ? kBash : shell == "zsh" ? kZsh : kFish;
   const std::string script = named(pattern, name);
-  return {script, json::Value({{"shell", shell}, {"script", script}}).dump(2), 0};
+  return {script, json::Value({{"shell", shell}, {"script", script}}), 0};
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ Report integrate_lights(const Common& common, const LightsRequest& request) {
     value["judged_px"] = error.pixels;
   }
   value["complete"] = true;
-  return {text + "written: " + file.string(), value.dump(2, json::Utf8::Replace), 0};
+  return {text + "written: " + file.string(), value, 0};
 }
 
 }  // namespace palpate

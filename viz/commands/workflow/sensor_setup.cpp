@@ -142,14 +142,7 @@ void SensorSetup::run_all(const SetupInputs& inputs) {
   for (size_t part = 0; part < kParts; ++part) run(static_cast<Part>(part), inputs);
 }
 
-/// Result of a calibration.
-struct SensorSetup::Calibrated {
-  json::Value json;
-  std::string text;
-};
-
-/// Runs a calibration as a step; a refusal is what is missing.
-SensorSetup::Calibrated SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
+Facts SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
   words.insert(words.end(), {"--sensor", out_.string(), "--out", out_.string()});
   step.command = "palpate calibrate";
   for (const std::string& word : words) step.command += " " + in_quotes(word);
@@ -158,7 +151,7 @@ SensorSetup::Calibrated SensorSetup::calibrate(SetupStep& step, std::vector<std:
     const Report done = run_calibrate(words);
     interrupted_ = interrupted_ || done.exit_code == kInterrupted;
     step.done = done.exit_code == 0;
-    return {done.json.empty() ? json::Value() : json::parse(done.json), done.text};
+    return done;
   } catch (const Error& error) {
     // The remedy is this step's own, in options of setup; that of another sensor's command misleads.
     step.known = error.what();

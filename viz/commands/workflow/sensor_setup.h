@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/facts.h"
+
 namespace palpate {
 
 struct Sensor;
@@ -70,15 +72,14 @@ class SensorSetup {
   static const char* name_of(Part part);
 
  private:
-  struct Calibrated;
-
   SetupStep frame(const SetupInputs& inputs);
   SetupStep untouched(const SetupInputs& inputs);
   SetupStep touch(const SetupInputs& inputs);
   SetupStep scale(const SetupInputs& inputs);
   SetupStep surface(const SetupInputs& inputs);
   SetupStep force(const SetupInputs& inputs);
-  Calibrated calibrate(SetupStep& step, std::vector<std::string> words);
+  /// Runs a calibration as a step; a refusal is what is missing.
+  Facts calibrate(SetupStep& step, std::vector<std::string> words);
   std::string touch_text(const Sensor& sensor) const;
   void refresh_touch();
   const SetupStep& step(Part part) const { return steps_[static_cast<size_t>(part)]; }

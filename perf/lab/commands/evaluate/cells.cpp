@@ -25,13 +25,13 @@ void add_trials(CommandLine& command, uint32_t& trials, const std::string& descr
 Report judged_report(const Common& common, const judge::Cases& cases, judge::CellOptions cells,
                      const std::string& stem, size_t trials, size_t wanted) {
   const bool complete = trials == wanted;
-  if (cases.cases.empty() && !complete) return {"interrupted", R"({"complete": false})", kInterrupted};
+  if (cases.cases.empty() && !complete) return interrupted_report("interrupted");
   cells.seed = common.seed;
   const judge::Judgement judgement = judge::judge_cells(cases, cells);
   json::Value json = judge::judgement_json(judgement);
   json["trials"] = trials;
   json["complete"] = complete;
-  Report report{judge::judgement_text(judgement), json.dump(2)};
+  Report report{judge::judgement_text(judgement), json};
   if (!complete) {
     report.text = text("interrupted after %zu of %zu trials: of those\n", trials, wanted) + report.text;
     report.exit_code = kInterrupted;

@@ -45,12 +45,12 @@ Report table_report(const Common& common, const std::vector<lump::ScoreRow>& row
 
 /// The same readings by cell of what varies, beside the score.
 void add_cells(const Common& common, const Options& o, const std::vector<lump::Judged>& judged,
-               json::Value& json, Report& report) {
+               Report& report) {
   const judge::Cases cases = lump::cases_of(judged);
   judge::CellOptions options = o.cells;
   options.seed = common.seed;
   const judge::Judgement judgement = judge::judge_cells(cases, options);
-  json["cells"] = judge::judgement_json(judgement);
+  report.json["cells"] = judge::judgement_json(judgement);
   report.text += "\nby cell:\n" + judge::judgement_summary(judgement);
   if (!common.out.empty())
     report.text += "wrote " + write_judgement(judgement, cases, common.out, "coverage") + "\n";
@@ -94,7 +94,7 @@ Report run(const Common& common, Options& o) {
     bar.update(done);
     return !interrupted();
   };
-  const Report nothing{"interrupted", R"({"complete": false})", kInterrupted};
+  const Report nothing = interrupted_report("interrupted");
   if (o.over || o.faults) {
     try {
       if (o.faults) return faults_report(common, lump::fault_rows(examples, o.job));
@@ -109,9 +109,8 @@ Report run(const Common& common, Options& o) {
   const lump::Score score = score_of(judged);
   json::Value json = score_json(score, o.method, o.job);
   json["complete"] = complete;
-  Report report{score_text(score), ""};
-  if (score.lumps > 0) add_cells(common, o, judged, json, report);
-  report.json = json.dump(2);
+  Report report{score_text(score), std::move(json)};
+  if (score.lumps > 0) add_cells(common, o, judged, report);
   if (!complete) {
     report.text = "interrupted after " + std::to_string(judged.size()) + " of " +
                   std::to_string(observations) + " readings: of those\n" + report.text;
