@@ -1,8 +1,19 @@
 #include "capture/run/largest.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "engine/measure/quantities.h"
+
 namespace palpate {
+
+LargestNames largest_names(std::string_view quantity) {
+  const auto all = touch_quantities();
+  const auto found = std::ranges::find_if(all, [&](const auto& one) { return one.name == quantity; });
+  std::string value = found->name;
+  if (const size_t most = value.find("_max"); most != std::string::npos) value.erase(most, 4);
+  return {value, error_name(*found), found->state};
+}
 
 void Largest::add(const Estimate& value) {
   if (value.validity == Validity::NotCalibrated || !std::isfinite(value.value)) return;

@@ -2,10 +2,19 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "palpate/touch.h"
 
 namespace palpate {
+
+/// Names of a quantity's largest value in tables, each behind "largest_" in summary.json, from its entry in
+/// the list of quantities: "depth_mm", "depth_sd_mm" and "depth_state" of "depth_max_mm".
+struct LargestNames {
+  std::string value, error, state;
+};
+LargestNames largest_names(std::string_view quantity);
 
 /// Follows one quantity over the frames of a recording. A headline that names the largest value names its
 /// state as well, since doubtful values are often the largest.

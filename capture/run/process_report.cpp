@@ -3,7 +3,6 @@
 #include "capture/files/estimate_report.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
-#include "engine/measure/quantities.h"
 
 namespace palpate {
 namespace {
@@ -130,14 +129,14 @@ std::string headline(const ProcessSummary& s) {
 }
 
 /// "largest_force_N", its error and its state; of a doubtful one the largest valid one as well.
-void add_largest(const char* name, const char* unit, const Largest& largest, Facts& facts) {
+void add_largest(const char* quantity, const Largest& largest, Facts& facts) {
   if (!largest.any()) return;
-  const std::string key = std::string("largest_") + name;
-  facts.add(key, largest.any()->value);
-  if (largest.any()->standard_error > 0) facts.add(error_name(key, unit), largest.any()->standard_error);
-  facts.add(key.substr(0, key.rfind('_')) + "_state", to_string(largest.any()->validity));
+  const LargestNames names = largest_names(quantity);
+  facts.add("largest_" + names.value, largest.any()->value);
+  if (largest.any()->standard_error > 0) facts.add("largest_" + names.error, largest.any()->standard_error);
+  facts.add("largest_" + names.state, to_string(largest.any()->validity));
   if (const std::optional<Estimate> valid = largest.valid())
-    facts.add(std::string("largest_valid_") + name, valid->value);
+    facts.add("largest_valid_" + names.value, valid->value);
 }
 
 /// How often something touched, and what its force is worth.
@@ -173,7 +172,7 @@ void add_count(const char* key, uint64_t count, const std::string& line, Facts& 
 /// What limits the surface.
 void add_surface(const ProcessSummary& s, const ProcessRequest& request, Facts& facts) {
   if (s.depth_mm.any()) {
-    add_largest("depth_mm", "mm", s.depth_mm, facts);
+    add_largest("depth_max_mm", s.depth_mm, facts);
     add_count("clipped_frames", s.clipped_frames,
               "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
                   ": their depth is a lower bound",
@@ -269,7 +268,7 @@ Facts facts_of(const ProcessSummary& s, const ProcessRequest& request, const Sen
   facts.add("frames_per_s", rate);
   if (!s.force_states.empty()) add_touches(s, wants(request.outputs, Output::Contacts), facts);
   if (s.separate) facts.add("separate_pictures", true);
-  add_largest("force_N", "N", s.force_N, facts);
+  add_largest("force_N", s.force_N, facts);
   if (!s.presses.empty()) {
     std::string lines;
     for (const PressAnswer& press : s.presses) lines += describe(press) + "\n";

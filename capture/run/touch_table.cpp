@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "capture/files/csv_table.h"
+#include "capture/run/largest.h"
 #include "palpate/pipeline.h"
 
 namespace palpate {
@@ -23,7 +24,7 @@ using Columns = MeasuredColumns;
 /// Cells that are there or not together.
 struct Cells {
   uint32_t group;
-  const char* names;
+  std::string names;
   std::string values;
 };
 
@@ -35,6 +36,7 @@ std::vector<Cells> cells_of(const TouchSpan& span, size_t number) {
                                            error_text(force.standard_error) + "," + to_string(force.validity)
                                      : ",,";
   const SurfaceSummary surface = span.surface.value_or(SurfaceSummary{});
+  const LargestNames force_names = largest_names("force_N"), depth_names = largest_names("depth_max_mm");
   return {{Columns::Frame, "touch,first_frame,last_frame,frames",
            std::to_string(number) + "," + std::to_string(span.first_frame) + "," +
                std::to_string(span.last_frame) + "," + std::to_string(span.frames)},
@@ -42,11 +44,12 @@ std::vector<Cells> cells_of(const TouchSpan& span, size_t number) {
            with_places(span.from_s, kTimePlaces) + "," + with_places(span.to_s, kTimePlaces)},
           {Columns::Frame, "peak_frame", std::to_string(span.peak_frame)},
           {Columns::Source, "source", csv_cell(span.peak_source)},
-          {Columns::Force, "largest_force_N,force_sd_N,force_state", force_text},
-          {Columns::Depth, "largest_depth_mm",
+          {Columns::Force, "largest_" + force_names.value + "," + force_names.error + "," + force_names.state,
+           force_text},
+          {Columns::Depth, "largest_" + depth_names.value,
            span.surface ? value_text(surface.depth_max_mm, surface.depth_sd_mm, kLengthPlaces) : ""},
-          {Columns::DepthError, "depth_sd_mm", error_text(surface.depth_sd_mm)},
-          {Columns::Depth, "depth_state", span.surface ? to_string(surface.validity) : ""},
+          {Columns::DepthError, depth_names.error, error_text(surface.depth_sd_mm)},
+          {Columns::Depth, depth_names.state, span.surface ? to_string(surface.validity) : ""},
           {Columns::Touching, "largest_area_px", std::to_string(span.largest_area_px)},
           {Columns::Millimetres, "largest_area_mm2", with_places(span.largest_area_mm2, kLengthPlaces)},
           {Columns::Contacts, "most_contacts", std::to_string(span.most_contacts)},
