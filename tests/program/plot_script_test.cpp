@@ -36,6 +36,7 @@ TEST(PlotScript, LongTitlesTakeLines) {
   EXPECT_EQ(plot_lines("it's two words", 9), "'it''s two'.\"\\n\".'words'");
   EXPECT_EQ(plot_lines("unbreakable as", 5), "'unbreakable'.\"\\n\".'as'");
   EXPECT_EQ(plot_lines("", 5), "''");
+  EXPECT_EQ(plot_lines("one\ntwo", 20), "'one'.\"\\n\".'two'");
 }
 
 TEST(PlotScript, AMapOfOneValueHasNoScale) {
@@ -75,6 +76,39 @@ TEST(Plot, DrawsCurvesAndMaps) {
   if (picture.missing) GTEST_SKIP() << "NO gnuplot HERE: the picture is not tested";
   EXPECT_EQ(picture.error, "");
   for (const char* part : {"<svg", "first", "second", "nothing"})
+    EXPECT_TRUE(holds(picture.bytes, part)) << part;
+}
+
+TEST(Plot, DrawsEveryStyleAndItsInterval) {
+  using Style = PlotCurve::Style;
+  PlotPanel panel{"a title\nof two lines", "x, mm", "y, Pa"};
+  panel.y_range = {{0, kPlotAuto}};
+  panel.down = true;
+  for (const Style style : {Style::Lines, Style::Points, Style::LinesAndPoints, Style::Steps,
+                            Style::FilledSteps, Style::Band, Style::Bars, Style::Rows, Style::Arrows}) {
+    PlotCurve& curve = panel.add("", {1, 2, 3}, {2, 3, 4}, panel.curves.size(), style);
+    curve.low = {1, 2, 3};
+    curve.high = {3, 4, 5};
+  }
+  panel.add("", {1, 2}, {2, 3}, kPlotBlack, Style::Words).words = {"word one", "word two"};
+  panel.add_line("limit", {0, 1}, {4, 1});
+  PlotPanel space{"in space", "x", "y"};
+  space.z_label = "z";
+  space.add("", {1, 2}, {2, 3}, 0, Style::Points).z = {4, 5};
+  PlotPanel map{.title = "signs", .map = PlotMap{2, 2, 1, 1, {NAN, -3, 2, 1}, {}, 5, 6, "Pa", true}};
+  PlotPanel legend{.key = "left center", .bare = true};
+  legend.add("only in the key", {-1}, {0});
+  const Plot plot{"", {panel, space, map, legend}, 2};
+  const std::string script = plot_script(plot, PlotKind::Svg, "a-name");
+  for (const char* part :
+       {"'a title'.\"\\n\".'of two lines'", "set yrange [0:*] reverse", "1:3:4 with filledcurves",
+        "1:2:3:4 with yerrorbars", "with fillsteps", "with boxxyerror", "with vectors", "1 2 \"word one\"",
+        "splot $p1_0", "set cbrange [-3:3]", "4.5 5.5 NaN", "unset border", "name 'a_name'"})
+    EXPECT_TRUE(holds(script, part)) << part << " is not in\n" << script;
+  const Picture picture = run_gnuplot(script);
+  if (picture.missing) GTEST_SKIP() << "NO gnuplot HERE: the picture is not tested";
+  EXPECT_EQ(picture.error, "");
+  for (const char* part : {"word two", "of two lines", "in space", "limit", "only in the key"})
     EXPECT_TRUE(holds(picture.bytes, part)) << part;
 }
 

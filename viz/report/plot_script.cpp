@@ -15,14 +15,20 @@
 
 namespace palpate {
 
-std::string plot_terminal(PlotKind kind, int width_px, int height_px) {
+std::string plot_terminal(PlotKind kind, int width_px, int height_px, const std::string& name) {
   constexpr double kDots = 96;  // in an inch
   std::string line = "set terminal ";
   if (kind == PlotKind::Pdf)
     line += palpate::text("pdfcairo size %.3fin,%.3fin fontscale 0.75", width_px / kDots, height_px / kDots);
   else
     line += palpate::text("%s size %d,%d", kind == PlotKind::Svg ? "svg" : "pngcairo", width_px, height_px);
-  return line + " noenhanced font 'DejaVu Sans,11'\n";
+  line += " noenhanced font 'DejaVu Sans,11'";
+  if (kind == PlotKind::Svg) {
+    std::string id = name;
+    std::replace(id.begin(), id.end(), '-', '_');
+    line += " background rgb '#ffffff' name " + gnuplot_quoted(id);
+  }
+  return line + "\n";
 }
 
 const char* plot_look() {
@@ -69,9 +75,10 @@ std::string plot_lines(const std::string& words, size_t most) {
     line.clear();
   };
   for (size_t at = 0; at < words.size();) {
-    const size_t space = std::min(words.find(' ', at), words.size());
+    const size_t space = std::min(words.find_first_of(" \n", at), words.size());
     const std::string word = words.substr(at, space - at);
-    if (!line.empty() && line.size() + 1 + word.size() > most) end_line();
+    if ((at > 0 && words[at - 1] == '\n') || (!line.empty() && line.size() + 1 + word.size() > most))
+      end_line();
     line += (line.empty() ? "" : " ") + word;
     at = space + 1;
   }
@@ -102,6 +109,8 @@ std::string plot_colour_bar(double least, double most) {
 const char* plot_colour(size_t index) {
   constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                       "#555555", "#56b4e9", "#e69f00", "#8f3f00"};
+  constexpr const char* kOthers[] = {"#000000", "#888888", "#ffffff", "#00e5ff", "#ff5a5f"};
+  if (index >= kPlotBlack) return kOthers[(index - kPlotBlack) % std::size(kOthers)];
   return kColours[index % std::size(kColours)];
 }
 

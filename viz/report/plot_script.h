@@ -10,8 +10,9 @@ namespace palpate {
 
 enum class PlotKind { Png, Svg, Pdf };
 
-/// Sets the picture's kind and size; Unicode for superscripts, since nothing is read as markup.
-std::string plot_terminal(PlotKind kind, int width_px, int height_px);
+/// Sets the picture's kind and size; Unicode for superscripts, since nothing is read as markup. `name` keeps
+/// SVGs in one page apart.
+std::string plot_terminal(PlotKind kind, int width_px, int height_px, const std::string& name = "plot");
 /// Grid, border and tics as all plots have them.
 const char* plot_look();
 /// Terminal and look.
@@ -22,7 +23,7 @@ std::string plot_number(double value);
 std::string plot_block(const std::string& name, const std::vector<std::vector<double>>& columns);
 /// A title or label in gnuplot's quotes, with superscripts for ^2 and ^3 and after a length (mm2).
 std::string plot_words(const std::string& words);
-/// The same in as many lines as it takes, none longer than `most` letters unless one word is.
+/// The same in its lines and as many more as it takes, none longer than `most` letters unless one word is.
 std::string plot_lines(const std::string& words, size_t most);
 
 /// A unit with the SI prefix that keeps values up to `largest` below 1000.
@@ -39,7 +40,9 @@ const char* plot_palette();
 /// Colour bar of a map between `least` and `most`: none where all of it has one value.
 std::string plot_colour_bar(double least, double most);
 
-/// Colours that stay apart, also to colour-blind eyes and in print; cyclic.
+/// Colours that stay apart, also to colour-blind eyes and in print; cyclic. After them those of plain lines
+/// and of lines over maps.
+constexpr size_t kPlotBlack = 1000, kPlotGray = 1001, kPlotWhite = 1002, kPlotCyan = 1003, kPlotRed = 1004;
 const char* plot_colour(size_t index);
 
 /// Runs gnuplot and writes what it draws; adds ", FILE" to `written`, or warns.
