@@ -14,7 +14,7 @@
 #include "viz/commands/support/options.h"
 #include "viz/report/contact_answers.h"
 #include "viz/report/contact_figures.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -138,24 +138,21 @@ std::string write_profile(const Common& common, const ContactProblem& p, const O
     profile[1].push_back(exact.pressure_MPa(reference, r));
     profile[2].push_back(hertz.pressure_MPa(other, r));
   }
-  const auto script = [&](PlotKind kind) {
-    return plot_head(kind, 860, 520) + plot_block("d", profile) +
-           "set key outside top center horizontal samplen 2\nset yrange [0:*]\nset xlabel 'distance from the "
-           "axis, mm'\n"
-           "set ylabel 'pressure, kPa'\n" +
-           "set title " +
-           plot_words(palpate::text("%s, %.3g N: %.3g kPa in the middle, within %.3g mm of the axis",
-                                    options.shape.c_str(), reference.force_N, 1e3 * profile[1][0],
-                                    reference.radius_mm)) +
-           "\n" +
-           "plot $d using 1:(1e3*$2) with lines lw 2.5 lc rgb '#0072b2' title 'exact', "
-           "$d using 1:(1e3*$3) with lines lw 2 dt 2 lc rgb '#d55e00' title '" +
-           (p.indenter.shape == IndenterShape::Sphere ? "Hertz" : "half space") + ", same force'\n";
-  };
+  PlotPanel panel{
+      palpate::text("%s, %.3g N: %.3g kPa in the middle, within %.3g mm of the axis", options.shape.c_str(),
+                    reference.force_N, 1e3 * profile[1][0], reference.radius_mm),
+      "distance from the axis, mm", "pressure, kPa"};
+  panel.key = "outside top center horizontal";
+  panel.y_range = {{0, kPlotAuto}};
+  panel.add("exact", profile[0], plot_scaled(profile[1], 1e3));
+  const bool ball = p.indenter.shape == IndenterShape::Sphere;
+  panel
+      .add(ball ? "Hertz, same force" : "half space, same force", profile[0], plot_scaled(profile[2], 1e3), 1)
+      .dashed = true;
   const std::string stem = (common.out / "contact").string();
   write_whole(stem + ".csv", std::string_view(csv_of("r_mm,pressure_MPa,half_space_pressure_MPa", profile)));
   std::string written = "written: " + stem + ".csv";
-  draw_plots(script, stem, written);
+  draw_plot({.panels = {panel}, .width_px = 860}, stem, written);
   return written;
 }
 
@@ -253,8 +250,7 @@ Report figure(const Common& common, int number) {
   const std::string stem = (common.out / ("fig" + std::to_string(number))).string();
   write_whole(stem + ".csv", std::string_view(csv_of(f.header, f.columns)));
   std::string written = "written: " + stem + ".csv";
-  draw_plots([&](PlotKind kind) { return number == 7 ? figure7_script(f, kind) : figure8_script(f, kind); },
-             stem, written);
+  draw_plot(number == 7 ? figure7_plot(f) : figure8_plot(f), stem, written);
   return {text + written, value};
 }
 

@@ -7,7 +7,6 @@
 #include "engine/base/text.h"
 #include "engine/elasticity/hertz.h"
 #include "engine/elasticity/modulus/indentation.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -92,22 +91,19 @@ Figure figure7() {
   return f;
 }
 
-std::string figure7_script(const Figure& f, PlotKind kind) {
-  std::string s =
-      plot_head(kind, 1200, 480) + plot_block("d", f.columns) +
-      "set multiplot layout 1,2\nset key top right samplen 2\nset xlabel 'distance from the axis, mm'\n"
-      "set ylabel 'pressure, kPa'\nset yrange [0:*]\n"
-      "set title 'Fig. 7: ball of 2 mm, Hertz as the paper has it (a exceeds the ball)'\nplot ";
-  const char* names[] = {"0.5 N", "1 N", "1.5 N", "0.5 mN", "1 mN", "1.5 mN"};
-  for (size_t c = 0; c < 3; ++c)
-    s += std::string(c ? ", " : "") + "$d using 1:(1e3*$" + std::to_string(c + 2) +
-         ") with lines lw 2 lc rgb '" + plot_colour(c) + "' title '" + names[c] + "'";
-  s += "\nset title 'the same under a thousandth of the force, where Hertz holds'\nset xrange "
-       "[-0.5:0.5]\nplot ";
-  for (size_t c = 3; c < 6; ++c)
-    s += std::string(c > 3 ? ", " : "") + "$d using 1:(1e3*$" + std::to_string(c + 2) +
-         ") with linespoints pt 7 ps 0.4 lw 2 lc rgb '" + plot_colour(c - 3) + "' title '" + names[c] + "'";
-  return s + "\nunset multiplot\n";
+Plot figure7_plot(const Figure& f) {
+  PlotPanel high{"Fig. 7: ball of 2 mm, Hertz as the paper has it (a exceeds the ball)",
+                 "distance from the axis, mm", "pressure, kPa"};
+  high.y_range = {{0, kPlotAuto}};
+  PlotPanel low = high;
+  low.title = "the same under a thousandth of the force, where Hertz holds";
+  low.x_range = {{-0.5, 0.5}};
+  for (size_t c = 0; c < 3; ++c) {
+    high.add(text("%g N", kForces_N[c]), f.columns[0], plot_scaled(f.columns[c + 1], 1e3), c);
+    low.add(text("%g mN", kForces_N[c]), f.columns[0], plot_scaled(f.columns[c + 4], 1e3), c,
+            PlotCurve::Style::LinesAndPoints);
+  }
+  return {.panels = {high, low}, .across = 2, .width_px = 1200, .height_px = 480};
 }
 
 Figure figure8() {
@@ -141,27 +137,25 @@ Figure figure8() {
   return f;
 }
 
-std::string figure8_script(const Figure& f, PlotKind kind) {
-  const size_t radii = std::size(kRadii_mm), moduli = std::size(kModuli_MPa);
-  std::string s =
-      plot_head(kind, 1400, 480) + plot_block("d", f.columns) +
-      "set multiplot layout 1,3\nset key top left samplen 2\nset xlabel 'normal force, N'\nset yrange "
-      "[0:*]\nset ylabel 'sum of the profile along a line, MPa'\n"
-      "set title 'Fig. 8: rigid balls of several radii'\nplot ";
-  for (size_t k = 0; k < radii; ++k)
-    s += std::string(k ? ", " : "") + "$d using 1:" + std::to_string(k + 2) + " with lines lw 2 lc rgb '" +
-         plot_colour(k) + "' title '" + text("R = %g mm", kRadii_mm[k]) + "'";
-  s += "\nset title '" + text("R = %g mm, several moduli of the ball", kBall_mm) + "'\nplot ";
-  for (size_t k = 0; k < moduli; ++k)
-    s += std::string(k ? ", " : "") + "$d using 1:" + std::to_string(k + 2 + radii) +
-         " with lines lw 2 lc rgb '" + plot_colour(k) + "' title '" + text("E = %g MPa", kModuli_MPa[k]) +
-         "'";
-  const std::string first = std::to_string(2 + radii + moduli), second = std::to_string(3 + radii + moduli);
-  s += "\nset title 'summed over the area: the force itself'\nset ylabel 'sum times a point''s area, N'\n"
-       "plot x with lines lw 1 lc rgb '#888888' title 'the force', $d using 1:" +
-       first + " with points pt 6 ps 0.8 lc rgb '#0072b2' title 'R = 0.5 mm', $d using 1:" + second +
-       " with points pt 2 ps 0.6 lc rgb '#d55e00' title 'R = 10 mm'\nunset multiplot\n";
-  return s;
+Plot figure8_plot(const Figure& f) {
+  PlotPanel radii{"Fig. 8: rigid balls of several radii", "normal force, N",
+                  "sum of the profile along a line, MPa"};
+  radii.key = "top left";
+  radii.y_range = {{0, kPlotAuto}};
+  PlotPanel moduli = radii, area = radii;
+  moduli.title = text("R = %g mm, several moduli of the ball", kBall_mm);
+  area.title = "summed over the area: the force itself";
+  area.y_label = "sum times a point's area, N";
+  const std::vector<double>& force_N = f.columns[0];
+  auto column = f.columns.begin() + 1;
+  for (const double radius : kRadii_mm)
+    radii.add(text("R = %g mm", radius), force_N, *column++, radii.curves.size());
+  for (const double modulus : kModuli_MPa)
+    moduli.add(text("E = %g MPa", modulus), force_N, *column++, moduli.curves.size());
+  area.add_line("the force", {0, 0}, {force_N.back(), force_N.back()});
+  area.add("R = 0.5 mm", force_N, *column++, 0, PlotCurve::Style::Points).mark = 6;
+  area.add("R = 10 mm", force_N, *column++, 1, PlotCurve::Style::Points).mark = 2;
+  return {.panels = {radii, moduli, area}, .across = 3, .width_px = 1400, .height_px = 480};
 }
 
 }  // namespace palpate

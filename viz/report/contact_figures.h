@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 
@@ -22,7 +22,7 @@ struct PaperExample {
 };
 PaperExample paper_example();
 
-/// A figure as a table and a script for gnuplot.
+/// A figure as a table.
 struct Figure {
   std::string header;
   std::vector<std::vector<double>> columns;
@@ -31,10 +31,10 @@ struct Figure {
 /// Fig. 7: pressure through the middle of a ball of 2 mm diameter under 0.5, 1 and 1.5 N, points 0.03 mm
 /// apart; and the same under a thousandth of these forces, where Hertz holds.
 Figure figure7();
-std::string figure7_script(const Figure& figure, PlotKind kind);
+Plot figure7_plot(const Figure& figure);
 /// Fig. 8: the profile summed over points 0.03 mm apart, against force, for several radii and moduli of the
 /// indenter; and the sum over the whole area, which depends on neither.
 Figure figure8();
-std::string figure8_script(const Figure& figure, PlotKind kind);
+Plot figure8_plot(const Figure& figure);
 
 }  // namespace palpate

@@ -8,7 +8,6 @@
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -194,31 +193,28 @@ std::string brightest_words(const Problem& p, const std::vector<std::vector<doub
 }
 
 /// Left: what passes at each angle; right: brightness against the contact's index.
-std::string plot_of(const Problem& p, const std::vector<std::vector<double>>& angles,
-                    const std::vector<std::vector<double>>& indices, PlotKind kind) {
-  std::string plot = plot_head(kind, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
-                     "set multiplot layout 1,2 title " + plot_words(brightest_words(p, indices)) +
-                     "\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
-                     palpate::text("set xrange [%.4f:90]\n", p.from_deg) +
-                     palpate::text("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n",
-                                   p.most_deg, p.most_deg) +
-                     "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
-                     "\nset ylabel 'fraction that leaves at one meeting'\nplot ";
+Plot plot_of(const Problem& p, const std::vector<std::vector<double>>& angles,
+             const std::vector<std::vector<double>>& indices) {
+  PlotPanel leaves{"", "angle in the touched layer, deg (dashed: no light reaches the face beyond)",
+                   "fraction that leaves at one meeting"};
+  leaves.x_range = {{p.from_deg, 90}};
+  leaves.y_range = {{0, 1.02}};
+  leaves.key = "bottom left";
   for (size_t c = 0; c < p.contacts.size(); ++c)
-    plot += palpate::text("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
-                          plot_colour(c), name_of(p.contacts[c]).c_str());
-  plot +=
-      "\nunset arrow 1\nset xrange [1:2.5]\nset yrange [0:*]\nset key bottom right\n"
-      "set xlabel 'index of the contact'\nset ylabel 'brightness, relative to the reference (albedo 1)'\n"
-      "plot $n using 1:3 with lines lw 2.5 lc rgb '#0072b2' notitle\nunset multiplot\n";
-  return plot;
+    leaves.add(name_of(p.contacts[c]), angles[0], angles[c + 1], c);
+  leaves.add_line("", {p.most_deg, 0}, {p.most_deg, 1.02});
+  PlotPanel brightness{"", "index of the contact", "brightness, relative to the reference (albedo 1)"};
+  brightness.x_range = {{1, 2.5}};
+  brightness.y_range = {{0, kPlotAuto}};
+  brightness.add("", indices[0], indices[2]);
+  return {brightest_words(p, indices), {leaves, brightness}, 2, 1200, 520};
 }
 
 /// Writes tables and plots; says which.
 std::string write_files(const Common& common, const Problem& p) {
   const std::vector<std::vector<double>> angles = angle_columns(p), indices = index_columns(p);
   const std::string written = write_results(common, "contact_light", csv_of(angle_header(p.contacts), angles),
-                                            [&](PlotKind kind) { return plot_of(p, angles, indices, kind); });
+                                            plot_of(p, angles, indices));
   const std::string file = (common.out / "contact_light_index.csv").string();
   write_whole(file, std::string_view(csv_of("index,leaving_per_meeting,relative", indices)));
   return written + ", " + file;

@@ -9,7 +9,6 @@
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -158,24 +157,22 @@ Report trapped(const Common& common, const TrappedOptions& options) {
       {"best_index", curve[0][static_cast<size_t>(best)]},
       {"best_touching", curve[3][static_cast<size_t>(best)]},
       {"curve", {{"index", curve[0]}, {"entering", curve[1]}, {"guided", curve[2]}, {"touching", curve[3]}}}};
-  const auto script = [&](PlotKind kind) {
-    return plot_head(kind, 900, 560) + plot_block("d", curve) + "set title " +
-           plot_words(palpate::text(
-               "With layer %zu at n = %.4g most light meets the touched face: %.3g %% of the LED's",
-               range.layer + 1, curve[0][static_cast<size_t>(best)],
-               100 * curve[3][static_cast<size_t>(best)])) +
-           "\nset yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'fraction of "
-           "the LED''s light'\n" +
-           palpate::text("set xlabel 'index of layer %zu'\nset xrange [%g:%g]\n", range.layer + 1, range.from,
-                         range.to) +
-           palpate::text("set arrow from %g,0 to %g,1.02 nohead dt 3 lc rgb '#555555'\n",
-                         guide.layers[range.layer].index, guide.layers[range.layer].index) +
-           "plot $d using 1:2 with lines lw 2 lc rgb '#888888' title 'enters', "
-           "$d using 1:3 with lines lw 2 lc rgb '#0072b2' title 'guided', "
-           "$d using 1:4 with lines lw 2.5 lc rgb '#d55e00' title 'meets the touched face'\n";
-  };
-  if (!common.out.empty())
-    text += "\n" + write_results(common, "trapped", csv_of("index,entering,guided,touching", curve), script);
+  if (common.out.empty()) return {text, value};
+  const double own = guide.layers[range.layer].index;
+  PlotPanel panel{
+      palpate::text("With layer %zu at n = %.4g most light meets the touched face: %.3g %% of the LED's",
+                    range.layer + 1, curve[0][static_cast<size_t>(best)],
+                    100 * curve[3][static_cast<size_t>(best)]),
+      palpate::text("index of layer %zu (dashed: as it is)", range.layer + 1), "fraction of the LED's light"};
+  panel.x_range = {{range.from, range.to}};
+  panel.y_range = {{0, 1.02}};
+  panel.key = "outside top center horizontal";
+  panel.add("enters", curve[0], curve[1], kPlotGray);
+  panel.add("guided", curve[0], curve[2]);
+  panel.add("meets the touched face", curve[0], curve[3], 1);
+  panel.add_line("", {own, 0}, {own, 1.02});
+  text += "\n" + write_results(common, "trapped", csv_of("index,entering,guided,touching", curve),
+                               {.panels = {panel}, .width_px = 900, .height_px = 560});
   return {text, value};
 }
 

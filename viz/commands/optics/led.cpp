@@ -1,6 +1,7 @@
 // palpate optics led: position of an LED at the pad's edge, by ray tracing.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/json.h"
 #include "engine/base/text.h"
@@ -8,7 +9,6 @@
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -50,51 +50,39 @@ Json place_json(const Place& p, double depth_mm) {
           {"nine_tenths_have_met_mm", or_null(p.meetings.distance_of(0.9, p.fractions.touching))}};
 }
 
-std::string fan_script(const optics::Waveguide& guide, const std::vector<optics::EdgeRay>& rays,
-                       const Place& place, double length_mm, PlotKind kind) {
-  const double total = total_mm(guide);
-  std::string script = plot_head(kind, 1100, 760), plots;
+Plot fan_plot(const optics::Waveguide& guide, const std::vector<optics::EdgeRay>& rays, const Place& place,
+              double length_mm) {
+  const double total = total_mm(guide), touching = place.fractions.touching;
+  PlotPanel fan{"", "distance from the edge, mm", "depth below the touched face, mm"};
+  fan.x_range = {{0, length_mm}};
+  fan.key = "outside right top";
+  PlotPanel met = fan;
+  fan.y_range = {{-0.02 * total, total * 1.02}};
+  fan.down = true;
   double depth = 0;
-  int object = 1;
   for (size_t i = 0; i < guide.layers.size(); ++i) {
     const double bottom = depth + guide.layers[i].thickness_mm;
-    script +=
-        palpate::text("set object %d rectangle from 0,%g to %g,%g fc rgb '%s' fs solid noborder behind\n",
-                      object, depth, length_mm, bottom, i % 2 ? "#eef4f8" : "#dfeaf2");
-    script += palpate::text("set label %d 'n = %g' at %g,%g left offset 0.5,0 font 'DejaVu Sans,9'\n",
-                            object++, guide.layers[i].index, length_mm, (depth + bottom) / 2);
+    PlotCurve& layer = fan.add(palpate::text("layer %zu, n = %g", i + 1, guide.layers[i].index),
+                               {0, length_mm}, {depth, depth}, i % 2 ? 4 : 5, PlotCurve::Style::Band);
+    layer.low = layer.y;
+    layer.high = {bottom, bottom};
     depth = bottom;
   }
-  constexpr const char* kColours[] = {"#0072b2", "#009e73", "#d55e00"};
-  constexpr const char* kNames[] = {"meets the touched face", "guided, never meets it", "leaves"};
-  for (size_t r = 0; r < rays.size(); ++r) {
-    const std::string name = "r" + std::to_string(r);
-    script += plot_block(name, {rays[r].x_mm, rays[r].depth_mm});
-    plots += "$" + name + " with lines lw 1 lc rgb '" + kColours[static_cast<size_t>(rays[r].fate)] +
-             "' notitle, ";
+  constexpr size_t kColours[] = {0, 2, 1};
+  const char* names[] = {"meets the touched face", "guided, never meets it", "leaves"};
+  for (const optics::EdgeRay& ray : rays) {
+    const auto fate = static_cast<size_t>(ray.fate);
+    fan.add(std::exchange(names[fate], ""), ray.x_mm, ray.depth_mm, kColours[fate]).width = 1;
   }
-  for (size_t k = 0; k < std::size(kNames); ++k)
-    plots +=
-        palpate::text("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
-  script += plot_block("m", {place.meetings.distance_mm, place.meetings.fraction});
-  script += palpate::text(
-      "set multiplot title \"%.3g %% of the LED's light is guided and meets the touched face\"\nset lmargin "
-      "10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
-      "1,0.54\n"
-      "set yrange [%g:%g]\nset key outside top center horizontal samplen 2\nset xlabel ''\n"
-      "set ylabel 'depth below the touched face, mm'\nunset grid\nplot ",
-      100 * place.fractions.touching, length_mm, total * 1.02, -0.02 * total);
-  script += plots + "\n";
-  for (int i = 1; i < object; ++i) script += palpate::text("unset object %d\nunset label %d\n", i, i);
-  script += palpate::text(
-      "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset origin 0,0\nset size 1,0.42\nset key off\n"
-      "set yrange [0:%g]\nset xlabel 'distance from the edge, mm'\n"
-      "set ylabel 'fraction that has met the face (dotted: all)'\n"
-      "set arrow from 0,%g to %g,%g nohead dt 3 lc rgb '#555555'\n"
-      "plot $m with lines lw 2.5 lc rgb '#0072b2'\nunset multiplot\n",
-      std::max(1.08 * place.fractions.touching, 0.01), place.fractions.touching, length_mm,
-      place.fractions.touching);
-  return script;
+  met.y_label = "fraction that has met the face";
+  met.y_range = {{0, std::max(1.08 * touching, 0.01)}};
+  met.add("light", place.meetings.distance_mm, place.meetings.fraction);
+  met.add_line("all of it", {0, touching}, {length_mm, touching});
+  return {palpate::text("%.3g %% of the LED's light is guided and meets the touched face", 100 * touching),
+          {fan, met},
+          1,
+          1100,
+          760};
 }
 
 Report led(const Common& common, const Options& options) {
@@ -165,9 +153,7 @@ Report led(const Common& common, const Options& options) {
                       {"middle_of_layers", places},
                       {"rays", ray_list}};
   if (!common.out.empty())
-    text += "\n" + write_results(common, "led", ray_csv, [&](PlotKind kind) {
-              return fan_script(guide, rays, place, options.length_mm, kind);
-            });
+    text += "\n" + write_results(common, "led", ray_csv, fan_plot(guide, rays, place, options.length_mm));
   return {text, value};
 }
 

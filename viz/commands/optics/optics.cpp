@@ -8,7 +8,6 @@
 #include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 
@@ -99,13 +98,13 @@ double radians(double deg) {
 }
 
 std::string write_results(const Common& common, const std::string& name, const std::string& csv,
-                          const std::function<std::string(PlotKind kind)>& script) {
+                          const Plot& plot) {
   if (common.out.empty()) return {};
   make_output_folder(common.out);
   const std::string stem = (common.out / name).string();
   write_whole(stem + ".csv", std::string_view(csv));
   std::string written = "written: " + stem + ".csv";
-  draw_plots(script, stem, written);
+  draw_plot(plot, stem, written);
   return written;
 }
 

@@ -1,7 +1,6 @@
 // Common parts of the commands of `palpate optics`: names of media and lamps on the command line.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,7 +8,7 @@
 #include "engine/base/json.h"
 #include "engine/optics/edge_light.h"
 #include "viz/commands/command.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 
@@ -44,7 +43,7 @@ double radians(double deg);
 /// Files of a command that draws: NAME.csv, NAME.png, NAME.svg and NAME.pdf in `common.out`. Returns the line
 /// that names what was written; empty without --out.
 std::string write_results(const Common& common, const std::string& name, const std::string& csv,
-                          const std::function<std::string(PlotKind kind)>& script);
+                          const Plot& plot);
 
 void add_optics_stack(CommandLine& group, Common& common, Command& chosen);
 void add_optics_critical(CommandLine& group, Common& common, Command& chosen);

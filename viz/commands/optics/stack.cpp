@@ -9,7 +9,6 @@
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -65,19 +64,17 @@ double angle_in(optics::OpticalIndex index, double s) {
   return along > 0 || s == 0 ? std::atan2(s, along) : kNone;
 }
 
-std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool absorbs,
-                         const std::string& title, PlotKind kind) {
-  std::string script = plot_head(kind, 900, 620) + plot_block("d", sweep) + "set title " + plot_words(title) +
-                       "\nset xrange [0:90]\nset xtics 10\nset yrange [0:1.02]\nset key outside top center "
-                       "horizontal samplen 2\n"
-                       "set xlabel 'angle of incidence, deg'\nset ylabel 'fraction of the light'\nplot ";
-  script +=
-      "$d using 1:4 with lines lw 2.5 lc rgb '#0072b2' title 'reflected', "
-      "$d using 1:2 with lines lw 1.2 dt 2 lc rgb '#0072b2' title 'reflected, s', "
-      "$d using 1:3 with lines lw 1.2 dt 3 lc rgb '#0072b2' title 'reflected, p', "
-      "$d using 1:7 with lines lw 2.5 lc rgb '#009e73' title 'passed'";
-  if (absorbs) script += ", $d using 1:10 with lines lw 2.5 lc rgb '#d55e00' title 'absorbed'";
-  return script + "\n";
+Plot sweep_plot(const std::vector<std::vector<double>>& sweep, bool absorbs, const std::string& title) {
+  PlotPanel panel{title, "angle of incidence, deg", "fraction of the light"};
+  panel.x_range = {{0, 90}};
+  panel.y_range = {{0, 1.02}};
+  panel.key = "outside top center horizontal";
+  panel.add("reflected", sweep[0], sweep[3]);
+  panel.add("reflected, s", sweep[0], sweep[1], 5).dashed = true;
+  panel.add("reflected, p", sweep[0], sweep[2], 3).dashed = true;
+  panel.add("passed", sweep[0], sweep[6], 2);
+  if (absorbs) panel.add("absorbed", sweep[0], sweep[9], 1);
+  return {.panels = {panel}, .width_px = 900, .height_px = 620};
 }
 
 Report stack(const Common& common, const Options& options) {
@@ -150,8 +147,7 @@ Report stack(const Common& common, const Options& options) {
         palpate::text("At %.4g deg %.3g %% of the light is reflected, %.3g %% passes", options.angle_deg,
                       100 * l.mean.reflectance, 100 * l.mean.transmittance) +
         (absorbs ? palpate::text(", %.3g %% is absorbed", 100 * l.mean.absorbed()) : "");
-    text += "\n" + write_results(common, "reflectance", csv,
-                                 [&](PlotKind kind) { return sweep_script(sweep, absorbs, title, kind); });
+    text += "\n" + write_results(common, "reflectance", csv, sweep_plot(sweep, absorbs, title));
   }
   return {text, value};
 }
