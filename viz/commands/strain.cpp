@@ -1,4 +1,5 @@
 // palpate strain: how an object's tactile shape changes from one compression to the next.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -11,8 +12,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -133,90 +133,64 @@ Facts facts_of(const TactileShapes& shapes, const Compression& c, bool skin, dou
   return facts;
 }
 
-std::vector<std::vector<double>> columns_of(std::span<const ShapePoint> points) {
-  std::vector<std::vector<double>> columns(3);
-  for (const ShapePoint& p : points) {
-    columns[0].push_back(p.x_mm);
-    columns[1].push_back(p.y_mm);
-    columns[2].push_back(p.depth_mm);
-  }
-  return columns;
-}
-
 /// Figs. 14 and 15: the points of both compressions before registration and after.
-std::string points_script(const TactileShapes& shapes, const Compression& c, PlotKind kind) {
+Plot points_plot(const TactileShapes& shapes, const Compression& c) {
   std::vector<ShapePoint> warped;
   if (c.match && c.match->reliable())
     for (size_t i = 0; i < c.match->warped.size(); ++i) {
       const auto at = c.match->warped.at(i);
       warped.push_back({at[0], at[1], at[2]});
     }
-  const auto name = [](const TactileShape& s) {
+  Plot plot{.across = 2, .width_px = 1200, .height_px = 520};
+  const auto add = [&](const TactileShape& s, std::span<const ShapePoint> points, size_t colour) {
     const Estimate& f = s.touch.force_N;
-    return gnuplot_quoted(f.validity == Validity::NotCalibrated
-                              ? palpate::text("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
-                              : palpate::text("%.3g N", f.value));
+    PlotCurve& curve = plot.panels.back().add(
+        f.validity == Validity::NotCalibrated
+            ? palpate::text("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
+            : palpate::text("%.3g N", f.value),
+        {}, {}, colour, PlotCurve::Style::Points);
+    for (const ShapePoint& p : points) {
+      curve.add(p.x_mm, p.y_mm);
+      curve.z.push_back(p.depth_mm);
+    }
   };
-  const std::string after =
-      "$after using 1:2:3 with points pt 7 ps 0.5 lc rgb '#222222' title " + name(shapes.after);
-  std::string script =
-      plot_head(kind, warped.empty() ? 640 : 1200, 520) +
-      plot_block("before", columns_of(shapes.before.draws[0])) +
-      plot_block("after", columns_of(shapes.after.draws[0])) +
-      "set view 55,35\nset tics font ',8'\nset xtics offset 0,-0.4\nset ytics offset 0.6,-0.2\nset xlabel "
-      "'x, mm'\nset ylabel 'y, mm'\nset zlabel 'depth, mm' rotate parallel\n"
-      "set zrange [*:*] reverse\nset xyplane 0\n";
-  if (!warped.empty()) script += plot_block("warped", columns_of(warped)) + "set multiplot layout 1,2\n";
-  script +=
-      "set title 'control points before registration'\nsplot $before using 1:2:3 with points pt 7 ps 0.5 lc "
-      "rgb '#d62728' title " +
-      name(shapes.before) + ", " + after + "\n";
-  if (!warped.empty())
-    script +=
-        "set title 'and after it'\nsplot $warped using 1:2:3 with points pt 7 ps 0.5 lc rgb '#d62728' "
-        "title " +
-        name(shapes.before) + ", " + after + "\nunset multiplot\n";
-  return script;
+  const auto panel = [&](const char* title, std::span<const ShapePoint> before) {
+    plot.panels.push_back(
+        {.title = title, .x_label = "x, mm", .y_label = "y, mm", .z_label = "depth, mm", .down = true});
+    add(shapes.before, before, 1);
+    add(shapes.after, shapes.after.draws[0], kPlotBlack);
+  };
+  panel("control points before registration", shapes.before.draws[0]);
+  if (!warped.empty()) panel("and after it", warped);
+  if (warped.empty()) plot.across = 1, plot.width_px = 640;
+  return plot;
 }
 
 /// Where the points went, over the strain of the area between them.
-std::string strain_script(const Compression& c, PlotKind kind) {
-  double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
-  std::vector<std::vector<double>> arrows(4);
+Plot strain_plot(const Compression& c) {
+  PlotCurve arrows{.style = PlotCurve::Style::Arrows, .colour = kPlotBlack, .width = 1};
   constexpr size_t kArrows = 250;
   const size_t step = 1 + c.pairs.size() / kArrows;
   for (size_t n = 0; n < c.pairs.size(); n += step) {
     const MatchedPoint& p = c.pairs[n];
-    const double at[2] = {p.before.x_mm, p.before.y_mm}, by[2] = {p.after.x_mm - at[0], p.after.y_mm - at[1]};
-    for (size_t i = 0; i < 2; ++i) {
-      low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
-      arrows[i].push_back(at[i]);
-      arrows[2 + i].push_back(by[i]);
-    }
+    arrows.add(p.before.x_mm, p.before.y_mm, p.after.x_mm - p.before.x_mm, p.after.y_mm - p.before.y_mm);
   }
-  constexpr size_t kAcross = 60;
+  const auto [left, right] = std::minmax_element(arrows.x.begin(), arrows.x.end());
+  const auto [top, bottom] = std::minmax_element(arrows.y.begin(), arrows.y.end());
+  constexpr uint32_t kAcross = 61;
+  PlotMap map{kAcross, kAcross, (*right - *left) / (kAcross - 1), (*bottom - *top) / (kAcross - 1)};
+  map.x = (*left + *right) / 2;
+  map.y = (*top + *bottom) / 2;
+  map.label = "change of area, %";
+  map.signs = true;
   std::vector<std::array<double, 2>> places;
-  for (size_t j = 0; j <= kAcross; ++j)
-    for (size_t i = 0; i <= kAcross; ++i)
-      places.push_back({low[0] + (high[0] - low[0]) * static_cast<double>(i) / kAcross,
-                        low[1] + (high[1] - low[1]) * static_cast<double>(j) / kAcross});
-  const std::vector<PlaneStrain> strain = c.field->at(places);
-  std::string script = plot_head(kind, 760, 620) + plot_block("arrows", arrows) + "$map << EOD\n";
-  for (size_t i = 0; i < places.size(); ++i) {
-    script += plot_number(places[i][0]) + " " + plot_number(places[i][1]) + " " +
-              plot_number(100 * strain[i].area) + "\n";
-    if ((i + 1) % (kAcross + 1) == 0) script += "\n";
-  }
-  return script +
-         "EOD\nset xlabel 'x, mm'\nset ylabel 'y, mm' \nset cblabel 'change of area, %'\nset size ratio -1\n"
-         "set yrange [*:*] reverse\nset palette defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')\n"
-         "stats $map using 3 nooutput\nm = abs(STATS_max) > abs(STATS_min) ? abs(STATS_max) : "
-         "abs(STATS_min)\n"
-         "set cbrange [m > 0 ? -m : -1 : m > 0 ? m : 1]\nset title " +
-         plot_words(headline(c)) +
-         "\n"
-         "plot $map using 1:2:3 with image notitle, $arrows using 1:2:3:4 with vectors filled lc rgb "
-         "'#222222' notitle\n";
+  for (uint32_t j = 0; j < kAcross; ++j)
+    for (uint32_t i = 0; i < kAcross; ++i)
+      places.push_back({*left + i * map.pitch_x, *top + j * map.pitch_y});
+  for (const PlaneStrain& strain : c.field->at(places)) map.values.push_back(100 * strain.area);
+  PlotPanel panel{headline(c), "x, mm", "y, mm", "", {arrows}, map};
+  panel.down = true;
+  return {.panels = {panel}, .width_px = 760, .height_px = 620};
 }
 
 std::string write_files(const std::filesystem::path& out, const TactileShapes& shapes, const Compression& c,
@@ -234,9 +208,8 @@ std::string write_files(const std::filesystem::path& out, const TactileShapes& s
   write_whole(out / "strain.json", std::string_view(value.dump(2) + "\n"));
   std::string written = "pairs.csv, strain.json";
   if (!shapes.before.control.points.empty() && !shapes.after.control.points.empty())
-    draw_plots([&](PlotKind kind) { return points_script(shapes, c, kind); }, out / "points", written);
-  if (c.reason.empty())
-    draw_plots([&](PlotKind kind) { return strain_script(c, kind); }, out / "strain", written);
+    draw_plot(points_plot(shapes, c), out / "points", written);
+  if (c.reason.empty()) draw_plot(strain_plot(c), out / "strain", written);
   return written;
 }
 

@@ -15,7 +15,7 @@
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -147,90 +147,73 @@ Facts facts_of(const WrenchSeries& series, const std::optional<WrenchCheck>& che
   return facts;
 }
 
-/// A force or moment over time, its 95 % band, and the gauge.
-std::string curve(const WrenchSeries& series, const Estimate TractionSummary::*which, const char* block,
-                  bool gauge) {
-  // A normal force presses.
-  const double least = which == &TractionSummary::fz_N ? 0 : -std::numeric_limits<double>::infinity();
-  std::vector<std::vector<double>> columns(5);
-  for (const WrenchFrame& frame : series.frames) {
-    const Estimate& e = frame.wrench.*which;
-    const bool known = has_value(e);
-    const double row[] = {std::isfinite(frame.time_s) ? frame.time_s : static_cast<double>(frame.frame),
-                          known ? e.value : kNaN,
-                          known ? std::max(least, e.value - 1.96 * e.standard_error) : kNaN,
-                          known ? e.value + 1.96 * e.standard_error : kNaN, gauge ? frame.gauge_N : kNaN};
-    for (size_t i = 0; i < 5; ++i) columns[i].push_back(row[i]);
-  }
-  return plot_block(block, columns);
-}
-
-std::string series_script(const WrenchSeries& series, bool gauge, PlotKind kind) {
+/// Forces and moments over time with their 95 % bands, and the gauge.
+Plot series_plot(const WrenchSeries& series, bool gauge) {
+  std::vector<double> at, gauge_N;
   const bool times = !series.frames.empty() && std::isfinite(series.frames.front().time_s);
-  const bool shear = std::any_of(series.frames.begin(), series.frames.end(),
-                                 [](const WrenchFrame& f) { return has_value(f.wrench.fx_N); });
-  std::string s = plot_head(kind, 1000, 760) + curve(series, &TractionSummary::fz_N, "fz", gauge);
-  s += curve(series, &TractionSummary::mx_Nmm, "mx", false) +
-       curve(series, &TractionSummary::my_Nmm, "my", false);
-  if (shear)
-    s += curve(series, &TractionSummary::fx_N, "fx", false) +
-         curve(series, &TractionSummary::fy_N, "fy", false) +
-         curve(series, &TractionSummary::mz_Nmm, "mz", false);
-  const auto band = [](const char* name, const char* title, size_t colour) {
-    return text(
-        "$%s using 1:3:4 with filledcurves fs transparent solid 0.2 noborder lc rgb '%s' notitle, $%s using "
-        "1:2 with lines lw 2 lc rgb '%s' title '%s'",
-        name, plot_colour(colour), name, plot_colour(colour), title);
+  bool shear = false;
+  for (const WrenchFrame& frame : series.frames) {
+    at.push_back(times ? frame.time_s : static_cast<double>(frame.frame));
+    gauge_N.push_back(frame.gauge_N);
+    shear = shear || has_value(frame.wrench.fx_N);
+  }
+  const char* x_label = times ? "time, s" : "frame";
+  PlotPanel forces{"", x_label, "force, N"}, moments{"", x_label, "moment, N mm"};
+  forces.key = moments.key = "outside right top";
+  const auto add = [&](PlotPanel& panel, const char* name, const Estimate TractionSummary::*which,
+                       size_t colour) {
+    // A normal force presses.
+    const double least = which == &TractionSummary::fz_N ? 0 : -std::numeric_limits<double>::infinity();
+    PlotCurve& curve = panel.add(name, at, {}, colour);
+    for (const WrenchFrame& frame : series.frames) {
+      const Estimate& e = frame.wrench.*which;
+      const double value = has_value(e) ? e.value : kNaN;
+      curve.y.push_back(value);
+      curve.low.push_back(std::isnan(value) ? kNaN : std::max(least, value - 1.96 * e.standard_error));
+      curve.high.push_back(value + 1.96 * e.standard_error);
+    }
   };
-  s += "set key outside right top\nset multiplot layout 2,1 title " + plot_words(headline(series)) + "\n";
-  s += "set ylabel 'force, N'\nset lmargin 10\nset rmargin 18\nplot " + band("fz", "normal, 95 %", 0);
-  if (gauge) s += ", $fz using 1:5 with lines lw 2 dt 2 lc rgb '#222222' title 'gauge'";
-  if (shear) s += ", " + band("fx", "along x", 1) + ", " + band("fy", "along y", 2);
-  s += std::string("\nset xlabel '") + (times ? "time, s" : "frame") + "'\nset ylabel 'moment, N mm'\nplot " +
-       band("mx", "about x", 1) + ", " + band("my", "about y", 2);
-  if (shear) s += ", " + band("mz", "about z", 3);
-  return s + "\nunset multiplot\n";
+  add(forces, "normal, 95 %", &TractionSummary::fz_N, 0);
+  if (gauge) forces.add("gauge", at, gauge_N, kPlotBlack).dashed = true;
+  if (shear) add(forces, "along x", &TractionSummary::fx_N, 1);
+  if (shear) add(forces, "along y", &TractionSummary::fy_N, 2);
+  add(moments, "about x", &TractionSummary::mx_Nmm, 1);
+  add(moments, "about y", &TractionSummary::my_Nmm, 2);
+  if (shear) add(moments, "about z", &TractionSummary::mz_Nmm, 3);
+  return {headline(series), {forces, moments}, 1, 1000, 760};
 }
 
 /// Pressure as colour, shear as arrows.
-std::string map_script(const WrenchSeries& series, PlotKind kind) {
-  const TractionPicture& map = series.at_peak;
-  const WrenchFrame& peak = series.frames[*series.peak];
-  std::string s = plot_head(kind, 860, 620) + "$map << EOD\n";
-  std::vector<std::vector<double>> arrows(4);
+Plot map_plot(const WrenchSeries& series) {
+  const TractionPicture& peak = series.at_peak;
+  const double cell_mm = peak.cell_mm;
+  PlotMap map{peak.width, peak.height, cell_mm, cell_mm};
+  map.values.assign(peak.pressure_kPa.begin(), peak.pressure_kPa.end());
+  map.x = peak.width * cell_mm / 2;
+  map.y = peak.height * cell_mm / 2;
+  map.label = "pressure, kPa";
+  PlotPanel panel{text("Pressure in frame %llu: up to %.3g kPa",
+                       static_cast<unsigned long long>(series.frames[*series.peak].frame),
+                       series.frames[*series.peak].wrench.pressure_max_kPa),
+                  "x, mm", "y, mm"};
+  panel.map = map;
+  panel.down = true;
   double longest = 0;
-  for (size_t i = 0; i < map.shear_x_kPa.size(); ++i)
-    longest = std::max(longest, std::hypot(double{map.shear_x_kPa[i]}, double{map.shear_y_kPa[i]}));
-  const uint32_t step = std::max(1u, map.width / 24);
-  for (uint32_t y = 0; y < map.height; ++y) {
-    for (uint32_t x = 0; x < map.width; ++x) {
-      const size_t i = size_t{y} * map.width + x;
-      const double at_x = (x + 0.5) * map.cell_mm, at_y = (y + 0.5) * map.cell_mm;
-      s +=
-          plot_number(at_x) + " " + plot_number(at_y) + " " + plot_number(double{map.pressure_kPa[i]}) + "\n";
-      if (longest <= 0 || x % step != 0 || y % step != 0) continue;
-      const double scale = step * map.cell_mm / longest;
-      if (std::hypot(double{map.shear_x_kPa[i]}, double{map.shear_y_kPa[i]}) < 0.05 * longest) continue;
-      arrows[0].push_back(at_x);
-      arrows[1].push_back(at_y);
-      arrows[2].push_back(scale * double{map.shear_x_kPa[i]});
-      arrows[3].push_back(scale * double{map.shear_y_kPa[i]});
+  for (size_t i = 0; i < peak.shear_x_kPa.size(); ++i)
+    longest = std::max(longest, std::hypot(double{peak.shear_x_kPa[i]}, double{peak.shear_y_kPa[i]}));
+  if (longest <= 0) return {.panels = {panel}, .width_px = 860, .height_px = 620};
+  panel.title += text("; arrows: shear, up to %.3g kPa", longest);
+  const uint32_t step = std::max(1u, peak.width / 24);
+  const double scale = step * cell_mm / longest;
+  PlotCurve& arrows = panel.add("", {}, {}, kPlotWhite, PlotCurve::Style::Arrows);
+  for (uint32_t y = 0; y < peak.height; y += step)
+    for (uint32_t x = 0; x < peak.width; x += step) {
+      const size_t i = size_t{y} * peak.width + x;
+      const double along_x = double{peak.shear_x_kPa[i]}, along_y = double{peak.shear_y_kPa[i]};
+      if (std::hypot(along_x, along_y) < 0.05 * longest) continue;
+      arrows.add((x + 0.5) * cell_mm, (y + 0.5) * cell_mm, scale * along_x, scale * along_y);
     }
-    s += "\n";
-  }
-  s += "EOD\n" + plot_block("arrows", arrows) + plot_palette();
-  s += plot_colour_bar(0, peak.wrench.pressure_max_kPa);
-  std::string title = text("Pressure in frame %llu: up to %.3g kPa",
-                           static_cast<unsigned long long>(peak.frame), peak.wrench.pressure_max_kPa);
-  if (longest > 0) title += text("; arrows: shear, up to %.3g kPa", longest);
-  s += "set size ratio -1\nset xrange [0:" + plot_number(map.width * map.cell_mm) +
-       "]\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset cblabel 'pressure, kPa'\nset yrange [" +
-       plot_number(map.height * map.cell_mm) + ":0]\nset title " + plot_words(title) +
-       "\nplot $map using 1:2:3 with image notitle";
-  if (!arrows[0].empty())
-    s += ", $arrows using 1:2:3:4 with vectors filled head size screen 0.008,20 lw 1.5 lc rgb '#ffffff' "
-         "notitle";
-  return s + "\n";
+  return {.panels = {panel}, .width_px = 860, .height_px = 620};
 }
 
 Report run(const Common& common, const Options& options) {
@@ -252,9 +235,8 @@ Report run(const Common& common, const Options& options) {
     write_whole(common.out / "wrench.csv", std::string_view(wrench_csv(series)));
     std::string written = "\nwritten: " + (common.out / "wrench.csv").string();
     if (series.peak) {
-      draw_plots([&](PlotKind kind) { return series_script(series, check.has_value(), kind); },
-                 common.out / "wrench", written);
-      draw_plots([&](PlotKind kind) { return map_script(series, kind); }, common.out / "pressure", written);
+      draw_plot(series_plot(series, check.has_value()), common.out / "wrench", written);
+      draw_plot(map_plot(series), common.out / "pressure", written);
     }
     report.text += written;
   }

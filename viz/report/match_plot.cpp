@@ -5,59 +5,53 @@
 #include <vector>
 
 #include "engine/base/text.h"
-#include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
 
-std::vector<std::vector<double>> columns_of(const PointSet& set) {
-  std::vector<std::vector<double>> columns(set.axes);
-  for (size_t i = 0; i < set.size(); ++i)
-    for (uint32_t c = 0; c < set.axes; ++c) columns[c].push_back(set.at(i)[c]);
-  return columns;
-}
-
-// Left: the two sets and their correspondences; right: the template on the target.
-std::string plot(PlotKind kind, const PointSet& from, const PointSet& to, const MatchResult& result) {
-  constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-  std::vector<std::vector<double>> lines(from.axes);
-  for (size_t i = 0; i < result.partners.size(); ++i) {
-    if (!result.partners[i].target) continue;
-    for (uint32_t c = 0; c < from.axes; ++c) {
-      lines[c].push_back(from.at(i)[c]);
-      lines[c].push_back(to.at(*result.partners[i].target)[c]);
-      lines[c].push_back(kGap);
-    }
+void add(PlotPanel& panel, const char* title, const PointSet& set, size_t colour, int mark) {
+  PlotCurve& curve = panel.add(title, {}, {}, colour, PlotCurve::Style::Points);
+  curve.mark = mark;
+  curve.width = 1;
+  for (size_t i = 0; i < set.size(); ++i) {
+    curve.add(set.at(i)[0], set.at(i)[1]);
+    if (set.axes == 3) curve.z.push_back(set.at(i)[2]);
   }
-  const size_t pairs = lines[0].size() / 3;
-  if (lines[0].empty())
-    for (auto& column : lines) column.push_back(kGap);
-  const bool flat = from.axes == 2;
-  const std::string with = flat ? "plot " : "splot ", columns = flat ? " using 1:2 " : " using 1:2:3 ";
-  const std::string title = text("%zu pairs; noise %.3g, evidence %.3g nats a point", pairs, result.noise_sd,
-                                 result.log_likelihood_gain);
-  std::string s = plot_head(kind, 1200, 620) + plot_block("from", columns_of(from)) +
-                  plot_block("to", columns_of(to)) + plot_block("warped", columns_of(result.warped)) +
-                  plot_block("lines", lines);
-  s += "set multiplot layout 1,2\nset key outside bottom center horizontal\n";
-  s += flat ? "set size ratio -1\nset xlabel 'x'\nset ylabel 'y'\n"
-            : "set view equal xyz\nset xlabel 'x'\nset ylabel 'y'\nset zlabel 'z'\n";
-  s += "set title " + gnuplot_quoted(std::string(to_string(result.verdict))) + "\n" + with + "$lines" +
-       columns + "with lines lw 0.7 lc rgb '#aaaaaa' notitle, $to" + columns +
-       "with points pt 7 ps 0.5 lc rgb '" + plot_colour(1) + "' title 'target', $from" + columns +
-       "with points pt 6 ps 0.7 lc rgb '" + plot_colour(0) + "' title 'template'\n";
-  s += "set title " + gnuplot_quoted(title) + "\n" + with + "$to" + columns +
-       "with points pt 7 ps 0.5 lc rgb '" + plot_colour(1) + "' title 'target', $warped" + columns +
-       "with points pt 6 ps 0.7 lc rgb '" + plot_colour(0) + "' title 'warped template'\nunset multiplot\n";
-  return s;
 }
 
 }  // namespace
 
 void draw_match(const std::filesystem::path& folder, const PointSet& from, const PointSet& to,
                 const MatchResult& result, std::string& written) {
-  draw_plots([&](PlotKind kind) { return plot(kind, from, to, result); }, folder / "match", written);
+  // Left: the two sets and their correspondences; right: the template on the target.
+  PlotPanel sets{std::string(to_string(result.verdict)), "x", "y"};
+  sets.z_label = "z";
+  sets.equal = true;
+  sets.key = "outside bottom center horizontal";
+  PlotPanel warped = sets;
+  PlotCurve& lines = sets.add("", {}, {}, kPlotGray);
+  lines.width = 0.7;
+  size_t pairs = 0;
+  for (size_t i = 0; i < result.partners.size(); ++i) {
+    if (!result.partners[i].target) continue;
+    ++pairs;
+    const auto a = from.at(i), b = to.at(*result.partners[i].target);
+    const auto join = [&](std::vector<double>& column, uint32_t axis) {
+      column.insert(column.end(), {a[axis], b[axis], kPlotAuto});
+    };
+    join(lines.x, 0);
+    join(lines.y, 1);
+    if (from.axes == 3) join(lines.z, 2);
+  }
+  add(sets, "target", to, 1, 7);
+  add(sets, "template", from, 0, 6);
+  warped.title = text("%zu pairs; noise %.3g, evidence %.3g nats a point", pairs, result.noise_sd,
+                      result.log_likelihood_gain);
+  add(warped, "target", to, 1, 7);
+  add(warped, "warped template", result.warped, 0, 6);
+  draw_plot({.panels = {sets, warped}, .across = 2, .width_px = 1200, .height_px = 620}, folder / "match",
+            written);
 }
 
 }  // namespace palpate
