@@ -15,7 +15,6 @@
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/report/modulus_report.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -127,9 +126,9 @@ Report run(const Common& common, const Options& o) {
     write_whole(file("points.csv"), std::string_view(points_csv(r.answer)));
     write_whole(file("modulus.json"), std::string_view(report.json.dump(2)));
     std::string written = "written: " + file("modulus.csv") + ", presses.csv, points.csv, modulus.json";
-    draw_plots([&](PlotKind kind) { return modulus_script(r, kind); }, file("modulus"), written);
-    draw_plots([&](PlotKind kind) { return residual_script(r, kind); }, file("residuals"), written);
-    report.say(written);
+    draw_plot(modulus_plot(r), file("modulus"), written);
+    draw_plot(residual_plot(r), file("residuals"), written);
+    text += written;
   }
   return report;
 }

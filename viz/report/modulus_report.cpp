@@ -8,7 +8,6 @@
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -165,10 +164,10 @@ std::string points_csv(const ModulusAnswer& answer) {
   return text;
 }
 
-std::string residual_script(const ModulusReport& r, PlotKind kind) {
-  std::string blocks, plots;
-  size_t colour = 0;
-  double largest = 0;
+Plot residual_plot(const ModulusReport& r) {
+  PlotPanel panel{"", "force, N", "measured less fitted, standard errors"};
+  panel.key = "outside right top";
+  double largest = 0, most_N = 0;
   for (const ModulusEstimate& e : r.answer.methods) {
     std::map<std::string, std::vector<std::vector<double>>> groups;
     for (const ModulusPoint& p : e.points) {
@@ -177,95 +176,62 @@ std::string residual_script(const ModulusReport& r, PlotKind kind) {
       columns[0].push_back(r.frames[p.frame].force_N);
       columns[1].push_back((p.measured - p.fitted) / p.sd);
       largest = std::max(largest, std::abs(columns[1].back()));
+      most_N = std::max(most_N, columns[0].back());
     }
-    for (const auto& [quantity, columns] : groups) {
-      const std::string name = palpate::text("d%zu", colour);
-      blocks += plot_block(name, columns);
-      plots += std::string(plots.empty() ? "plot " : ", ") + "$" + name +
-               " using 1:2 with linespoints pt 7 ps 0.8 lc rgb '" + plot_colour(colour) + "' title '" +
-               to_string(e.way) + ": " + quantity + "'";
-      ++colour;
-    }
+    for (const auto& [quantity, columns] : groups)
+      panel.add(std::string(to_string(e.way)) + ": " + quantity, columns[0], columns[1], panel.curves.size(),
+                PlotCurve::Style::LinesAndPoints);
   }
-  return plot_head(kind, 860, 520) + blocks + "set title " +
-         plot_words(palpate::text("Measured and fitted differ by at most %.2g standard errors", largest)) +
-         "\nset key outside right top samplen 1\nset xlabel 'force, N'\nset ylabel 'measured less fitted, "
-         "standard "
-         "errors'\nset xzeroaxis lw 1 lc rgb '#444444'\n" +
-         (plots.empty() ? "set yrange [-1:1]\nset xrange [0:1]\nset label 'no way has a fit' at graph "
-                          "0.4,0.5\nplot NaN notitle"
-                        : plots) +
-         "\n";
+  panel.title = panel.curves.empty()
+                    ? "no way has a fit"
+                    : palpate::text("Measured and fitted differ by at most %.2g standard errors", largest);
+  if (!panel.curves.empty()) panel.add_line("", {0, 0}, {most_N, 0});
+  return {.panels = {panel}, .width_px = 860};
 }
 
-std::string modulus_script(const ModulusReport& r, PlotKind kind) {
-  std::string text =
-      plot_head(kind, 1100, 480) + "set multiplot layout 1,2 title " + plot_words(headline(r)) + "\n";
+Plot modulus_plot(const ModulusReport& r) {
   // A flat sample's stress over its strain, else what the chosen way compared.
   const ModulusEstimate* shown = &r.answer.methods[static_cast<size_t>(ModulusMethod::StressStrain)];
   if (shown->points.empty()) shown = &r.answer.best();
-  std::map<std::string, std::vector<std::vector<double>>> groups;
-  for (const ModulusPoint& p : shown->points) {
-    auto& columns = groups[p.quantity];
-    columns.resize(4);
-    columns[0].push_back(p.against);
-    columns[1].push_back(p.measured);
-    columns[2].push_back(p.fitted);
-    columns[3].push_back(p.sd);
-  }
   const bool stress = shown->way == ModulusMethod::StressStrain && r.setup.sample.flat();
-  std::string plots;
-  size_t colour = 0;
-  for (const auto& [quantity, columns] : groups) {
-    const std::string name = palpate::text("m%zu", colour);
-    text += plot_block(name, columns);
-    const std::string points = stress ? "2:(1e3*$1):4 with xerrorbars" : "1:2:4 with yerrorbars",
-                      fit = stress ? "3:(1e3*$1)" : "1:3";
-    plots += std::string(plots.empty() ? "plot " : ", ") + "$" + name + " using " + points +
-             " pt 7 ps 0.7 lc rgb '" + plot_colour(colour) + "' title '" + (stress ? "measured" : quantity) +
-             "', $" + name + " using " + fit + " with lines lw 2 lc rgb '" + plot_colour(colour) +
-             "' title 'fit'";
-    ++colour;
+  std::map<std::string, std::pair<PlotCurve, PlotCurve>> groups;  // measured, fitted
+  for (const ModulusPoint& p : shown->points) {
+    auto& [measured, fit] = groups[p.quantity];
+    const double against = stress ? 1e3 * p.against : p.against;
+    measured.add(stress ? p.measured : against, stress ? against : p.measured, p.measured - p.sd,
+                 p.measured + p.sd);
+    fit.add(stress ? p.fitted : against, stress ? against : p.fitted);
   }
-  text +=
-      "set key top left\nset title '" + std::string(to_string(shown->way)) + "'\nset xlabel '" +
-      (stress                                           ? "axial strain"
-       : shown->way == ModulusMethod::DisplacementRatio ? "pad or contact, mm"
-                                                        : "force, N") +
-      "'\nset ylabel '" + (stress ? "stress, kPa" : "measured and fitted") + "'\n" +
-      (plots.empty()
-           ? "set xrange [0:1]\nset yrange [0:1]\nset label 1 'no fit' at graph 0.45,0.5\nplot NaN notitle"
-           : plots) +
-      "\nunset label\nset autoscale\n";
-  std::vector<std::vector<double>> found(4);
-  std::string tics;
+  PlotPanel fits{groups.empty() ? "no fit" : to_string(shown->way),
+                 stress                                           ? "axial strain"
+                 : shown->way == ModulusMethod::DisplacementRatio ? "pad or contact, mm"
+                                                                  : "force, N",
+                 stress ? "stress, kPa" : "measured and fitted"};
+  fits.key = "top left";
+  for (auto& [quantity, curves] : groups) {
+    auto& [measured, fit] = curves;
+    measured.title = stress ? "measured" : quantity;
+    measured.style = PlotCurve::Style::Points;
+    measured.across = stress;
+    fit.title = "fit";
+    measured.colour = fit.colour = fits.curves.size() / 2;
+    fits.curves.insert(fits.curves.end(), {measured, fit});
+  }
+  PlotPanel ways{"Young's modulus by each way, 95 % intervals", "", "Young's modulus, kPa"};
+  ways.x_range = {{-0.5, kModulusMethods - 0.5}};
+  ways.y_range = {{0, r.expected_MPa > 0 ? kPlotAuto : 1}};
+  PlotCurve found{.title = "measured", .style = PlotCurve::Style::Points, .mark = 6, .size = 1.4};
   for (size_t i = 0; i < kModulusMethods; ++i) {
     const ModulusEstimate& e = r.answer.methods[i];
-    // One word a line: the names stand side by side.
-    std::string name = to_string(e.way);
-    for (size_t at = name.find(' '); at != std::string::npos; at = name.find(' ', at + 2))
-      name.replace(at, 1, "\\n");
-    tics += palpate::text("%s\"%s\" %zu", i ? ", " : "", name.c_str(), i);
+    ways.x_tics.emplace_back(to_string(e.way), i);
     if (!e.has_value()) continue;
-    found[0].push_back(static_cast<double>(i));
-    found[1].push_back(1e3 * e.young_MPa);
-    found[2].push_back(1e3 * e.low_MPa);
-    found[3].push_back(1e3 * e.high_MPa);
+    ways.y_range = {{0, kPlotAuto}};
+    found.add(static_cast<double>(i), 1e3 * e.young_MPa, 1e3 * e.low_MPa, 1e3 * e.high_MPa);
   }
-  const bool any = !found[0].empty();
-  if (any) text += plot_block("e", found);
-  text +=
-      "set title 'Young''s modulus by each way, 95 % intervals'\nset bmargin 5\nset xrange [-0.5:3.5]\nset "
-      "yrange "
-      "[0:*]\nset xtics (" +
-      tics + ") font ',9'\nset xlabel ''\nset ylabel 'kPa'\nset key top right\n";
-  std::string curves;
-  if (any) curves = "$e using 1:2:3:4 with yerrorbars pt 6 ps 1.4 lw 1.5 lc rgb '#0072b2' title 'measured'";
-  if (r.expected_MPa > 0)
-    curves += std::string(any ? ", " : "") +
-              palpate::text("%.7g with lines lw 2 lc rgb '#d55e00' title 'known'", 1e3 * r.expected_MPa);
-  if (curves.empty()) text += "set yrange [0:1]\n";
-  return text + "plot " + (curves.empty() ? "NaN notitle" : curves) + "\nunset multiplot\n";
+  ways.curves.push_back(found);
+  const double known = 1e3 * r.expected_MPa;
+  if (known > 0) ways.add("known", {-0.5, kModulusMethods - 0.5}, {known, known}, 1);
+  return {headline(r), {fits, ways}, 2, 1100, 480};
 }
 
 }  // namespace palpate

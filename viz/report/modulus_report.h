@@ -7,7 +7,7 @@
 
 #include "engine/base/facts.h"
 #include "engine/elasticity/modulus/modulus.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 
@@ -24,9 +24,9 @@ Facts facts_of(const ModulusReport& report);
 std::string ways_csv(const ModulusAnswer& answer);
 std::string points_csv(const ModulusAnswer& answer);
 
-/// Scripts for gnuplot: residuals of all methods over the force; and of the chosen way what was measured
-/// beside the fit, with the moduli and their intervals on the right (as the paper's Fig. 16).
-std::string residual_script(const ModulusReport& report, PlotKind kind);
-std::string modulus_script(const ModulusReport& report, PlotKind kind);
+/// Residuals of all methods over the force; and of the chosen way what was measured with the fit, and the
+/// moduli and their intervals on the right (as the paper's Fig. 16).
+Plot residual_plot(const ModulusReport& report);
+Plot modulus_plot(const ModulusReport& report);
 
 }  // namespace palpate

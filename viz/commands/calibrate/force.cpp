@@ -18,7 +18,6 @@
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/report/calibration_plots.h"
-#include "viz/report/gnuplot.h"
 
 namespace palpate {
 namespace {
@@ -39,8 +38,8 @@ std::optional<bool> branches_of(const std::string& text) {
 
 /// The frames of the first recording that come nearest to some forces while loading, as files, and a script
 /// that shows them side by side with their force and gray sum (as the paper's Fig. 11 does).
-std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome,
-                         const std::vector<double>& forces_N, const std::string& stem) {
+Plot write_images(const MeasuredInput& input, const ForceOutcome& outcome,
+                  const std::vector<double>& forces_N, const std::string& stem) {
   std::map<uint64_t, const ForceSample*> wanted;  // by frame
   for (const double force_N : forces_N) {
     const ForceSample* nearest = nullptr;
@@ -59,7 +58,8 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     wanted[nearest->frame] = nearest;
   }
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
-  std::string plots;
+  Plot plot{.across = static_cast<uint32_t>(wanted.size()), .height_px = 380};
+  plot.width_px = 420 * static_cast<int>(wanted.size());
   for (Frame frame; source->next(frame) && frame.sequence <= wanted.rbegin()->first;) {
     const auto found = wanted.find(frame.sequence);
     if (found == wanted.end()) continue;
@@ -67,12 +67,9 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     write_whole(file, encode_image(frame, ".png"));
     const std::string title = palpate::text("%.3f N, G = %.4g gray levels", found->second->force_N,
                                             found->second->features.gray_sum);
-    plots += "set title " + gnuplot_quoted(title) + "\nplot " + gnuplot_quoted(file) +
-             " binary filetype=png with rgbimage notitle\n";
+    plot.panels.push_back({.title = title, .picture = file});
   }
-  return "set terminal pngcairo size " + std::to_string(420 * wanted.size()) +
-         ",380 noenhanced font 'DejaVu Sans,11'\nset multiplot layout 1," + std::to_string(wanted.size()) +
-         "\nset size ratio -1\nunset xtics\nunset ytics\n" + plots + "unset multiplot\n";
+  return plot;
 }
 
 Report force(const Common& common, Options options) {
@@ -113,9 +110,9 @@ Report force(const Common& common, Options options) {
   write_whole(stem + ".csv", std::string_view(samples_csv(outcome)));
   std::string written = "written: " + common.out.string() + ", " + stem + ".csv";
   if (!background.empty()) written += ", " + background.string();
-  draw_plots([&](PlotKind kind) { return plot_script(outcome, kind); }, stem, written);
+  draw_plot(plot_of(outcome), stem, written);
   if (!options.images_N.empty())
-    draw_plot(write_images(first, outcome, options.images_N, stem), stem + "_images.png", written);
+    draw_plot(write_images(first, outcome, options.images_N, stem), stem + "_images", written);
   const int code = !validation_clean(*context)               ? kInternalError
                    : !outcome.choice.calibration.fit_for_use ? static_cast<int>(Failure::Input)
                                                              : 0;

@@ -43,7 +43,7 @@ Report shear(const Common& common, const Options& options) {
   const std::string stem = plot_stem(common, options, "_shear");
   std::string written = "written: " + common.out.string();
   if (!background.empty()) written += ", " + background.string();
-  draw_plots([&](PlotKind kind) { return plot_script(outcome, kind); }, stem, written);
+  draw_plot(plot_of(outcome), stem, written);
   const int code = validation_clean(*context) ? 0 : kInternalError;
   return {describe(outcome) + "\n" + written, to_json(outcome, common.out.string()), code};
 }
