@@ -15,7 +15,7 @@
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -46,36 +46,24 @@ lump::Observation reading_of(const Options& o) {
   return observation;
 }
 
-std::string script_of(const lump::Observation& observation, const lump::Estimate& e) {
-  const PressureMap& map = observation.pressure_Pa.back();
-  std::vector<std::vector<double>> pixels(3), outline(2);
-  for (uint32_t y = 0; y < map.height; ++y)
-    for (uint32_t x = 0; x < map.width; ++x) {
-      pixels[0].push_back(observation.window_mm[0] + (x - (map.width - 1) / 2.0) * map.pitch_mm[0]);
-      pixels[1].push_back(observation.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]);
-      pixels[2].push_back(static_cast<double>(map.at(x, y)));
-    }
-  const bool seen = e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) &&
-                    e.verdict != lump::Status::SeveralLumps && e.verdict != lump::Status::Inconsistent;
-  for (int i = 0; i <= 72 && seen; ++i) {
-    outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
-    outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
+Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
+  const PressureMap& top = observation.pressure_Pa.back();
+  const PlotUnit unit = plot_unit(*std::max_element(top.values.begin(), top.values.end()), "Pa");
+  PlotMap map{top.width, top.height, top.pitch_mm[0], top.pitch_mm[1]};
+  map.values = plot_scaled({top.values.begin(), top.values.end()}, unit.factor);
+  map.x = observation.window_mm[0];
+  map.y = observation.window_mm[1];
+  map.label = "pressure at the highest load, " + unit.name;
+  PlotPanel panel{lump::status_text(e.verdict), "x, mm", "y, mm", "", {}, map};
+  if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) &&
+      e.verdict != lump::Status::SeveralLumps && e.verdict != lump::Status::Inconsistent) {
+    panel.title =
+        palpate::text("%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", to_string(e.shape),
+                      e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low, e.stiffness_ratio.high);
+    const auto [x, y] = plot_ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value);
+    panel.add("", x, y, kPlotWhite);
   }
-  const auto [least, most] = std::minmax_element(pixels[2].begin(), pixels[2].end());
-  const PlotUnit unit = plot_unit(*most, "Pa");
-  std::string script =
-      plot_colour_bar(*least, *most) + plot_block("map", pixels) + plot_block("outline", outline);
-  std::string title = palpate::text("%s", lump::status_text(e.verdict));
-  if (seen)
-    title = palpate::text("%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", to_string(e.shape),
-                          e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low, e.stiffness_ratio.high);
-  script += "set title " + plot_words(title) + "\n" + plot_palette() +
-            "set key off\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset "
-            "autoscale fix\n"
-            "set cblabel 'pressure at the highest load, " +
-            unit.name + "'\nplot $map using 1:2:" + unit.column(3) + " with image";
-  if (seen) script += ", $outline with lines lw 2 lc rgb '#ffffff'";
-  return script + "\n";
+  return {.panels = {panel}, .width_px = 760, .height_px = 600};
 }
 
 Report run(const Common& common, const Options& o) {
@@ -93,8 +81,7 @@ Report run(const Common& common, const Options& o) {
                plot_number(q.value.high) + "," + q.unit + "\n";
     write_whole(common.out / "lump.csv", std::string_view(csv));
     written += ", lump.csv";
-    draw_plots([&](PlotKind kind) { return plot_head(kind, 760, 600) + script_of(observation, estimate); },
-               common.out / "lump", written);
+    draw_plot(plot_of(observation, estimate), common.out / "lump", written);
     report.text += "wrote " + written + "\n";
   }
   return report;

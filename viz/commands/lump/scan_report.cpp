@@ -13,9 +13,8 @@
 #include "engine/fem/scene_json.h"
 #include "palpate/version.h"
 #include "viz/commands/lump/scan.h"
-#include "viz/report/gnuplot.h"
 #include "viz/report/html.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -192,31 +191,15 @@ std::string map_csv(const lump::ScanMap& map) {
   return csv;
 }
 
-std::string ellipse(double x, double y, double width, double height) {
-  std::string lines;
-  for (int i = 0; i <= 72; ++i) {
-    const double angle = 2 * std::numbers::pi * i / 72;
-    lines += plot_number(x + width / 2 * std::cos(angle)) + " " +
-             plot_number(y + height / 2 * std::sin(angle)) + "\n";
-  }
-  return lines;
-}
-
-double largest(const PressureMap& map) {
+/// The map in a unit that suits its largest value.
+std::pair<PlotMap, std::string> plot_map(const PressureMap& map) {
   double most = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) most = std::max(most, static_cast<double>(value));
-  return most;
-}
-
-std::string matrix(const PressureMap& map) {
-  std::string lines;
-  for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
-    for (uint32_t i = 0; i < map.width; ++i)
-      lines += plot_number(place(i, map.width, map.pitch_mm[0])) + " " +
-               plot_number(place(j, map.height, map.pitch_mm[1])) + " " +
-               plot_number(static_cast<double>(map.at(i, j))) + "\n";
-  return lines;
+  const PlotUnit unit = plot_unit(most, "Pa");
+  PlotMap plot{map.width, map.height, map.pitch_mm[0], map.pitch_mm[1]};
+  plot.values = plot_scaled({map.values.begin(), map.values.end()}, unit.factor);
+  return {plot, unit.name};
 }
 
 /// The answer in one sentence.
@@ -234,86 +217,79 @@ std::string headline(const ScanAnswer& a) {
                                e.stiffness_ratio.low, e.stiffness_ratio.high);
 }
 
-std::string map_script(const ScanReport& r) {
+Plot map_plot(const ScanReport& r) {
   const ScanAnswer& a = r.answer;
-  const lump::Observation& observation = a.map.observation;
-  std::string blocks = data_block("map", matrix(observation.pressure_Pa.back())) +
-                       data_block("spread", matrix(a.map.disagreement_Pa));
-  std::string over;
-  const auto draw = [&](const lump::Outline& outline, const char* name, const char* title) {
-    if (!outline.closed) return;
-    std::string lines;
-    for (size_t i = 0; i <= outline.points_mm.size(); ++i) {
-      const auto& p = outline.points_mm[i % outline.points_mm.size()];
-      lines += plot_number(p[0]) + " " + plot_number(p[1]) + "\n";
+  const auto [pressure, unit] = plot_map(a.map.observation.pressure_Pa.back());
+  const auto [disagreement, spread_unit] = plot_map(a.map.disagreement_Pa);
+  PlotPanel map{palpate::text("pressure at %.3g N on the block, %s (gray: not seen)",
+                              a.map.observation.force_N.back(), unit.c_str()),
+                "x, mm",
+                "y, mm",
+                "",
+                {},
+                pressure};
+  map.key = "top left";
+  const auto outline = [&map](const lump::Outline& found, const char* title) {
+    if (!found.closed) return;
+    PlotCurve& curve = map.add(title, {}, {}, kPlotRed);
+    for (size_t i = 0; i <= found.points_mm.size(); ++i) {
+      const auto& p = found.points_mm[i % found.points_mm.size()];
+      curve.add(p[0], p[1]);
     }
-    blocks += data_block(name, lines);
-    over += palpate::text(", $%s using 1:2 with lines lw 2.5 lc rgb '#ff5a5f' %s", name, title);
   };
-  draw(a.outline, "outline", "title 'felt: half height'");
-  if (a.second_outline) draw(*a.second_outline, "outline2", "notitle");
+  outline(a.outline, "felt: half height");
+  if (a.second_outline) outline(*a.second_outline, "");
   if (a.estimate && reports_numbers(a.estimate->verdict)) {
     const lump::Estimate& e = *a.estimate;
-    blocks += data_block("lump", ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value));
-    over += ", $lump using 1:2 with lines lw 2.5 dt 2 lc rgb '#00e5ff' title 'estimated size'";
+    const auto [x, y] = plot_ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value);
+    map.add("estimated size", x, y, kPlotCyan).dashed = true;
   }
   if (r.truth && r.truth->inclusion) {
     std::vector<fem::Inclusion> lumps = {*r.truth->inclusion};
     lumps.insert(lumps.end(), r.truth->others.begin(), r.truth->others.end());
-    std::string lines;
-    for (const fem::Inclusion& lump : lumps)
-      lines += ellipse(lump.offset_mm[0], lump.offset_mm[1], lump.size()[0], lump.size()[1]) + "\n";
-    blocks += data_block("truth", lines);
-    over += ", $truth using 1:2 with lines lw 2 dt 3 lc rgb '#ffffff' title 'true size'";
+    for (const fem::Inclusion& lump : lumps) {
+      const auto [x, y] = plot_ellipse(lump.offset_mm[0], lump.offset_mm[1], lump.size()[0], lump.size()[1]);
+      map.add(&lump == &lumps.front() ? "true size" : "", x, y, kPlotWhite).dashed = true;
+    }
   }
-  std::string windows;
-  for (const lump::PressPlace& p : a.map.places)
-    windows += plot_number(p.stage_mm[0] + p.shift_mm[0]) + " " + plot_number(p.stage_mm[1] + p.shift_mm[1]) +
-               " " + (p.used ? "1" : "0") + "\n";
-  blocks += data_block("windows", windows);
-  const PlotUnit unit = plot_unit(largest(observation.pressure_Pa.back()), "Pa");
-  const PlotUnit spread = plot_unit(largest(a.map.disagreement_Pa), "Pa");
-  return blocks + plot_palette() +
-         "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset autoscale fix\n"
-         "set object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#cccccc' fs solid noborder\n"
-         "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2 title " +
-         plot_words(headline(a)) + "\nset title " +
-         plot_words(palpate::text("pressure at %.3g N on the block, %s (gray: not seen)",
-                                  observation.force_N.back(), unit.name.c_str())) +
-         "\nplot $map using 1:2:" + unit.column(3) + " with image notitle" + over + "\nset title " +
-         plot_words("spread between presses, " + spread.name + "; crosses: the windows' middles") +
-         "\nplot $spread using 1:2:" + spread.column(3) +
-         " with image notitle, $windows using 1:2 with points pt 1 ps 1.2 lw 2 lc rgb '#ffffff' notitle\n"
-         "unset multiplot\n";
+  PlotPanel spread{"spread between presses, " + spread_unit + "; crosses: the windows' middles",
+                   "x, mm",
+                   "y, mm",
+                   "",
+                   {},
+                   disagreement};
+  PlotCurve& windows = spread.add("", {}, {}, kPlotWhite, PlotCurve::Style::Points);
+  windows.mark = 1;
+  windows.size = 1.2;
+  for (const lump::PressPlace& p : a.map.places) {
+    windows.add(p.stage_mm[0] + p.shift_mm[0], p.stage_mm[1] + p.shift_mm[1]);
+  }
+  return {headline(a), {map, spread}, 2, 1120, 520};
 }
 
-std::string profile_script(const ScanAnswer& a) {
-  std::string points, block, curve;
-  double most_Pa = 0;
-  for (size_t i = 0; i < a.profile.x_mm.size(); ++i) {
-    most_Pa = std::max(most_Pa, a.profile.value[i]);
-    points += plot_number(a.profile.x_mm[i]) + " " + plot_number(a.profile.value[i]) + " " +
-              plot_number(a.map.observation.noise_Pa) + "\n";
-    block += plot_number(a.block.x_mm[i]) + " " + plot_number(a.block.value[i]) + "\n";
-    if (a.fit.found)
-      curve += plot_number(a.profile.x_mm[i]) + " " +
-               plot_number(a.block.value[i] + a.fit.at(a.profile.x_mm[i])) + "\n";
-  }
+Plot profile_plot(const ScanAnswer& a) {
+  const std::vector<double>& x = a.profile.x_mm;
+  double most_Pa = 0;  // of what was seen
+  for (const double value : a.profile.value) most_Pa = std::max(most_Pa, value);
   const PlotUnit unit = plot_unit(most_Pa, "Pa");
-  std::string script =
-      data_block("points", points) + data_block("block", block) + data_block("curve", curve) + plot_look() +
-      "set xlabel 'x, mm'\nset ylabel 'pressure, " + unit.name +
-      "'\nset key outside top center horizontal samplen 2\nset title " +
-      plot_words(palpate::text("through y = %.2f mm at %.3g N",
-                               a.outline.found ? std::round(100 * a.outline.y_mm.value) / 100 + 0.0 : 0.0,
-                               a.map.observation.force_N.back())) +
-      palpate::text("\nplot $points using 1:%s:(%g*$3)", unit.column(2).c_str(), unit.factor) +
-      " with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', $block using 1:" +
-      unit.column(2) + " with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
+  PlotPanel panel{palpate::text("through y = %.2f mm at %.3g N",
+                                a.outline.found ? std::round(100 * a.outline.y_mm.value) / 100 + 0.0 : 0.0,
+                                a.map.observation.force_N.back()),
+                  "x, mm", "pressure, " + unit.name};
+  panel.key = "outside top center horizontal";
+  PlotCurve& points = panel.add("map, with its noise", x, plot_scaled(a.profile.value, unit.factor), 0,
+                                PlotCurve::Style::Points);
+  for (const double value : points.y) {
+    points.low.push_back(value - unit.factor * a.map.observation.noise_Pa);
+    points.high.push_back(value + unit.factor * a.map.observation.noise_Pa);
+  }
+  std::vector<double> curve;
+  for (size_t i = 0; a.fit.found && i < x.size(); ++i) curve.push_back(a.block.value[i] + a.fit.at(x[i]));
+  panel.add("smooth block", a.block.x_mm, plot_scaled(a.block.value, unit.factor), kPlotGray).dashed = true;
   if (a.fit.found)
-    script += ", $curve using 1:" + unit.column(2) + " with lines lw 2 lc rgb '#d55e00' title " +
-              plot_words(palpate::text("with Gaussian, s^2 %.3g mm^2", a.fit.width_mm * a.fit.width_mm));
-  return script + "\n";
+    panel.add(palpate::text("with Gaussian, s^2 %.3g mm^2", a.fit.width_mm * a.fit.width_mm), x,
+              plot_scaled(curve, unit.factor), 1);
+  return {.panels = {panel}, .width_px = 640, .height_px = 420};
 }
 
 std::string html_rows(const Rows& rows) {
@@ -465,8 +441,8 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
       (r.answer.second_outline ? "outline_2.csv, " : "") + "pressure_Pa.npy, disagreement_Pa.npy";
   for (const char* stem : {"map", "profile"})
     for (const char* ending : {".svg", ".png", ".pdf"}) fs::remove(folder / (std::string(stem) + ending));
-  draw_scripts(map_script(r), 1120, 520, folder / "map", written);
-  draw_scripts(profile_script(r.answer), 640, 420, folder / "profile", written);
+  draw_plot(map_plot(r), folder / "map", written);
+  draw_plot(profile_plot(r.answer), folder / "profile", written);
   write_whole(folder / "report.html", std::string_view(html(r, folder)));
   return written;
 }
