@@ -226,8 +226,8 @@ TEST(Profile, FiguresAndBytesAreReadable) {
 TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
   const Profile profile = made_up("<script>alert('x')</script> & \"co\"", 2);
   std::vector<DrawnPlot> drawn;
-  for (const Plot& plot : plots_of(profile)) {
-    const Picture picture = run_gnuplot(full_script(plot, PlotKind::Svg));
+  for (const NamedPlot& plot : plots_of(profile)) {
+    const Picture picture = run_gnuplot(plot_script(plot.plot, PlotKind::Svg, plot.name));
     if (picture.missing) break;
     EXPECT_EQ(picture.error, "") << plot.name;
     EXPECT_TRUE(contains(picture.bytes, "</svg>")) << plot.name;
@@ -240,8 +240,8 @@ TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
   EXPECT_EQ(contains(html, "<svg"), !drawn.empty());
 
   const MachineComparison compared = compare_profiles({profile, made_up("it's $HOME `B`", 4)});
-  for (const Plot& plot : comparison_plots(compared.profiles, compared.names)) {
-    const Picture picture = run_gnuplot(full_script(plot, PlotKind::Png));
+  for (const NamedPlot& plot : comparison_plots(compared.profiles, compared.names)) {
+    const Picture picture = run_gnuplot(plot_script(plot.plot, PlotKind::Png));
     if (picture.missing) break;
     EXPECT_EQ(picture.error, "") << plot.name;
     EXPECT_TRUE(contains(picture.bytes.substr(0, 8), "PNG"));

@@ -10,15 +10,15 @@ namespace palpate::perf {
 namespace {
 
 /// Draws and writes all plots; `hindrance` is the first thing that went wrong.
-std::vector<DrawnPlot> draw(const std::vector<Plot>& plots, const std::filesystem::path& out,
+std::vector<DrawnPlot> draw(const std::vector<NamedPlot>& plots, const std::filesystem::path& out,
                             std::string& hindrance) {
   std::vector<DrawnPlot> drawn;
-  for (const Plot& plot : plots) {
-    const Picture svg = run_gnuplot(full_script(plot, PlotKind::Svg));
+  for (const NamedPlot& plot : plots) {
+    const Picture svg = run_gnuplot(plot_script(plot.plot, PlotKind::Svg, plot.name));
     if (!svg.error.empty() && hindrance.empty()) hindrance = svg.error;
     if (svg.missing) break;
-    const Picture png = run_gnuplot(full_script(plot, PlotKind::Png));
-    const Picture pdf = run_gnuplot(full_script(plot, PlotKind::Pdf));
+    const Picture png = run_gnuplot(plot_script(plot.plot, PlotKind::Png, plot.name));
+    const Picture pdf = run_gnuplot(plot_script(plot.plot, PlotKind::Pdf, plot.name));
     if (!svg.bytes.empty()) write_whole(out / (plot.name + ".svg"), svg.bytes);
     if (!png.bytes.empty()) write_whole(out / (plot.name + ".png"), png.bytes);
     if (!pdf.bytes.empty()) write_whole(out / (plot.name + ".pdf"), pdf.bytes);

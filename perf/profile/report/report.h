@@ -13,7 +13,7 @@ namespace palpate::perf {
 
 /// A plot and its SVG, which may be empty where there is no plotting program.
 struct DrawnPlot {
-  Plot plot;
+  NamedPlot plot;
   std::string svg;
 };
 
