@@ -20,6 +20,7 @@
 #include "perf/tools/program.h"
 #include "viz/commands/support/options.h"
 #include "viz/report/gnuplot.h"
+#include "viz/report/plot.h"
 
 namespace palpate::perf {
 namespace {
@@ -160,35 +161,33 @@ std::vector<Frame> round_of_touch(const Options& options, Sensor& sensor, Frame&
   return round;
 }
 
-std::string plot(const std::vector<Sample>& samples, const std::string& title) {
-  std::string data = "$s << EOD\n";
+Plot plot_of(const std::vector<Sample>& samples, const std::string& title) {
+  PlotCurve memory{.title = "resident memory"}, files{.title = "files and devices"},
+      threads{.title = "threads", .colour = 6}, rate{.title = "frames a second", .colour = 2},
+      time{.title = "99 % of frames within, ms", .colour = 1}, gray{.title = "gray sum, gray levels"},
+      depth{.title = "depth, mm", .colour = 3, .dashed = true};
   for (const Sample& s : samples) {
-    const std::string row =
-        text("%g %g %llu %llu %g %g %g %g\n", s.simulated_h, s.resident_MB,
-             static_cast<unsigned long long>(s.files), static_cast<unsigned long long>(s.threads),
-             s.frames_per_s, s.p99_ms, s.gray_drift, s.depth_drift_mm);
-    data += row;
+    const auto add = [&](PlotCurve& curve, double value) { curve.add(s.simulated_h, value); };
+    add(memory, s.resident_MB);
+    add(files, static_cast<double>(s.files));
+    add(threads, static_cast<double>(s.threads));
+    add(rate, s.frames_per_s);
+    add(time, s.p99_ms);
+    add(gray, s.gray_drift);
+    add(depth, s.depth_drift_mm);
   }
-  const auto panel = [](const char* label, const char* what) {
-    return std::string("set ylabel '") + label + "'\nplot " + what + "\n";
+  Plot plot{.title = title, .width_px = 900, .height_px = 1000};
+  const auto add = [&](const char* label, std::vector<PlotCurve> curves, PlotRange range) {
+    plot.panels.push_back(
+        {.x_label = "simulated time, h", .y_label = label, .curves = std::move(curves), .y_range = range});
+    plot.panels.back().key = "above";
   };
-  return data +
-         "EOD\nset terminal pngcairo size 900,1000 font 'DejaVu Sans,10'\nset multiplot layout 4,1 title " +
-         gnuplot_quoted(title) +
-         "\nset grid lc rgb '#dddddd'\nset key above\nset xlabel 'simulated time (h)'\nset yrange "
-         "[0:*]\n" +
-         panel("resident memory (MB)", "$s using 1:2 with lines lw 2 lc rgb '#0072b2' notitle") +
-         panel("open handles",
-               "$s using 1:3 with lines lw 2 lc rgb '#0072b2' title 'files and devices', $s "
-               "using 1:4 with lines lw 2 lc rgb '#e69f00' title 'threads'") +
-         panel("frames/s and ms",
-               "$s using 1:5 with lines lw 2 lc rgb '#009e73' title 'frames a second', $s "
-               "using 1:6 with lines lw 2 lc rgb '#d55e00' title '99 % of frames within, ms'") +
-         "set yrange [-1:1]\n" +
-         panel("drift",
-               "$s using 1:7 with lines lw 2 lc rgb '#000000' title 'gray sum, gray levels', $s using "
-               "1:8 with lines lw 2 dt 2 lc rgb '#cc79a7' title 'depth, mm'") +
-         "unset multiplot\n";
+  const PlotRange from_0 = {{0, kPlotAuto}};
+  add("resident memory, MB", {memory}, from_0);
+  add("open handles", {files, threads}, from_0);
+  add("frames/s and ms", {rate, time}, from_0);
+  add("drift", {gray, depth}, {{-1, 1}});
+  return plot;
 }
 
 /// Slope of resident memory over the second half of the run, MB an hour.
@@ -265,7 +264,7 @@ SessionInfo session_info(const Sensor& sensor, const Frame& background, const Fr
 }
 
 void draw(const std::vector<Sample>& samples, const std::string& title, const std::filesystem::path& out) {
-  const Picture picture = run_gnuplot(plot(samples, title));
+  const Picture picture = run_gnuplot(plot_script(plot_of(samples, title), PlotKind::Png));
   if (picture.bytes.empty()) std::fprintf(stderr, "palpate_soak: no plot: %s\n", picture.error.c_str());
   if (!picture.bytes.empty()) write_whole(out / "soak.png", std::string_view(picture.bytes));
 }

@@ -40,7 +40,7 @@ TEST(LumpStages, OfAnotherModelAreOthers) {
   EXPECT_EQ(stage.copies, 3u);
   EXPECT_EQ(stage.widths, (std::vector<uint32_t>{5, 11, 7, 9, 2}));
   EXPECT_EQ(stage.inputs.size(), 1u);  // names are of other inputs: distinguished by their number
-  const std::string script = network_figure(lump_stages(model), "nothing");
+  const std::string script = plot_script(network_figure(lump_stages(model), "nothing"), PlotKind::Svg);
   for (const char* word :
        {"11 tanh", "7 tanh", "9 tanh", "mean of 3 networks", "taught by presses of known lumps: nothing"})
     EXPECT_NE(script.find(word), std::string::npos) << word;

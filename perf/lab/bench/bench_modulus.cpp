@@ -7,7 +7,7 @@
 #include "engine/base/text.h"
 #include "perf/lab/say.h"
 #include "perf/lab/study/modulus_trials.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate::perf {
 
@@ -41,8 +41,7 @@ std::map<std::string, std::string> modulus_study(gpu::Context& context, const st
              stage ? "known" : "not known", s.valid, s.trials, 100 * s.median, 100 * s.ninety, s.inside));
   }
   std::string written;
-  if (!out.empty())
-    draw_plots([&](PlotKind kind) { return trials_script(trials, kind); }, out / "trials", written);
+  if (!out.empty()) draw_plot(trials_plot(trials), out / "trials", written);
   return {{"trials.csv", trials_csv(trials)},
           {"cl2000x.csv", trials_csv(paper)},
           {"scores.txt", scores_text(trials)}};

@@ -13,7 +13,7 @@
 #include "perf/lab/study/lump_network_figure.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -272,8 +272,7 @@ Report run(const Common& common, const Options& o) {
     draw("fig22_materials", profiles_plot(figures.by_material, "Fig. 22: by material, 2.35 N"));
     if (!inputs.empty()) draw("fig17_inputs", inputs_plot(inputs));
     const lump::Network& network = lump::Network::built_in();
-    draw_scripts(network_figure(lump_stages(network.model()), network.made_from()), 1280, 760,
-                 common.out / "fig18_network", written);
+    draw("fig18_network", network_figure(lump_stages(network.model()), network.made_from()));
     text += "written: " + written + "\n";
   }
   const bool all = std::all_of(figures.by_size.begin(), figures.by_size.end(),

@@ -8,7 +8,6 @@
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "perf/lab/judge/report.h"
-#include "viz/report/gnuplot.h"
 
 namespace palpate {
 namespace {
@@ -88,66 +87,63 @@ std::vector<Panel> panels_of(const judge::Judgement& j) {
   return panels;
 }
 
-/// Tics of an axis at 0, 1, ...
-std::string tics(const judge::Axis& axis) {
-  std::string list;
-  for (size_t i = 0; i < axis.labels.size(); ++i)
-    list += (i > 0 ? "," : "") + gnuplot_quoted(axis.labels[i]) + " " + std::to_string(i);
+/// Names of an axis at 0, 1, ...
+PlotTics tics(const judge::Axis& axis) {
+  PlotTics list;
+  for (const std::string& label : axis.labels) list.emplace_back(label, list.size());
   return list;
 }
 
-std::string panel_script(const judge::Judgement& j, const Panel& panel, size_t number) {
+PlotPanel panel_plot(const judge::Judgement& j, const Panel& panel) {
   const judge::Grid& grid = *panel.grid;
-  std::vector<std::vector<double>> cells(7);
-  std::string marks;
+  PlotMap map{.columns = static_cast<uint32_t>(grid.x.size()), .rows = static_cast<uint32_t>(grid.y.size())};
+  map.x = (map.columns - 1) / 2.0;
+  map.y = (map.rows - 1) / 2.0;
+  map.range = {{panel.least, panel.most}};
+  map.label = "%";
+  PlotCurve words[2];  // on dark cells, and on bright and gray ones
   for (size_t y = 0; y < grid.y.size(); ++y)
     for (size_t x = 0; x < grid.x.size(); ++x) {
       const Shown s = panel.show(grid.at(x, y));
-      const auto at_x = static_cast<double>(x), at_y = static_cast<double>(y);
+      map.values.push_back(s.too_few ? kPlotAuto : s.percent);
       const double shade = (s.percent - panel.least) / (panel.most - panel.least);
-      if (s.too_few) {
-        marks += text("set object rect from %g,%g to %g,%g fc rgb '#e4e4e4' fs solid noborder behind\n",
-                      at_x - 0.5, at_y - 0.5, at_x + 0.5, at_y + 0.5);
-      } else {
-        const double row[] = {at_x, at_y, at_x - 0.5, at_x + 0.5, at_y - 0.5, at_y + 0.5, s.percent};
-        for (size_t c = 0; c < cells.size(); ++c) cells[c].push_back(row[c]);
-      }
-      const std::string words =
-          s.too_few ? text("(%zu)", s.count) : text("%.0f%s\\n%zu", s.percent, s.marked ? " *" : "", s.count);
-      marks += text("set label \"%s\" at %g,%g center front tc rgb '%s' font ',9'\n", words.c_str(), at_x,
-                    at_y + (s.too_few ? 0 : 0.12), s.too_few || shade > 0.55 ? "#000000" : "#ffffff");
+      PlotCurve& curve = words[s.too_few || shade > 0.55];
+      curve.add(static_cast<double>(x), static_cast<double>(y));
+      curve.words.push_back(s.too_few ? text("(%zu)", s.count)
+                                      : text("%.0f%s\\n%zu", s.percent, s.marked ? " *" : "", s.count));
     }
-  if (panel.worst)
-    marks += text("set object rect from %g,%g to %g,%g fs empty border rgb '%s' lw 4 front\n",
-                  static_cast<double>(panel.worst->x) - 0.5, static_cast<double>(panel.worst->y) - 0.5,
-                  static_cast<double>(panel.worst->x) + 0.5, static_cast<double>(panel.worst->y) + 0.5,
-                  plot_colour(1));
-  if (cells[0].empty())
-    for (auto& column : cells) column.push_back(std::nan(""));
-  const std::string name = "cells" + std::to_string(number);
-  return plot_block(name, cells) + "unset label\nunset object\n" + marks + "set title " +
-         gnuplot_quoted(panel.title) + "\nset xlabel " + gnuplot_quoted(j.conditions[grid.x.condition].name) +
-         "\nset ylabel " + gnuplot_quoted(grid.single ? "" : j.conditions[grid.y.condition].name) +
-         "\nset xtics (" + tics(grid.x) + ") rotate by 40 right\nset ytics (" + tics(grid.y) +
-         text(")\nset xrange [-0.5:%g]\nset yrange [-0.5:%g]\nset cbrange [%g:%g]\n",
-              static_cast<double>(grid.x.size()) - 0.5, static_cast<double>(grid.y.size()) - 0.5, panel.least,
-              panel.most) +
-         "plot $" + name + " using 1:2:3:4:5:6:7 with boxxyerror fs solid 1 lc palette notitle\n";
+  for (PlotCurve& curve : words) curve.style = PlotCurve::Style::Words;
+  words[0].colour = kPlotWhite;
+  words[1].colour = kPlotBlack;
+  PlotPanel plot{panel.title,
+                 j.conditions[grid.x.condition].name,
+                 grid.single ? "" : j.conditions[grid.y.condition].name,
+                 "",
+                 {words[0], words[1]},
+                 map};
+  plot.x_tics = tics(grid.x);
+  plot.y_tics = tics(grid.y);
+  if (panel.worst) {
+    const double x = static_cast<double>(panel.worst->x), y = static_cast<double>(panel.worst->y);
+    plot.add("", {x - 0.5, x + 0.5, x + 0.5, x - 0.5, x - 0.5}, {y - 0.5, y - 0.5, y + 0.5, y + 0.5, y - 0.5},
+             1)
+        .width = 4;
+  }
+  return plot;
 }
 
 }  // namespace
 
-std::string coverage_script(const judge::Judgement& j, PlotKind kind) {
+Plot coverage_plot(const judge::Judgement& j) {
   const std::vector<Panel> panels = panels_of(j);
   const size_t each = panels.size() / std::max<size_t>(j.grids.size(), 1),
                columns = each * std::max<size_t>(1, std::min(j.grids.size(), kMostColumns / each)),
                rows = (panels.size() + columns - 1) / columns;
-  std::string script =
-      plot_head(kind, kPanelWidth_px * static_cast<int>(columns), kPanelHeight_px * static_cast<int>(rows)) +
-      plot_palette() + "unset key\nunset grid\nset format cb '%g %%'\n" +
-      text("set multiplot layout %zu,%zu\n", rows, columns);
-  for (size_t p = 0; p < panels.size(); ++p) script += panel_script(j, panels[p], p);
-  return script + "unset multiplot\n";
+  Plot plot{.across = static_cast<uint32_t>(columns),
+            .width_px = kPanelWidth_px * static_cast<int>(columns),
+            .height_px = kPanelHeight_px * static_cast<int>(rows)};
+  for (const Panel& panel : panels) plot.panels.push_back(panel_plot(j, panel));
+  return plot;
 }
 
 std::string write_judgement(const judge::Judgement& judgement, const judge::Cases& cases,
@@ -159,7 +155,7 @@ std::string write_judgement(const judge::Judgement& judgement, const judge::Case
   write_whole(file(".json"), std::string_view(judge::judgement_json(judgement).dump(2) + "\n"));
   write_whole(file("_cases.csv"), std::string_view(judge::cases_csv(cases)));
   std::string written = file(".txt") + ", .csv, .json, " + stem + "_cases.csv";
-  draw_plots([&](PlotKind kind) { return coverage_script(judgement, kind); }, folder / stem, written);
+  draw_plot(coverage_plot(judgement), folder / stem, written);
   return written;
 }
 

@@ -5,14 +5,14 @@
 #include <string>
 
 #include "perf/lab/judge/cells.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 
 /// A panel for each grid and quantity (share of intervals that hold), and each grid's verdicts (wrong and
 /// refused ones). Numbers of cases stand in the cells, those with too few are gray, those below the promise
 /// beyond chance have a star, the worst is framed.
-std::string coverage_script(const judge::Judgement& judgement, PlotKind kind);
+Plot coverage_plot(const judge::Judgement& judgement);
 
 /// Into `folder`: STEM.txt (tables), .csv, .json, .png, .svg, .pdf, and STEM_cases.csv, which
 /// `palpate-lab evaluate table` reads. Returns their names for people. Throws Error(Failure::Output).

@@ -19,7 +19,7 @@
 #include "perf/lab/dataset/file.h"
 #include "perf/lab/dataset/journal.h"
 #include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate::perf {
 namespace {
@@ -198,30 +198,31 @@ Curve tell_model(const SweepCosts& m, double start_s, LumpScaling& result) {
   return columns;
 }
 
-/// `blocks`: the models' curves. `measured`: of threads and, unless empty, of processes.
-std::string plot(const std::string& blocks, const std::array<Curve, 2>& measured,
-                 const std::array<SweepCosts, 2>& models, PlotKind kind) {
-  const bool processes = !measured[1].empty();
-  std::string script = plot_head(kind, 900, 620) + blocks + plot_block("threads", measured[0]);
-  if (processes) script += plot_block("processes", measured[1]);
-  script +=
-      "set logscale xy\nset xlabel 'workers (a core each)'\nset ylabel 'cases a minute'\nset key top "
-      "left\nset xrange [0.8:5000]\n"
-      "set title 'Data sets of lumps: measured on 1 and 2 cores, beyond that a model of 10000 "
-      "cases'\nplot ";
+/// `curves`: of the models. `measured`: of threads and, unless empty, of processes.
+Plot plot_of(const std::array<Curve, 2>& curves, const std::array<Curve, 2>& measured,
+             const std::array<SweepCosts, 2>& models) {
+  PlotPanel panel{"Data sets of lumps: measured on 1 and 2 cores, beyond that a model of 10000 cases",
+                  "workers (a core each)", "cases a minute"};
+  panel.log_x = panel.log_y = true;
+  panel.x_range = {{0.8, 5000}};
+  panel.key = "top left";
   for (size_t i = 0; i < models.size(); ++i) {
-    script += std::string("$model_") + models[i].name + " using 1:2 with lines lw 2 lc rgb '" +
-              plot_colour(i) + "' title " +
-              gnuplot_quoted(std::string("model, ") + models[i].name + " sweep") + ", ";
-    script += text("%g*x with lines dt 3 lc rgb '%s' title '%s without a serial part', ",
-                   60 / models[i].case_s, plot_colour(i), models[i].name);
+    const double per_min = 60 / models[i].case_s;
+    panel.add(std::string("model, ") + models[i].name + " sweep", curves[i][0], curves[i][1], i);
+    panel
+        .add_line(std::string(models[i].name) + " without a serial part", {1, per_min},
+                  {4096, 4096 * per_min})
+        .colour = i;
   }
-  script += std::string("$threads using 1:2 with points pt 7 ps 1.3 lc rgb '") + plot_colour(4) +
-            "' title 'measured, quick sweep, threads'";
-  if (processes)
-    script += std::string(", $processes using 1:2 with points pt 4 ps 1.8 lw 2 lc rgb '") + plot_colour(2) +
-              "' title 'measured, quick sweep, processes'";
-  return script + "\n";
+  constexpr const char* kWays[] = {"measured, quick sweep, threads", "measured, quick sweep, processes"};
+  for (size_t i = 0; i < measured.size(); ++i) {
+    if (measured[i].empty()) continue;
+    PlotCurve& curve =
+        panel.add(kWays[i], measured[i][0], measured[i][1], i ? 2 : 4, PlotCurve::Style::Points);
+    curve.mark = i ? 4 : 7;
+    curve.size = i ? 1.8 : 1.3;
+  }
+  return {.panels = {panel}, .width_px = 900, .height_px = 620};
 }
 
 }  // namespace
@@ -243,12 +244,11 @@ LumpScaling lump_scaling(const fs::path& program) {
   const double usual_s = timed(program.string(), usual, kUsualCases, folder.path).busy_s / kUsualCases;
   const std::array<SweepCosts, 2> models = {
       {{"quick", quick_s, serial}, {"default", usual_s, serial_costs(folder.path)}}};
-  std::string blocks;
-  for (const SweepCosts& m : models)
-    blocks += plot_block(std::string("model_") + m.name, tell_model(m, start_s, result));
+  const Plot plot = plot_of({tell_model(models[0], start_s, result), tell_model(models[1], start_s, result)},
+                            measured, models);
   if (!together) result.words += "no mpirun here: processes are not measured\n";
-  result.png = run_gnuplot(plot(blocks, measured, models, PlotKind::Png)).bytes;
-  result.svg = run_gnuplot(plot(blocks, measured, models, PlotKind::Svg)).bytes;
+  result.png = run_gnuplot(plot_script(plot, PlotKind::Png)).bytes;
+  result.svg = run_gnuplot(plot_script(plot, PlotKind::Svg)).bytes;
   return result;
 }
 

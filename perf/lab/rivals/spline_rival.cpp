@@ -13,6 +13,7 @@
 #include "engine/numeric/thin_plate/thin_plate.h"
 #include "perf/measure.h"
 #include "viz/report/gnuplot.h"
+#include "viz/report/plot.h"
 
 namespace palpate::perf {
 namespace {
@@ -170,28 +171,15 @@ class Study {
   }
 
   SplineStudy take() {
-    std::string script =
-        "set terminal pngcairo size 1000,720\nset logscale xy\nset xlabel 'fit and 100 000 evaluations, "
-        "processor time [ms]'\n"
-        "set ylabel 'RMS error of the field (noise 0.002)'\nset key below maxcols 3\nset grid\nset yrange "
-        "[1e-4:*]\n"
-        "$data << EOD\n";
-    script += plot_ + "EOD\nplot";
-    // One colour for each kernel, one mark for each method.
-    const auto mark = [](const std::string& series) {
-      if (series.find("by the data") != std::string::npos) return 13;
-      return series.find("double") != std::string::npos  ? 4
-             : series.find("float") != std::string::npos ? 8
-                                                         : 7;
-    };
-    const auto colour = [](const std::string& series) {
-      return series.ends_with("log") ? "#0072b2" : series.ends_with("linear") ? "#d55e00" : "#009e73";
-    };
-    for (size_t i = 0; i < series_.size(); ++i)
-      script += std::string(i ? "," : "") + " $data using ($1==" + std::to_string(i) +
-                "?$2:NaN):3 with points ps 1.3 pt " + std::to_string(mark(series_[i])) + " lc rgb '" +
-                colour(series_[i]) + "' title " + gnuplot_quoted(series_[i]);
-    result_.png = run_gnuplot(script + "\n").bytes;
+    PlotPanel panel{"", "fit and 100 000 evaluations, processor time, ms",
+                    "RMS error of the field (noise 0.002)"};
+    panel.log_x = panel.log_y = true;
+    panel.key = "below maxcols 3";
+    panel.y_range = {{1e-4, kPlotAuto}};
+    panel.curves = std::move(series_);
+    result_.png =
+        run_gnuplot(plot_script({.panels = {panel}, .width_px = 1000, .height_px = 720}, PlotKind::Png))
+            .bytes;
     return std::move(result_);
   }
 
@@ -232,15 +220,23 @@ class Study {
         evaluate_ms, r.error);
     if (r.offset != 0 || !std::isfinite(r.error)) return;  // far from the origin is another question
     const std::string title = series + ", " + r.kernel;
-    auto at = std::find(series_.begin(), series_.end(), title);
-    if (at == series_.end()) at = series_.insert(at, title);
-    plot_ += text("%td %g %g\n", at - series_.begin(), fit_ms + evaluate_ms, r.error);
+    auto at =
+        std::find_if(series_.begin(), series_.end(), [&](const PlotCurve& c) { return c.title == title; });
+    if (at == series_.end()) {
+      // One colour for each kernel, one mark for each method.
+      at = series_.insert(at, {.title = title, .style = PlotCurve::Style::Points, .size = 1.3});
+      at->colour = r.kernel == "log" ? 0 : r.kernel == "linear" ? 1 : 2;
+      at->mark = title.find("by the data") != std::string::npos ? 13
+                 : title.find("double") != std::string::npos    ? 4
+                 : title.find("float") != std::string::npos     ? 8
+                                                                : 7;
+    }
+    at->add(fit_ms + evaluate_ms, r.error);
   }
 
   int repetitions_;
   SplineStudy result_;
-  std::string plot_;
-  std::vector<std::string> series_;
+  std::vector<PlotCurve> series_;
 };
 
 }  // namespace

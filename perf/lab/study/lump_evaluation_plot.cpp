@@ -6,8 +6,7 @@
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "perf/lab/dataset/sweep.h"
-#include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace {
@@ -54,100 +53,79 @@ std::string table(const std::vector<lump::Judged>& judged) {
   return csv;
 }
 
-std::string estimates_script(const lump::Score& s, const std::vector<lump::Judged>& judged) {
-  std::string script;
+Plot estimates_plot(const lump::Score& s, const std::vector<lump::Judged>& judged) {
+  Plot plot{.across = 3, .width_px = 1320, .height_px = 460};
   for (size_t p = 0; p < 3; ++p) {
-    std::vector<std::vector<double>> columns(4);
+    PlotPanel panel{text("%s: median error %.1f %%, 90 %% intervals hold %.0f %%", kAxes[p].name,
+                         100 * s.median[p], 100 * s.coverage[p]),
+                    std::string("true ") + kAxes[p].title, std::string("estimated ") + kAxes[p].title};
+    PlotCurve estimates{.style = PlotCurve::Style::Points, .size = 0.35};
+    double most = 0;
     for (const lump::Judged& j : judged) {
       const lump::Value v = values_of(j.estimate)[p];
       if (!j.truth.lump || j.estimate.detection_statistic < 1 || !std::isfinite(v.value)) continue;
-      const std::array<double, 4> row = {truth_of(j.truth)[p], v.value, v.low, v.high};
-      for (size_t c = 0; c < 4; ++c) columns[c].push_back(row[c]);
+      estimates.add(truth_of(j.truth)[p], v.value, v.low, v.high);
+      most = std::max(most, truth_of(j.truth)[p]);
     }
-    if (columns[0].empty())
-      for (auto& column : columns) column.push_back(std::nan(""));
-    script += plot_block(kAxes[p].name, columns);
+    panel.log_x = panel.log_y = kAxes[p].logarithmic;
+    panel.x_range = panel.y_range = kAxes[p].logarithmic ? std::pair{1.0, 50.0} : std::pair{0.0, kPlotAuto};
+    panel.curves.push_back(std::move(estimates));
+    const double from = kAxes[p].logarithmic ? 1 : 0, to = kAxes[p].logarithmic ? 50 : most;
+    panel.add("", {from, to}, {from, to}, 1);
+    plot.panels.push_back(std::move(panel));
   }
-  script += "set multiplot layout 1,3\nset key off\n";
-  for (size_t p = 0; p < 3; ++p) {
-    std::string title = text("%s: median error %.1f %%, 90 %% intervals hold %.0f %%", kAxes[p].name,
-                             100 * s.median[p], 100 * s.coverage[p]);
-    script += std::string("set title ") + gnuplot_quoted(title) + "\nset xlabel 'true " + kAxes[p].title +
-              "'\nset ylabel 'estimated " + kAxes[p].title + "'\n";
-    script += kAxes[p].logarithmic ? "set logscale xy\nset xrange [1:50]\nset yrange [1:50]\n"
-                                   : "unset logscale\nset xrange [0:*]\nset yrange [0:*]\n";
-    script += std::string("plot $") + kAxes[p].name +
-              " using 1:2:3:4 with yerrorbars pt 7 ps 0.35 lw 0.5 lc rgb '#7fb2d9', $" + kAxes[p].name +
-              " using 1:2 with points pt 7 ps 0.35 lc rgb '#0072b2', x with lines lc rgb '#d55e00'\n";
-  }
-  return script + "unset multiplot\n";
+  return plot;
 }
 
-std::string quality_script(const lump::Score& s) {
-  std::vector<std::vector<double>> ratio(4), roc(2), shapes(3);
-  std::string tics;
-  for (size_t r = 0; r < s.by_ratio.size(); ++r) {
-    const lump::ErrorRange& range = s.by_ratio[r];
-    ratio[0].push_back(static_cast<double>(r));
-    for (size_t p = 0; p < 3; ++p) ratio[p + 1].push_back(100 * range.median[p]);
-    std::string tic;
-    if (range.high < 1e8)
-      tic = text("%s'%.0f-%.0f' %zu", r > 0 ? "," : "", range.low, range.high, r);
-    else
-      tic = text("%s'> %.0f' %zu", r > 0 ? "," : "", range.low, r);
-    tics += tic;
+Plot quality_plot(const lump::Score& s) {
+  PlotPanel ratio{"median error by the true stiffness ratio", "true stiffness ratio", "median error, %"};
+  ratio.key = "top left";
+  ratio.x_range = {{-0.6, static_cast<double>(s.by_ratio.size()) - 0.4}};
+  ratio.y_range = {{0, kPlotAuto}};
+  for (size_t p = 0; p < 3; ++p) {
+    PlotCurve& bars = ratio.add(kAxes[p].name, {}, {}, p, PlotCurve::Style::Bars);
+    bars.width = 0.25;
+    for (size_t r = 0; r < s.by_ratio.size(); ++r) {
+      bars.add(static_cast<double>(r) + 0.27 * (static_cast<double>(p) - 1), 100 * s.by_ratio[r].median[p]);
+    }
   }
+  for (const lump::ErrorRange& range : s.by_ratio)
+    ratio.x_tics.emplace_back(
+        range.high < 1e8 ? text("%.0f-%.0f", range.low, range.high) : text("> %.0f", range.low),
+        ratio.x_tics.size());
+  PlotPanel detection{text("detection (d >= 6 mm, h <= 8 mm): %.1f %% at specificity %.1f %%",
+                           100 * s.goal_sensitivity, 100 * s.specificity),
+                      "false alarms, %", "lumps detected, %"};
+  detection.x_range = {{0, 100}};
+  detection.y_range = {{0, 101}};
+  PlotCurve& roc = detection.add("", {}, {}, 0, PlotCurve::Style::Steps);
   for (const auto& point : s.roc) {
-    roc[0].push_back(100 * point[0]);
-    roc[1].push_back(100 * point[1]);
+    roc.add(100 * point[0], 100 * point[1]);
   }
-  std::string labels;
+  detection.add_line("", {0, 0}, {100, 100});
+  PlotPanel shapes{text("shape right in %.1f %%", 100 * s.shape_rate), "answer", "truth"};
+  PlotMap map{.columns = 4, .rows = 4, .range = {{0, 100}}, .x = 1.5, .y = 1.5, .label = "% of the truth"};
+  PlotCurve counts[2];  // on dark and on bright cells
   for (size_t a = 0; a < 4; ++a) {
     size_t sum = 0;
     for (const size_t n : s.shapes[a]) sum += n;
+    shapes.x_tics.emplace_back(to_string(static_cast<InclusionShape>(a)), a);
     for (size_t b = 0; b < 4; ++b) {
-      const double fraction =
-          sum > 0 ? 100.0 * static_cast<double>(s.shapes[a][b]) / static_cast<double>(sum) : 0;
-      shapes[0].push_back(static_cast<double>(b));
-      shapes[1].push_back(static_cast<double>(a));
-      shapes[2].push_back(fraction);
-      std::string label = text("set label '%zu' at %zu,%zu center front tc rgb '%s'\n", s.shapes[a][b], b, a,
-                               fraction > 55 ? "#000000" : "#ffffff");
-      labels += label;
+      map.values.push_back(sum > 0 ? 100.0 * static_cast<double>(s.shapes[a][b]) / static_cast<double>(sum)
+                                   : 0);
+      PlotCurve& curve = counts[map.values.back() > 55];
+      curve.add(static_cast<double>(b), static_cast<double>(a));
+      curve.words.push_back(std::to_string(s.shapes[a][b]));
     }
   }
-  std::string script = plot_block("ratio", ratio) + plot_block("roc", roc) + plot_block("shapes", shapes);
-  script +=
-      "set multiplot layout 1,3\nset title 'median error by the true stiffness ratio'\nset xlabel 'true "
-      "stiffness ratio'\nset ylabel 'median error, %'\n"
-      "set xtics (" +
-      tics +
-      ")\nset xrange [-0.6:4.6]\nset yrange [0:*]\nset key top left\nset style fill solid 0.9\nset boxwidth "
-      "0.25\n";
-  for (size_t p = 0; p < 3; ++p) {
-    script += p == 0 ? "plot " : ", ";
-    script += "$ratio using ($1+" + plot_number(0.27 * (static_cast<double>(p) - 1)) +
-              "):" + std::to_string(p + 2) + " with boxes lc rgb '" + plot_colour(p) + "' title '" +
-              kAxes[p].name + "'";
-  }
-  std::string title = text("detection (d >= 6 mm, h <= 8 mm): %.1f %% at specificity %.1f %%",
-                           100 * s.goal_sensitivity, 100 * s.specificity);
-  script += std::string("\nset key off\nset xtics auto\nset xrange [0:100]\nset yrange [0:101]\nset title ") +
-            gnuplot_quoted(title) +
-            "\nset xlabel 'false alarms, %'\nset ylabel 'lumps detected, %'\nplot $roc with steps lw 2 lc "
-            "rgb '#0072b2', x with lines dt 2 lc rgb '#888888'\n";
-  title = text("shape right in %.1f %%", 100 * s.shape_rate);
-  std::string names;
-  for (size_t i = 0; i < 4; ++i)
-    names += std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<InclusionShape>(i)) + "' " +
-             std::to_string(i);
-  script += std::string("set title ") + gnuplot_quoted(title) +
-            "\nset xlabel 'answer'\nset ylabel 'truth'\nset xtics (" + names +
-            ") rotate by 30 right\nset ytics (" + names +
-            ")\nset xrange [-0.5:3.5]\nset yrange [3.5:-0.5]\nunset grid\nset cbrange [0:100]\nset cblabel "
-            "'% of the truth'\n" +
-            plot_palette() + labels + "plot $shapes using 1:2:3 with image\nunset multiplot\n";
-  return script;
+  for (PlotCurve& curve : counts) curve.style = PlotCurve::Style::Words;
+  counts[0].colour = kPlotWhite;
+  counts[1].colour = kPlotBlack;
+  shapes.curves = {counts[0], counts[1]};
+  shapes.y_tics = shapes.x_tics;
+  shapes.map = map;
+  shapes.down = true;
+  return {.panels = {ratio, detection, shapes}, .across = 3, .width_px = 1320, .height_px = 460};
 }
 
 }  // namespace
@@ -157,11 +135,8 @@ std::string write_score(const lump::Score& score, const std::vector<lump::Judged
   make_output_folder(folder);
   write_whole(folder + "/lump_evaluation.csv", std::string_view(table(judged)));
   std::string written = folder + "/lump_evaluation.csv";
-  const std::array<std::pair<const char*, std::string>, 2> pictures = {
-      std::pair{"estimates", estimates_script(score, judged)}, std::pair{"quality", quality_script(score)}};
-  for (const auto& picture : pictures)
-    draw_plots([&](PlotKind kind) { return plot_head(kind, 1320, 460) + picture.second; },
-               folder + "/" + picture.first, written);
+  draw_plot(estimates_plot(score, judged), folder + "/estimates", written);
+  draw_plot(quality_plot(score), folder + "/quality", written);
   return written;
 }
 

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
-
 namespace palpate {
 namespace {
 
@@ -18,13 +15,26 @@ constexpr double kNamesLeft = 22, kNamesRight = 17;  // beside the dots, for wha
 constexpr size_t kLettersOfBox = 31;
 constexpr uint32_t kMostDots = 14;  // of a layer; of more the first and last are drawn
 
-std::string at(double x, double y) {
-  return plot_number(x) + "," + plot_number(y);
+void label(PlotPanel& sheet, const std::string& text, double x, double y, const char* align,
+           double points = 9, size_t colour = kPlotBlack) {
+  PlotCurve& words = sheet.add("", {x}, {y}, colour, PlotCurve::Style::Words);
+  words.words = {text};
+  words.align = align;
+  words.size = points / 18;
 }
 
-std::string label(const std::string& text, double x, double y, const char* place,
-                  const char* look = "font ',9'") {
-  return "set label " + gnuplot_quoted(text) + " at " + at(x, y) + " " + place + " front " + look + "\n";
+void rectangle(PlotPanel& sheet, double left, double right, double low, double high, size_t colour) {
+  PlotCurve& fill = sheet.add("", {left, right}, {low, low}, colour, PlotCurve::Style::Band);
+  fill.low = {low, low};
+  fill.high = {high, high};
+  sheet.add("", {left, right, right, left, left}, {low, low, high, high, low}, kPlotGray).width = 1;
+}
+
+void arrow(PlotPanel& sheet, double x0, double y0, double x1, double y1) {
+  PlotCurve& line = sheet.add("", {x0}, {y0}, 4, PlotCurve::Style::Arrows);
+  line.low = {x1 - x0};
+  line.high = {y1 - y0};
+  line.width = 1.6;
 }
 
 /// Lines of at most so many letters, broken between words.
@@ -47,32 +57,22 @@ std::string widths_text(const lump::Stage& stage) {
 }
 
 /// A box with its name, what goes in and what comes out.
-std::string box(const lump::Stage& stage, double left, double right, double low, double high) {
-  std::string script = "set object rectangle from " + at(left, low) + " to " + at(right, high) +
-                       " behind fc rgb '" +
-                       (stage.kind == lump::Stage::Kind::Search ? "#fdebd0" : "#e8f0f8") +
-                       "' fs solid border lc rgb '#666666'\n";
-  double y = high - 1.3;
+void box(PlotPanel& sheet, const lump::Stage& stage, double left, double right) {
+  rectangle(sheet, left, right, kBoxLow, kBoxHigh, stage.kind == lump::Stage::Kind::Search ? 6 : 5);
+  double y = kBoxHigh - 1.3;
   for (const std::string& line : wrapped(stage.name, kLettersOfBox - 4)) {
-    script += label(line, (left + right) / 2, y, "center", "font ',11'");
+    label(sheet, line, (left + right) / 2, y, "center", 11);
     y -= 1.9;
   }
-  const auto lines = [&](const std::string& text, const char* look) {
+  const auto lines = [&](const std::string& text, size_t colour) {
     for (const std::string& line : wrapped(text, kLettersOfBox)) {
-      script += label(line, left + 0.8, y, "left", look);
+      label(sheet, line, left + 0.8, y, "left", 9, colour);
       y -= 1.6;
     }
   };
-  for (const std::string& in : stage.inputs) lines("in: " + in, "font ',9' tc rgb '#444444'");
-  if (!stage.widths.empty()) lines(widths_text(stage), "font ',9' tc rgb '#0072b2'");
-  for (const std::string& out : stage.outputs)
-    lines((stage.inputs.empty() ? "" : "out: ") + out, "font ',9'");
-  return script;
-}
-
-std::string arrow(double x0, double y0, double x1, double y1, const char* look = "") {
-  return "set arrow from " + at(x0, y0) + " to " + at(x1, y1) + " lw 1.6 lc rgb '#444444' size 1,20 filled " +
-         look + "\n";
+  for (const std::string& in : stage.inputs) lines("in: " + in, 4);
+  if (!stage.widths.empty()) lines(widths_text(stage), 0);
+  for (const std::string& out : stage.outputs) lines((stage.inputs.empty() ? "" : "out: ") + out, kPlotBlack);
 }
 
 /// Where the drawn dots of a layer lie; NaN for the gap.
@@ -89,11 +89,8 @@ std::vector<double> dots(uint32_t width) {
 }
 
 /// The layers as columns of dots, all joined with all of the next.
-std::string network(const lump::Stage& stage, double from, double to, const std::string& name,
-                    std::string& blocks) {
+void network(PlotPanel& sheet, const lump::Stage& stage, double from, double to) {
   const double left = from + kNamesLeft, right = to - kNamesRight;
-  constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-  std::string script;
   std::vector<std::vector<double>> columns, nodes(2), links(2);
   const auto add = [](std::vector<std::vector<double>>& block, double x, double y) {
     block[0].push_back(x);
@@ -117,15 +114,16 @@ std::string network(const lump::Stage& stage, double from, double to, const std:
       for (const double next : c + 1 < columns.size() ? columns[c + 1] : std::vector<double>()) {
         add(links, x, y);
         add(links, x + step, next);
-        add(links, kGap, kGap);
+        add(links, kPlotAuto, kPlotAuto);
       }
     }
     const bool hidden = c > 0 && c + 1 < columns.size();
-    script += label(std::to_string(stage.widths[c]) + (hidden   ? " tanh"
-                                                       : c == 0 ? " in"
-                                                                : " out"),
-                    x, kNetLow - 2, "center");
-    if (stage.widths[c] > columns[c].size()) script += label("...", x, (kNetLow + kNetHigh) / 2, "center");
+    label(sheet,
+          std::to_string(stage.widths[c]) + (hidden   ? " tanh"
+                                             : c == 0 ? " in"
+                                                      : " out"),
+          x, kNetLow - 2, "center");
+    if (stage.widths[c] > columns[c].size()) label(sheet, "...", x, (kNetLow + kNetHigh) / 2, "center");
   }
   const double middle = (kNetLow + kNetHigh) / 2;
   const auto beside = [&](const std::vector<std::string>& texts, double at_x, const char* place,
@@ -135,25 +133,25 @@ std::string network(const lump::Stage& stage, double from, double to, const std:
       for (std::string& line : wrapped(text, letters)) lines.push_back(std::move(line));
     double y = middle + 0.8 * static_cast<double>(lines.size());
     for (const std::string& line : lines) {
-      script += label(line, at_x, y, place);
+      label(sheet, line, at_x, y, place);
       y -= 1.7;
     }
   };
   for (size_t i = 0; named && i < stage.inputs.size(); ++i)
-    script += label(stage.inputs[i], left - 1.2, columns.front()[i], "right");
+    label(sheet, stage.inputs[i], left - 1.2, columns.front()[i], "right");
   if (!named) beside(stage.inputs, left - 1.2, "right", 28);
   beside(stage.outputs, right + 1.2, "left", 21);
-  script += label(
-      stage.name + (stage.copies > 1 ? ": the mean of " + std::to_string(stage.copies) + " networks" : ""),
-      (left + right) / 2, kNetHigh + 2.2, "center", "font ',11'");
-  blocks += plot_block(name + "nodes", nodes) + plot_block(name + "links", links);
-  return script;
+  label(sheet,
+        stage.name + (stage.copies > 1 ? ": the mean of " + std::to_string(stage.copies) + " networks" : ""),
+        (left + right) / 2, kNetHigh + 2.2, "center", 11);
+  sheet.add("", links[0], links[1], kPlotGray).width = 0.2;
+  sheet.add("", nodes[0], nodes[1], 0, PlotCurve::Style::Points).size = 0.8;
 }
 
 }  // namespace
 
-std::string network_figure(const std::vector<lump::Stage>& stages, const std::string& made_from) {
-  std::string blocks, script;
+Plot network_figure(const std::vector<lump::Stage>& stages, const std::string& made_from) {
+  PlotPanel sheet{.x_range = {{0, kWide}}, .y_range = {{0, kHigh}}, .bare = true};
   std::vector<const lump::Stage*> row, networks;
   for (const lump::Stage& stage : stages)
     (stage.kind == lump::Stage::Kind::Network ? networks : row).push_back(&stage);
@@ -162,38 +160,28 @@ std::string network_figure(const std::vector<lump::Stage>& stages, const std::st
   double search = kWide / 2;
   for (size_t i = 0; i < row.size(); ++i) {
     const double left = 2 + (width + gap) * static_cast<double>(i);
-    script += box(*row[i], left, left + width, kBoxLow, kBoxHigh);
-    if (i > 0) script += arrow(left - gap, (kBoxLow + kBoxHigh) / 2, left, (kBoxLow + kBoxHigh) / 2);
+    box(sheet, *row[i], left, left + width);
+    if (i > 0) arrow(sheet, left - gap, (kBoxLow + kBoxHigh) / 2, left, (kBoxLow + kBoxHigh) / 2);
     if (row[i]->kind == lump::Stage::Kind::Search) search = left + width / 2;
   }
-  script += label("the inverse way: from a reading to the lump", 2, kBoxHigh + 1.6, "left", "font ',12'");
-  script += label("the forward way: finite elements at large strain, and networks taught by them", 2,
-                  kTopHigh + 2, "left", "font ',12'");
-  script += "set object rectangle from " + at(2, kTopLow) + " to " + at(kWide - 2, kTopHigh) +
-            " behind fc rgb '#e3f4ec' fs solid border lc rgb '#666666'\n";
+  label(sheet, "the inverse way: from a reading to the lump", 2, kBoxHigh + 1.6, "left", 12);
+  label(sheet, "the forward way: finite elements at large strain, and networks taught by them", 2,
+        kTopHigh + 2, "left", 12);
+  rectangle(sheet, 2, kWide - 2, kTopLow, kTopHigh, 2);
   double y = kTopHigh - 1.5;
   for (const std::string& line : wrapped("taught by presses of known lumps: " + made_from, 190)) {
-    script += label(line, 3, y, "left");
+    label(sheet, line, 3, y, "left");
     y -= 1.7;
   }
-  std::string plots;
   const double fraction = kWide / static_cast<double>(std::max<size_t>(1, networks.size()));
   for (size_t n = 0; n < networks.size(); ++n) {
     const double from = fraction * static_cast<double>(n),
                  middle = from + (fraction + kNamesLeft - kNamesRight) / 2;
-    const std::string name = "n" + std::to_string(n);
-    script += network(*networks[n], from, from + fraction, name, blocks);
-    script += arrow(middle, kTopLow, middle, kNetHigh + 3.6);
-    script += arrow(middle, kNetLow - 3.4, search + (n == 0 ? -3 : 3), kBoxHigh);
-    plots += (plots.empty() ? "plot $" : ", $") + name +
-             "links using 1:2 with lines lw 0.3 lc rgb '#c8c8c8', $" + name +
-             "nodes using 1:2 with points pt 7 ps 0.8 lc rgb '#0072b2'";
+    network(sheet, *networks[n], from, from + fraction);
+    arrow(sheet, middle, kTopLow, middle, kNetHigh + 3.6);
+    arrow(sheet, middle, kNetLow - 3.4, search + (n == 0 ? -3 : 3), kBoxHigh);
   }
-  return blocks +
-         "set lmargin 0\nset rmargin 0\nset tmargin 0\nset bmargin 0\nunset border\nunset tics\nunset grid\n"
-         "unset key\nset xrange [0:" +
-         plot_number(kWide) + "]\nset yrange [0:" + plot_number(kHigh) + "]\n" + script +
-         (plots.empty() ? "plot NaN" : plots) + "\n";
+  return {.panels = {sheet}, .width_px = 1280, .height_px = 760};
 }
 
 }  // namespace palpate

@@ -5,10 +5,11 @@
 #include <vector>
 
 #include "perf/lab/study/stages.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 
-/// Script for gnuplot, after plot_head(). `made_from`: what the network was trained by, one line.
-std::string network_figure(const std::vector<lump::Stage>& stages, const std::string& made_from);
+/// `made_from`: what the network was trained by, one line.
+Plot network_figure(const std::vector<lump::Stage>& stages, const std::string& made_from);
 
 }  // namespace palpate

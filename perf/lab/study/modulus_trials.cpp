@@ -9,7 +9,6 @@
 #include "capture/run/modulus_frames.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate::perf {
 namespace {
@@ -153,38 +152,30 @@ std::string scores_text(const std::vector<ModulusTrial>& trials) {
   return out;
 }
 
-std::string trials_script(const std::vector<ModulusTrial>& trials, PlotKind kind) {
-  std::string script = plot_head(kind, 1160, 520), plots[2];
-  size_t colour = 0;
-  for (const bool stage : {true, false})
+Plot trials_plot(const std::vector<ModulusTrial>& trials) {
+  Plot plot{.across = 2, .width_px = 1160, .height_px = 520};
+  for (const bool stage : {true, false}) {
+    PlotPanel panel{stage ? "stage beside the camera" : "stage not known: camera alone", "true modulus, kPa",
+                    "estimate and 95 % interval, kPa"};
+    panel.log_x = panel.log_y = true;
+    panel.x_range = {{4, 7000}};
+    panel.y_range = {{3, 9000}};
+    panel.key = "top left";
+    panel.add("truth", {4, 7000}, {4, 7000}, 4).width = 1.5;
     for (const SampleShape shape : {SampleShape::Cube, SampleShape::Cylinder, SampleShape::Sphere}) {
-      std::vector<std::vector<double>> columns(4);
+      const size_t colour = panel.curves.size() - 1;
+      PlotCurve& curve = panel.add(to_string(shape), {}, {}, colour, PlotCurve::Style::Points);
       for (const ModulusTrial& t : trials) {
         if (t.shape != shape || t.stage != stage || !t.valid()) continue;
         // Side by side, not one upon the other.
-        const double aside = 1 + 0.06 * (static_cast<double>(colour % 3) - 1);
-        columns[0].push_back(1e3 * t.truth_MPa * aside);
-        columns[1].push_back(1e3 * t.answer.best().young_MPa);
-        columns[2].push_back(1e3 * t.answer.best().low_MPa);
-        columns[3].push_back(1e3 * t.answer.best().high_MPa);
+        curve.add(1e3 * t.truth_MPa * (1 + 0.06 * (static_cast<double>(colour) - 1)),
+                  1e3 * t.answer.best().young_MPa, 1e3 * t.answer.best().low_MPa,
+                  1e3 * t.answer.best().high_MPa);
       }
-      if (!columns[0].empty()) {
-        const std::string name = text("t%zu", colour);
-        script += plot_block(name, columns);
-        plots[stage ? 0 : 1] += ", $" + name + " using 1:2:3:4 with yerrorbars pt 7 ps 0.5 lc rgb '" +
-                                plot_colour(colour % 3) + "' title '" + to_string(shape) + "'";
-      }
-      ++colour;
     }
-  script +=
-      "set multiplot layout 1,2\nset logscale xy\nset xrange [4:7000]\nset yrange [3:9000]\nset key top "
-      "left\n"
-      "set xlabel 'true modulus, kPa'\nset ylabel 'estimate and 95 % interval, kPa'\n";
-  for (const bool stage : {true, false})
-    script += text("set title 'stage %s'\nplot x with lines lw 1.5 lc rgb '#444444' title 'truth'",
-                   stage ? "beside the camera" : "not known: camera alone") +
-              plots[stage ? 0 : 1] + "\n";
-  return script + "unset multiplot\n";
+    plot.panels.push_back(std::move(panel));
+  }
+  return plot;
 }
 
 }  // namespace palpate::perf

@@ -7,7 +7,7 @@
 
 #include "capture/synthetic/modulus_press.h"
 #include "engine/elasticity/modulus/modulus.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/plot.h"
 
 namespace palpate {
 namespace gpu {
@@ -59,6 +59,6 @@ std::string trials_csv(const std::vector<ModulusTrial>& trials);
 /// Rows of shape, stage, range with the score.
 std::string scores_text(const std::vector<ModulusTrial>& trials);
 /// Estimates over truths with their intervals, for gnuplot.
-std::string trials_script(const std::vector<ModulusTrial>& trials, PlotKind kind);
+Plot trials_plot(const std::vector<ModulusTrial>& trials);
 
 }  // namespace palpate::perf
