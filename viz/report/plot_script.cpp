@@ -1,15 +1,10 @@
 #include "viz/report/plot_script.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <string_view>
-#include <utility>
 
 #include "capture/files/measurements.h"
-#include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "viz/report/gnuplot.h"
 
@@ -34,10 +29,6 @@ std::string plot_terminal(PlotKind kind, int width_px, int height_px, const std:
 const char* plot_look() {
   return "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb "
          "'#222222'\n";
-}
-
-std::string plot_head(PlotKind kind, int width_px, int height_px) {
-  return plot_terminal(kind, width_px, height_px) + plot_look();
 }
 
 std::string plot_number(double value) {
@@ -86,10 +77,6 @@ std::string plot_lines(const std::string& words, size_t most) {
   return script;
 }
 
-std::string PlotUnit::column(int number) const {
-  return factor == 1 ? std::to_string(number) : palpate::text("(%g*$%d)", factor, number);
-}
-
 PlotUnit plot_unit(double largest, const std::string& unit) {
   if (largest >= 1e6) return {1e-6, "M" + unit};
   if (largest >= 1e3) return {1e-3, "k" + unit};
@@ -122,32 +109,6 @@ std::string csv_of(const std::string& header, const std::vector<std::vector<doub
     text += "\n";
   }
   return text;
-}
-
-void draw_plot(const std::string& script, const std::string& file, std::string& written) {
-  const Picture picture = run_gnuplot(script);
-  if (picture.bytes.empty()) {
-    spdlog::warn("no plot {}: {}", file, picture.error);
-    return;
-  }
-  write_whole(file, std::string_view(picture.bytes));
-  written += ", " + file;
-}
-
-void draw_plots(const std::function<std::string(PlotKind)>& script, const std::filesystem::path& stem,
-                std::string& written) {
-  for (const auto& [kind, ending] :
-       {std::pair{PlotKind::Png, ".png"}, {PlotKind::Svg, ".svg"}, {PlotKind::Pdf, ".pdf"}})
-    draw_plot(script(kind), stem.string() + ending, written);
-}
-
-void draw_scripts(const std::string& script, int width_px, int height_px, const std::filesystem::path& stem,
-                  std::string& written) {
-  draw_plots([&](PlotKind kind) { return plot_terminal(kind, width_px, height_px) + script; }, stem, written);
-}
-
-std::string data_block(const std::string& name, const std::string& lines) {
-  return "$" + name + " << EOD\n" + (lines.empty() ? "NaN NaN NaN NaN\n" : lines) + "EOD\n";
 }
 
 }  // namespace palpate
