@@ -37,7 +37,7 @@ class CheckOfRecordings : public TypedProgram {
   const fs::path data_ = fs::weakly_canonical(recordings_folder());
 };
 
-TEST_F(CheckOfRecordings, TwoPadsOfOneKindAreToldApart) {
+TEST_F(CheckOfRecordings, TwoPadsOfOneKindDiffer) {
   const std::string a = "gelsight_mini/pad_a/", b = "gelsight_mini/pad_b/";
   make("setup " + data(a + "ball_6.31mm") + " --background " + data(a + "background.png") +
            " --ball-diameter-mm 6.31 --like gelsight_mini",

@@ -128,7 +128,7 @@ Report run(const Common& common, const Options& o) {
     std::string written = "written: " + file("modulus.csv") + ", presses.csv, points.csv, modulus.json";
     draw_plot(modulus_plot(r), file("modulus"), written);
     draw_plot(residual_plot(r), file("residuals"), written);
-    text += written;
+    report.say(written);
   }
   return report;
 }
