@@ -138,8 +138,8 @@ std::string panel_of(const PlotPanel& panel, const std::string& name, double wid
   lines += "set title " + plot_lines(panel.title, static_cast<size_t>(width_px / kLetter_px)) +
            "\nset xlabel " + plot_words(panel.x_label) + "\nset ylabel " + plot_words(panel.y_label) + "\n";
   lines += panel.map ? map_of(*panel.map, name, blocks, drawn) : std::string(plot_look());
-  if (panel.log_x) lines += "set logscale x\n";
-  if (panel.log_y) lines += "set logscale y\n";
+  if (panel.log_x) lines += "set logscale x\nset format x '%g'\n";
+  if (panel.log_y) lines += "set logscale y\nset format y '%g'\n";
   if (panel.equal || (panel.map && panel.x_tics.empty()))
     lines += space ? "set view equal xyz\n" : "set size ratio -1\n";
   if (space)

@@ -259,7 +259,7 @@ NamedPlot compared_frames(const std::vector<Profile>& profiles, const std::vecto
     for (const SizeFigure& s : profile.sizes)
       if (s.reading == reading) all.push_back(s);
   PlotPanel panel = over_sizes("Time of a frame, reading " + reading, "time of a frame, ms", all);
-  panel.key = "below center";
+  panel.key = "outside top center horizontal";
   for (size_t i = 0; i < profiles.size(); ++i) {
     PlotCurve curve = add(panel, i + 1, names[i]);
     panel.curves.pop_back();
@@ -281,7 +281,7 @@ NamedPlot compared_errors(const std::vector<Profile>& profiles, const std::vecto
   PlotPanel panel{"Error against run time, " + first.truth + ", " + size, "time of a solve, ms",
                   "relative RMS error"};
   panel.log_x = panel.log_y = true;
-  panel.key = "below center";
+  panel.key = "outside top center horizontal";
   panel.room_above = 0.06;
   panel.room_right = 0.2;
   for (size_t i = 0; i < profiles.size(); ++i) {
