@@ -60,9 +60,16 @@ def test_two_pipelines_in_two_threads(small):
 
 
 def test_two_threads_read_one_stream(small):
+    """None waits for the interpreter while it holds the stream, nor asks for the stream while it is held so."""
     seen = []
+
+    def read():
+        for touch in stream:
+            seen.append(touch.sequence)
+            sum(range(50_000))  # the other's frame comes while this one has the interpreter
+
     with pp.open(small, drop=False) as stream:
-        workers = [threading.Thread(target=lambda: seen.extend(t.sequence for t in stream)) for _ in range(2)]
+        workers = [threading.Thread(target=read) for _ in range(2)]
         for worker in workers:
             worker.start()
         for worker in workers:
