@@ -66,6 +66,15 @@ def test_corners_cut_the_pad_out(press, tmp_path):
     assert json.loads(made.sensor.text)["frame"]["quad_px"] == [list(map(float, corner)) for corner in corners]
 
 
+def test_images_are_a_sequence_when_said(press, tmp_path):
+    gauge = tmp_path / "gauge.csv"
+    gauge.write_text("frame,force_N\n" + "".join(f"{i},{i / 10}\n" for i in range(len(list((press / "frames").iterdir())))))
+    for sequence in (False, True):
+        made = pp.setup(press / "frames", tmp_path / "gauged.json", gauge=gauge, sequence=sequence)
+        (again,) = (a for s, a in zip(made.steps["step"], made.steps["again"]) if s == "force")
+        assert ("--sequence" in again) == sequence
+
+
 def test_what_cannot_be_is_refused(press, tmp_path):
     out = tmp_path / "none.json"
     with pytest.raises(pp.ArgumentError, match="ball_radius_mm above 0"):

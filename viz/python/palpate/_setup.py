@@ -86,6 +86,7 @@ def setup(
     ball_table: Path | None = None,
     surface: str = "auto",
     gauge: Path | None = None,
+    sequence: bool = False,
     name: str = "",
 ) -> Setup:
     """The sensor file of a sensor of one's own, as ``palpate setup`` makes it.
@@ -108,6 +109,7 @@ def setup(
             where they are not in ``recording``, or ``ball_table``, their places by hand.
         surface: ``"auto"``, ``"photometric"`` or ``"lookup"``.
         gauge: a force gauge's table of the recording.
+        sequence: images without a rate follow each other; otherwise each is a press of its own.
         name: of the sensor; else the file's.
     """
     file = path_text(out, "out")
@@ -130,6 +132,8 @@ def setup(
         except (TypeError, ValueError):
             raise ArgumentError("grid as (columns, rows)", repr(grid)[:80], "grid=(9, 7)") from None
         add("--grid", [f"{columns}x{rows}"])
+    if sequence:
+        words.append("--sequence")
     if name:
         add("--name", [name])
     if like:
