@@ -29,7 +29,9 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
               static_cast<double>(force.memory_bytes()) / 1048576);
   // Three depth maps at the least.
   EXPECT_LT(force.memory_bytes() + 3 * 640 * 480 * sizeof(float), both.memory_bytes());
-  EXPECT_LT(2 * force.memory_bytes(), both.memory_bytes());
+  // A card holds each image twice, once for the upload.
+  EXPECT_LT((context().is_software() ? 2 : 1.5) * static_cast<double>(force.memory_bytes()),
+            static_cast<double>(both.memory_bytes()));
   for (const uint64_t k : {uint64_t{0}, uint64_t{50}, uint64_t{130}}) {
     ASSERT_TRUE(both.submit(scene.frame(k)));
     ASSERT_TRUE(force.submit(scene.frame(k)));

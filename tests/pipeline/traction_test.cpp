@@ -167,13 +167,14 @@ TEST_F(TractionTest, ShearOfADrag) {
 
 TEST_F(TractionTest, StatesAreSaid) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
-  // Linear theory ends at a third of the thickness.
+  // Linear theory ends at a third of the thickness. A card's own solve of a layer this thin ends before its
+  // tolerance, which is the graver state.
+  const Validity wanted = context().is_software() ? Validity::TooDeep : Validity::NotConverged;
   Sensor thin = sensor_of(scene);
   thin.layer->thickness_mm = 0.6;
   bool said = false;
-  run(scene, thin, {.outputs = kOutputs}, 30, [&](const Result& result, const Truth&) {
-    said |= result.touch.traction->fz_N.validity == Validity::TooDeep;
-  });
+  run(scene, thin, {.outputs = kOutputs}, 30,
+      [&](const Result& result, const Truth&) { said |= result.touch.traction->fz_N.validity == wanted; });
   EXPECT_TRUE(said);
   // Not asked for: not there.
   run(scene, sensor_of(scene), {.outputs = Output::Force | Output::Surface}, 60,
