@@ -18,10 +18,10 @@ Report check(const CheckRequest& request, const Common& common) {
   const auto device = [&]() -> gpu::Context& { return *(context = open_device(common)); };
   const RunWatch watch = run_watch(common);
   const SensorCheck found = check_sensor(request, device, watch);
-  if (found.stopped) return {"", "", kInterrupted};
+  if (found.stopped) return interrupted_report();
   const bool clean = !context || validation_clean(*context);
   const int changed = static_cast<int>(Failure::Input);
-  return {found.text, found.json, !clean ? kInternalError : found.holds ? 0 : changed};
+  return {found.text, json::parse(found.json), !clean ? kInternalError : found.holds ? 0 : changed};
 }
 
 }  // namespace

@@ -133,8 +133,7 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       *command, common,
       "  palpate setup press.avi --out pad.json\n"
       "  palpate setup presses/ --background rest.png --ball-radius-mm 3 --pitch 0.0593 --out gel.json\n"
-      "  palpate setup presses/ --like gelsight_mini --background rest.png --ball-diameter-mm 6.31 --out "
-      "mini.json\n"
+      "  palpate setup presses/ --like gelsight_mini --ball-diameter-mm 6.31 --out mini.json\n"
       "  palpate setup press.avi --gauge press.csv --corners auto --out pad.json\n"
       "  palpate setup press.avi --window\n"
       "Tells of each step what is known, what is missing and how to get it, and which command does that "
