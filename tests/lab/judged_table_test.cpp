@@ -126,8 +126,8 @@ TEST_F(JudgedTable, NonsenseIsOneLine) {
   expect_error("verdict,a\nno,3\n", "--reported");
   expect_error("verdict,a,group\nyes,3,1.5\n", "whole number");
   JudgedTableOptions by;
-  by.by = {"aa"};
-  expect_error("verdict,a\nyes,3\n", "did you mean 'a'?", by);
+  by.by = {"shapes"};
+  expect_error("verdict,shape\nyes,3\n", "did you mean 'shape'?", by);
   std::string words = "verdict,a\n";
   for (int i = 0; i < 30; ++i) words += "yes,w" + std::to_string(i) + "\n";
   expect_error(words, "different words");
