@@ -10,7 +10,6 @@
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
-#include "capture/run/process_report.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "engine/gpu/context.h"

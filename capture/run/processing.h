@@ -22,6 +22,7 @@
 #include "capture/run/run_watch.h"
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
+#include "engine/base/facts.h"
 #include "engine/palpation/press_monitor.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
@@ -131,5 +132,10 @@ struct ProcessSummary {
 /// damaged recording keeps the rows before the damage, writes a summary that says so, and throws.
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
                                  const std::filesystem::path& out, const RunWatch& watch);
+
+/// Summary of a recording and, for inputs with known truth, a table of errors: a line for each quantity with
+/// frames, mean error, RMS error, largest error and full scale.
+Facts facts_of(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
+               const gpu::Context& context);
 
 }  // namespace palpate

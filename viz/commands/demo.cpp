@@ -5,7 +5,6 @@
 #include <cstdlib>
 
 #include "capture/files/output_file.h"
-#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "capture/run/run_recording.h"
 #include "capture/synthetic/synthetic.h"

@@ -1,7 +1,6 @@
 // palpate export: a recording in the formats of other programs.
 
 #include "capture/run/input.h"
-#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"

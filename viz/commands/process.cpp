@@ -1,7 +1,6 @@
 // palpate process: from a recording to measurements.
 
 #include "capture/run/input.h"
-#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"

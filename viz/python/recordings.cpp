@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "capture/run/modulus_recording.h"
-#include "capture/run/process_report.h"
 #include "capture/run/processing.h"
 #include "viz/python/arrays.h"
 #include "viz/python/device.h"
