@@ -323,13 +323,10 @@ void clear(Context& context, const DeviceBuffer& buffer) {
   }
   const DeviceBuffer zeros(context, "zeros", buffer.bytes(), Memory::Upload);
   clear(context, zeros);
-  Commands commands(context);
-  commands.begin();
-  commands.copy(zeros, buffer, buffer.bytes());
-  commands.barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  run_once(context, [&](Commands& commands) {
+    commands.copy(zeros, buffer, buffer.bytes());
+    commands.barrier();
+  });
 }
 
 }  // namespace palpate::gpu

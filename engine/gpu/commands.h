@@ -147,6 +147,17 @@ class Commands {
   std::vector<Part> parts_;   ///< empty unless the host times scopes
 };
 
+/// Records once, submits and waits: for setting up and for single answers, not for frames.
+template <typename Record>
+void run_once(Context& context, const Record& record) {
+  Commands commands(context);
+  commands.begin();
+  record(commands);
+  commands.end();
+  commands.submit();
+  commands.wait();
+}
+
 /// Fills a buffer of floats with 0 and waits for it: for what kernels read before anything writes it.
 void clear(Context& context, const DeviceBuffer& buffer);
 

@@ -142,12 +142,7 @@ void Frames::record_rest_correction(FrameSlot& slot) {
 void Frames::set_background(const Frame& background) {
   for (const FrameSlot& slot : slots_) slot.running->wait();
   background_->write(background);
-  gpu::Commands commands(context_);
-  commands.begin();
-  background_->record(commands);
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context_, [&](gpu::Commands& commands) { background_->record(commands); });
   const Frame plain = markers_ ? markers_->set_background(background, *background_) : Frame{};
   if (confidence_) {
     confidence_->set_background(markers_ ? plain : background);
@@ -350,13 +345,10 @@ void Frames::read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& de
   gpu::DeviceBuffer staging;
   if (!from->mapped()) {
     staging = gpu::DeviceBuffer(context_, "depth readback", grid.bytes(), gpu::Memory::Readback);
-    gpu::Commands commands(context_);
-    commands.begin();
-    commands.copy(*from, staging, grid.bytes());
-    commands.host_barrier();
-    commands.end();
-    commands.submit();
-    commands.wait();
+    gpu::run_once(context_, [&](gpu::Commands& commands) {
+      commands.copy(*from, staging, grid.bytes());
+      commands.host_barrier();
+    });
     from = &staging;
   }
   from->invalidate();

@@ -145,20 +145,17 @@ Solved solve_on_device(gpu::Context& context, const StagedGradients& staged, con
   const Slope slope(context, cols, rows, surface.right_sides(), tuning);
   const FloatMap p(context, "d/dx", grid), q(context, "d/dy", grid), depth(context, "heights", grid);
   Solved solved{readback(context, grid), readback(context, grid)};
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(staged.p, p.buffer, grid.bytes());
-  commands.copy(staged.q, q.buffer, grid.bytes());
-  commands.barrier();
-  slope.record_given(commands, p, q, surface);
-  // The solver reuses the coarser right sides only; the finest is still there afterwards.
-  if (solver != Solve::Exact) surface.record(commands, depth);
-  commands.copy(surface.right_side().buffer, solved.right, grid.bytes());
-  commands.copy(depth.buffer, solved.heights, grid.bytes());
-  commands.host_barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context, [&](gpu::Commands& commands) {
+    commands.copy(staged.p, p.buffer, grid.bytes());
+    commands.copy(staged.q, q.buffer, grid.bytes());
+    commands.barrier();
+    slope.record_given(commands, p, q, surface);
+    // The solver reuses the coarser right sides only; the finest is still there afterwards.
+    if (solver != Solve::Exact) surface.record(commands, depth);
+    commands.copy(surface.right_side().buffer, solved.right, grid.bytes());
+    commands.copy(depth.buffer, solved.heights, grid.bytes());
+    commands.host_barrier();
+  });
   solved.right.invalidate();
   solved.heights.invalidate();
   return solved;

@@ -116,14 +116,11 @@ class HostSolve {
   template <typename Record>
   void run(std::vector<double>& z, const Record& record) {
     const Grid& grid = surface_.grid();
-    gpu::Commands commands(context_);
-    commands.begin();
-    record(commands);
-    commands.copy(depth_.buffer, heights_, grid.bytes());
-    commands.host_barrier();
-    commands.end();
-    commands.submit();
-    commands.wait();
+    gpu::run_once(context_, [&](gpu::Commands& commands) {
+      record(commands);
+      commands.copy(depth_.buffer, heights_, grid.bytes());
+      commands.host_barrier();
+    });
     heights_.invalidate();
     const std::span<const float> raw = heights_.as<const float>();
     for (uint32_t y = 0; y < rows_; ++y)

@@ -105,13 +105,10 @@ void TractionStage::make_tables(gpu::Context& context, const LayerKernel& kernel
     const gpu::DeviceBuffer from(context, name, map.buffer.bytes(), gpu::Memory::Upload);
     std::ranges::copy(values, from.as<float>().begin());
     from.flush();
-    gpu::Commands commands(context);
-    commands.begin();
-    commands.copy(from, map.buffer, from.bytes());
-    commands.barrier();
-    commands.end();
-    commands.submit();
-    commands.wait();
+    gpu::run_once(context, [&](gpu::Commands& commands) {
+      commands.copy(from, map.buffer, from.bytes());
+      commands.barrier();
+    });
   };
   std::vector<float> waves(size_t{cells} * cells);
   for (uint32_t x = 0; x < cells / 2; ++x)

@@ -46,15 +46,12 @@ class Mover {
     const StreamPush push{texels, (texels + groups * kWorkgroup - 1) / (groups * kWorkgroup)};
     record(streaming_, [&] { streaming_.dispatch(stream_, {&texels_, &to_}, push, {groups, 1, 1}); });
     // Memory that was never written may not exist yet: a system can serve its reads from one page of zeros.
-    gpu::Commands touch(context);
-    touch.begin();
-    touch.dispatch(stream_, {&texels_, &to_}, push, {groups, 1, 1});
-    touch.barrier();
-    touch.copy(to_, from_, bytes_);
-    touch.barrier();
-    touch.end();
-    touch.submit();
-    touch.wait();
+    gpu::run_once(context, [&](gpu::Commands& commands) {
+      commands.dispatch(stream_, {&texels_, &to_}, push, {groups, 1, 1});
+      commands.barrier();
+      commands.copy(to_, from_, bytes_);
+      commands.barrier();
+    });
   }
 
   gpu::Commands& copying() { return copying_; }

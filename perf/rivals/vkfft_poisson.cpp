@@ -52,13 +52,10 @@ struct VkfftPoisson::Impl {
 
   void send(const gpu::DeviceBuffer& to) const {
     upload.flush();
-    gpu::Commands copy(context);
-    copy.begin();
-    copy.copy(upload, to, upload.bytes());
-    copy.barrier();
-    copy.end();
-    copy.submit();
-    copy.wait();
+    gpu::run_once(context, [&](gpu::Commands& commands) {
+      commands.copy(upload, to, upload.bytes());
+      commands.barrier();
+    });
   }
   void append(gpu::Commands& commands, bool inverse) {
     VkCommandBuffer buffer = commands.handle();
@@ -154,13 +151,10 @@ void VkfftPoisson::record(gpu::Commands& commands) {
 
 std::vector<float> VkfftPoisson::heights() const {
   const Impl& m = *impl_;
-  gpu::Commands copy(m.context);
-  copy.begin();
-  copy.copy(m.spectrum, m.readback, m.readback.bytes());
-  copy.host_barrier();
-  copy.end();
-  copy.submit();
-  copy.wait();
+  gpu::run_once(m.context, [&](gpu::Commands& commands) {
+    commands.copy(m.spectrum, m.readback, m.readback.bytes());
+    commands.host_barrier();
+  });
   m.readback.invalidate();
   const std::span<const float> z = m.readback.as<float>();
   return {z.begin(), z.begin() + m.width * size_t{m.height}};

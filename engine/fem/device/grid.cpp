@@ -38,13 +38,10 @@ DeviceTexels::DeviceTexels(gpu::Context& context, const std::string& name, uint6
   }
   const gpu::DeviceBuffer staging(context, name, bytes, gpu::Memory::Upload);
   fill(staging);
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(staging, buffer, bytes);
-  commands.barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context, [&](gpu::Commands& commands) {
+    commands.copy(staging, buffer, bytes);
+    commands.barrier();
+  });
 }
 
 DeviceGrid::DeviceGrid(gpu::Context& context, const std::string& name, const Stiffness& stiffness,

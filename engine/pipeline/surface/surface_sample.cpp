@@ -64,14 +64,11 @@ std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, d
   }
   if (regions.empty()) return depths;
   gpu::DeviceBuffer copies(context, "depth samples", count * 4 * sizeof(float), gpu::Memory::Readback);
-  gpu::Commands commands(context);
-  commands.begin();
-  vkCmdCopyBuffer(commands.handle(), map.buffer->handle(), copies.handle(),
-                  static_cast<uint32_t>(regions.size()), regions.data());
-  commands.host_barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context, [&](gpu::Commands& commands) {
+    vkCmdCopyBuffer(commands.handle(), map.buffer->handle(), copies.handle(),
+                    static_cast<uint32_t>(regions.size()), regions.data());
+    commands.host_barrier();
+  });
   copies.invalidate();
   const auto at = copies.as<float>();
   for (size_t i = 0; i < count; ++i)

@@ -35,13 +35,10 @@ std::array<uint32_t, 3> groups(uint32_t invocations) {
 Frame read_back(gpu::Context& context, const PaddedImage& image, const FrameFormat& format) {
   const PaddedLayout layout(format);
   const gpu::DeviceBuffer staging(context, "untouched readback", layout.bytes, gpu::Memory::Readback);
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(image.buffer(), staging, layout.bytes);
-  commands.host_barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context, [&](gpu::Commands& commands) {
+    commands.copy(image.buffer(), staging, layout.bytes);
+    commands.host_barrier();
+  });
   staging.invalidate();
   constexpr uint32_t kApron = 16;
   const uint32_t row_bytes = layout.pitch * kApron;
@@ -174,23 +171,20 @@ Frame Markers::set_background(const Frame& untouched, const PaddedImage& backgro
       darkness > 0 ? static_cast<uint32_t>(std::lround(darkness * shared::kMarkerDark)) : kNothing;
   const uint32_t words = push_.words * push_.cells_y;
   const gpu::DeviceBuffer records(context_, "marker records", record_bytes(), gpu::Memory::Device);
-  gpu::Commands commands(context_);
-  commands.begin();
-  record_marked(commands, background, rest_cells_, untouched_, rest_marked_.buffer);
-  commands.dispatch(untouched_.fill,
-                    {&rest_cells_.texels, &rest_cells_.texels, &rest_marked_.texels, &rest_cells_.buffer,
-                     &unknown_, &records},
-                    push_, groups(words));
-  commands.barrier();
-  commands.dispatch(untouched_.frame,
-                    {&background.words(), &background.words(), &rest_cells_.texels, &rest_cells_.texels,
-                     &rest_marked_.texels, &unknown_words_, &background.buffer()},
-                    push_, groups(4 * push_.pitch * push_.cells_y));
-  commands.barrier();
-  record_cells(commands, background, rest_cells_);
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context_, [&](gpu::Commands& commands) {
+    record_marked(commands, background, rest_cells_, untouched_, rest_marked_.buffer);
+    commands.dispatch(untouched_.fill,
+                      {&rest_cells_.texels, &rest_cells_.texels, &rest_marked_.texels, &rest_cells_.buffer,
+                       &unknown_, &records},
+                      push_, groups(words));
+    commands.barrier();
+    commands.dispatch(untouched_.frame,
+                      {&background.words(), &background.words(), &rest_cells_.texels, &rest_cells_.texels,
+                       &rest_marked_.texels, &unknown_words_, &background.buffer()},
+                      push_, groups(4 * push_.pitch * push_.cells_y));
+    commands.barrier();
+    record_cells(commands, background, rest_cells_);
+  });
   return read_back(context_, background, format_);
 }
 

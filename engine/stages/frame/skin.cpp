@@ -36,13 +36,10 @@ void upload(gpu::Context& context, const std::vector<Texel>& texels, const gpu::
   const gpu::DeviceBuffer staging(context, "skin upload", texels.size() * sizeof(Texel), gpu::Memory::Upload);
   std::copy(texels.begin(), texels.end(), staging.as<Texel>().begin());
   staging.flush();
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(staging, to, staging.bytes());
-  commands.barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::run_once(context, [&](gpu::Commands& commands) {
+    commands.copy(staging, to, staging.bytes());
+    commands.barrier();
+  });
 }
 
 }  // namespace

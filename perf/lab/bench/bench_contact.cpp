@@ -87,12 +87,8 @@ void Bench::moments(const Size& size) {
   PaddedImage image(context_, "frame", format);
   image.write(scene.frames.front());
   const gpu::DeviceBuffer records(context_, "records", contact.record_bytes(), gpu::Memory::Readback);
-  gpu::Commands upload(context_), commands(context_);
-  upload.begin();
-  image.record(upload);
-  upload.end();
-  upload.submit();
-  upload.wait();
+  gpu::run_once(context_, [&](gpu::Commands& upload) { image.record(upload); });
+  gpu::Commands commands(context_);
   commands.begin();
   contact.record(commands, image, image, records);
   commands.host_barrier();

@@ -35,13 +35,11 @@ void Bench::gradient(const Size& size) {
   rest.write(scene.background);
   const Frame& frame = scene.next();
   image.write(frame);
-  gpu::Commands upload(context_), commands(context_);
-  upload.begin();
-  rest.record(upload);
-  image.record(upload);
-  upload.end();
-  upload.submit();
-  upload.wait();
+  gpu::run_once(context_, [&](gpu::Commands& upload) {
+    rest.record(upload);
+    image.record(upload);
+  });
+  gpu::Commands commands(context_);
   commands.begin();
   stage.record(commands, image, rest, sums);
   commands.host_barrier();

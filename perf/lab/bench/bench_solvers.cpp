@@ -139,12 +139,9 @@ void Bench::elastic(const Size& size) {
         pressure.begin() + static_cast<std::ptrdiff_t>(y * size.width), size.width,
         padded.begin() + static_cast<std::ptrdiff_t>(stage.pressure_start() + y * stage.pressure_pitch()));
   staging.flush();
-  gpu::Commands upload(context_), commands(context_);
-  upload.begin();
-  upload.copy(staging, stage.pressure(), staging.bytes());
-  upload.end();
-  upload.submit();
-  upload.wait();
+  gpu::run_once(context_,
+                [&](gpu::Commands& upload) { upload.copy(staging, stage.pressure(), staging.bytes()); });
+  gpu::Commands commands(context_);
   commands.begin();
   stage.record_deflection(commands, depth);
   commands.end();
