@@ -125,10 +125,7 @@ PadPattern pattern_between(const Frame& calibrated, const Frame& now, const Sens
     std::vector<double> left;
     for (size_t i = 0; i < colour.before.size(); ++i)
       left.push_back(std::abs(double{colour.change[i]} - colour.light.at(double{colour.before[i]})));
-    const auto at =
-        left.begin() + static_cast<std::ptrdiff_t>(kElsewhere * static_cast<double>(left.size() - 1));
-    std::nth_element(left.begin(), at, left.end());
-    pattern.elsewhere_gray = std::max(pattern.elsewhere_gray, *at);
+    pattern.elsewhere_gray = std::max(pattern.elsewhere_gray, quantile_in_place(left, kElsewhere));
   }
   pattern.specks_px =
       evident_touch_px(now, calibrated, clear_threshold(sensor.threshold_gray, calibrated.format));

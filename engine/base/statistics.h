@@ -1,4 +1,4 @@
-// Median of values.
+// Median and quantiles of values.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,16 @@ Number median_in_place(std::vector<Number>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// The value below which `share` (0 to 1) of the others lie; 0 of none. Values are finite, and reordered.
+template <typename Number>
+Number quantile_in_place(std::vector<Number>& values, double share) {
+  if (values.empty()) return {};
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 /// As median_in_place(), of a copy.

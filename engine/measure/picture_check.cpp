@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "engine/base/statistics.h"
 #include "engine/measure/colour_order.h"
 
 namespace palpate {
@@ -39,14 +40,6 @@ bool is_flat(const Frame& frame, uint32_t y, uint32_t x, uint32_t count) {
     if (std::memcmp(row, row + bytes, (count - 1) * bytes) != 0) return false;
   }
   return true;
-}
-
-/// The value below which `share` of the values lie; they lose their order.
-double quantile(std::vector<float>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 }  // namespace
@@ -261,7 +254,7 @@ bool PictureCheck::colours_exchanged() {
         scratch_.push_back(largest);
       }
     if (scratch_.empty()) return false;
-    misfit[order] = quantile(scratch_, 0.5);
+    misfit[order] = quantile_in_place(scratch_, 0.5);
     if (order == 0 && misfit[0] < kExchanged_gray) return false;
   }
   return *std::min_element(misfit.begin() + 1, misfit.end()) < kExchangedFit * misfit[0];
@@ -283,7 +276,7 @@ double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t fro
   scratch_.clear();
   const size_t stride = std::max<size_t>(1, line.length / 160);
   for (size_t i = from; i < to; i += stride) scratch_.push_back(difference(line, format_.channels, shift, i));
-  return scratch_.empty() ? 0 : quantile(scratch_, share);
+  return quantile_in_place(scratch_, share);
 }
 
 /// The shift that leaves least of the line's change; 0: none is clearly better than none.
@@ -417,7 +410,7 @@ bool PictureCheck::torn() {
       for (uint32_t i = 0; y % 5 == 0 && i < parts_; i += 3)
         if (pad_[row + i] > 0) scratch_.push_back(steps_[at + i]);
     }
-  const double usual = scratch_.empty() ? 0 : quantile(scratch_, 0.5);
+  const double usual = quantile_in_place(scratch_, 0.5);
   if (usual == 0) return false;  // a picture without noise may have edges as sharp as a tear
   // The median of a normal deviate's size is 0.67 of its standard deviation.
   const auto least = static_cast<float>(std::max(kTorn_gray, kTornNoise * usual / 0.67));

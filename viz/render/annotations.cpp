@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/format.h"
@@ -101,10 +102,7 @@ float long_shear_kPa(const TractionMaps& maps) {
   std::vector<float> kPa;
   for (size_t i = 0; i < maps.shear_x_kPa.size(); ++i)
     if (const float one = std::hypot(maps.shear_x_kPa[i], maps.shear_y_kPa[i]); one > 0) kPa.push_back(one);
-  if (kPa.empty()) return 0;
-  const auto at = kPa.begin() + static_cast<ptrdiff_t>(kBelow * static_cast<double>(kPa.size() - 1));
-  std::nth_element(kPa.begin(), at, kPa.end());
-  return *at;
+  return quantile_in_place(kPa, kBelow);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/statistics.h"
 #include "engine/gpu/context.h"
 #include "viz/render/format.h"
 
@@ -80,11 +81,7 @@ const StrainTexels& StrainMap::update(const Touch& touch, const FrameFormat& for
   for (uint32_t y = 4; y < format.height; y += 8)
     for (uint32_t x = 4; x < format.width; x += 8)
       if (const float v = values[size_t{y} * m.map->pitch() + x]; std::isfinite(v)) sample.push_back(v);
-  if (!sample.empty()) {
-    const auto high = sample.begin() + static_cast<ptrdiff_t>(0.99 * static_cast<double>(sample.size() - 1));
-    std::nth_element(sample.begin(), high, sample.end());
-    last_.largest = *high;
-  }
+  if (!sample.empty()) last_.largest = quantile_in_place(sample, 0.99);
   const bool touched = touch.contact && std::isfinite(touch.centroid_x_px);
   const std::array<double, 2> middle = {touched ? touch.centroid_x_px : 0.5 * format.width,
                                         touched ? touch.centroid_y_px : 0.5 * format.height};
