@@ -93,7 +93,7 @@ gpu::DeviceBuffer weights_of(gpu::Context& context, const PhotometricCalibration
   constexpr size_t kPair = 4;
   gpu::DeviceBuffer buffer(context, "weights of colours",
                            kPair * shared::kColours * shared::kPlaceTerms * sizeof(float),
-                           gpu::Memory::Upload);
+                           gpu::Memory::Constant);
   const std::span<float> pairs = buffer.as<float>();
   std::ranges::fill(pairs, 0.0f);
   for (size_t colour = 0; colour < calibration.wx.size(); ++colour) {
@@ -112,7 +112,7 @@ gpu::DeviceBuffer weights_of(gpu::Context& context, const PhotometricCalibration
 // fetches.
 gpu::DeviceBuffer nodes_of(gpu::Context& context, const NormalTable& table) {
   const size_t side = table.side;
-  gpu::DeviceBuffer buffer(context, "normal table", side * side * 4 * sizeof(float), gpu::Memory::Upload);
+  gpu::DeviceBuffer buffer(context, "normal table", side * side * 4 * sizeof(float), gpu::Memory::Constant);
   const std::span<float> nodes = buffer.as<float>();
   for (size_t i = 0; i < side * side; ++i) {
     const size_t next = (i + 1) % side == 0 ? i : i + 1;
