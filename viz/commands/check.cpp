@@ -21,7 +21,7 @@ Report check(const CheckRequest& request, const Common& common) {
   if (found.stopped) return interrupted_report();
   const bool clean = !context || validation_clean(*context);
   const int changed = static_cast<int>(Failure::Input);
-  return {found.text, json::parse(found.json), !clean ? kInternalError : found.holds ? 0 : changed};
+  return {found.text, found.json, !clean ? kInternalError : found.holds ? 0 : changed};
 }
 
 }  // namespace

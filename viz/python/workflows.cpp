@@ -63,7 +63,7 @@ py::dict check(const std::filesystem::path& sensor, const std::string& recording
   });
   py::dict d;
   d["text"] = found.text;
-  d["report"] = found.json;
+  d["report"] = found.json.dump(2, json::Utf8::Replace);
   return d;
 }
 

@@ -51,7 +51,7 @@ CheckRow not_judged(const char* name, std::string what) {
   return row(name, kNaN, "", -kNone, kNone, std::move(what));
 }
 
-/// What a recording shows of the pad at rest today.
+/// The pad at rest today, as a recording shows it.
 struct Today {
   std::optional<UntouchedImage> rest;
   std::string why;              ///< there is none
@@ -335,15 +335,13 @@ class Check {
         check_.sentence + "\n\n" + text("%-11s %-18s %-15s %-14s\n", "", "today", "limit", "state") + lines;
     if (!doubt_.empty()) check_.text += "WARNING: " + doubt_ + "\n";
     check_.text.pop_back();
-    check_.json = json::Value{
-        {"sensor", request_.sensor.string()},
-        {"recording", request_.input},
-        {"holds", check_.holds},
-        {"sentence", check_.sentence},
-        {"rows", rows},
-        {"again", remedies},
-        {"doubt",
-         doubt_}}.dump(2, json::Utf8::Replace);
+    check_.json = {{"sensor", request_.sensor.string()},
+                   {"recording", request_.input},
+                   {"holds", check_.holds},
+                   {"sentence", check_.sentence},
+                   {"rows", rows},
+                   {"again", remedies},
+                   {"doubt", doubt_}};
   }
 
   const CheckRequest& request_;

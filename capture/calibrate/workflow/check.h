@@ -1,4 +1,4 @@
-// Whether a sensor's calibration is still true for its gel: today's picture against the calibrated one, and
+// Check of a sensor's calibration against its gel today: today's picture against the calibrated one, and
 // presses of a known ball against what the calibration reads of them.
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "capture/calibrate/ball_size.h"
 #include "capture/run/run_watch.h"
+#include "engine/base/json.h"
 
 namespace palpate {
 
@@ -48,7 +49,8 @@ struct SensorCheck {
   std::string sentence{};
   std::vector<CheckRow> rows{};
   std::vector<CheckRemedy> again{};
-  std::string text{}, json{};
+  std::string text{};
+  json::Value json{};
 };
 
 /// `device` is asked for only where a ball is read. Throws Error(Failure::Input) where the recording does not
