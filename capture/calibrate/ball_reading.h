@@ -1,4 +1,4 @@
-// What a calibrated sensor reads of presses of a known ball, through the frame's own way to depth.
+// Depth that a calibrated sensor reads of presses of a known ball, as it reads a frame's.
 #pragma once
 
 #include <cstddef>

@@ -22,7 +22,7 @@ struct MatchFiles {
 /// Error(Failure::Input).
 std::vector<MatchFiles> read_pairs(const std::filesystem::path& list);
 
-/// Of one pair.
+/// Report of one pair.
 Facts facts_of(const MatchFiles& files, const PointSet& from, const PointSet& to, const MatchResult& result);
 
 /// Into `folder`: warped.csv (the template on the target, in the template's order; named

@@ -169,7 +169,7 @@ void add_count(const char* key, uint64_t count, const std::string& line, Facts& 
   facts.add(key, count, count == 0 ? "" : line + "\n");
 }
 
-/// What limits the surface.
+/// Limits of the surface.
 void add_surface(const ProcessSummary& s, const ProcessRequest& request, Facts& facts) {
   if (s.depth_mm.any()) {
     add_largest("depth_max_mm", s.depth_mm, facts);
@@ -201,7 +201,7 @@ void add_surface(const ProcessSummary& s, const ProcessRequest& request, Facts& 
               counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped", facts);
 }
 
-/// Whether the pictures are whole.
+/// Pictures that are not whole.
 void add_pictures(const ProcessSummary& s, Facts& facts) {
   if (s.damaged_frames) facts.add("damaged_frames", s.damaged_frames);
   if (!s.spoilt_pictures.empty()) {
