@@ -215,6 +215,7 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   }
 
   Heights result;
+  result.solve = solver;
   result.values.reserve(z.size());
   for (const double value : z)
     result.values.push_back(static_cast<float>(std::ldexp(value - mean, exponent)));

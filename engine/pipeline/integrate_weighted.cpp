@@ -169,6 +169,7 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
     for (size_t i = 0; i < 2 * cells; ++i) g[i] = w[i / 2] > 0 ? gradients[i] / steepest : 0.0f;
 
   WeightedHeights result;
+  result.solve = solver;
   std::vector<uint8_t> known(cells);
   for (size_t i = 0; i < cells; ++i) known[i] = w[i] > 0 ? 1 : 0;
   result.islands = find_islands(known, cols, rows);

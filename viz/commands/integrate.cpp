@@ -9,7 +9,6 @@
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
-#include "engine/pipeline/choose_solve.h"
 #include "engine/stages/surface/surface.h"
 #include "engine/stages/surface/weighted_surface.h"
 #include "palpate/error.h"
@@ -74,14 +73,8 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const double start_s = now_s();
-  const bool live = options.solver == SurfaceSolver::Live;
-  Solve solve = live ? Solve::Live : Solve::Converged;
-  WeightedHeights heights =
-      integrate_weighted(*context, array.values, weights.values, rows, cols, solve, options.kinks);
-  if (!live && !heights.statistics.converged) {
-    solve = Solve::Exact;
-    heights = integrate_weighted(*context, array.values, weights.values, rows, cols, solve, options.kinks);
-  }
+  const WeightedHeights heights =
+      integrate_weighted(*context, array.values, weights.values, rows, cols, options.solver, options.kinks);
   const double seconds = now_s() - start_s;
   make_output_folder(common.out);
   const std::filesystem::path file = common.out / "height.npy";
@@ -91,7 +84,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
                              {"rows", rows},
                              {"columns", cols},
                              {"solver", to_string(options.solver)},
-                             {"solved_by", solve == Solve::Exact ? "host" : "device"},
+                             {"solved_by", heights.solve == Solve::Exact ? "host" : "device"},
                              {"device", context->report().name},
                              {"residual", statistics.residual},
                              {"inconsistency", statistics.unexplained},
@@ -113,7 +106,8 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
     spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",
                  heights.islands.count);
   }
-  if (!statistics.converged && !live) spdlog::warn("not converged: weights of too many orders of magnitude");
+  if (!statistics.converged && options.solver == SurfaceSolver::Best)
+    spdlog::warn("not converged: weights of too many orders of magnitude");
   return {line + ("written: " + file.string()), value, validation_clean(*context) ? 0 : kInternalError};
 }
 
@@ -136,8 +130,7 @@ Report integrate(const Common& common, Options options) {
   const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const double start_s = now_s();
-  const Solve solve = choose_solve(options.solver, SolveBy::Auto, {.processor = context->is_software()});
-  const Heights heights = integrate_gradients(*context, array.values, rows, cols, solve);
+  const Heights heights = integrate_gradients(*context, array.values, rows, cols, options.solver);
   const double seconds = now_s() - start_s;
 
   make_output_folder(common.out);
@@ -147,7 +140,7 @@ Report integrate(const Common& common, Options options) {
                              {"rows", rows},
                              {"columns", cols},
                              {"solver", to_string(options.solver)},
-                             {"solved_by", solve == Solve::Exact ? "host" : "device"},
+                             {"solved_by", heights.solve == Solve::Exact ? "host" : "device"},
                              {"device", context->report().name},
                              {"residual", heights.statistics.residual},
                              {"inconsistency", heights.statistics.inconsistency},

@@ -109,6 +109,7 @@ struct SurfaceStatistics {
 struct Heights {
   std::vector<float> values;  ///< rows x cols, mean 0, unit of the gradients times one pixel
   SurfaceStatistics statistics;
+  Solve solve = Solve::Live;  ///< that found them
 };
 
 /// Any gradient field to heights: `gradients` is rows x cols x 2, d/dx then d/dy per pixel, of any finite

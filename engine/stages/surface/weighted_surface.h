@@ -116,6 +116,7 @@ class WeightedSurface {
 struct WeightedHeights {
   std::vector<float> values;  ///< rows x cols, mean 0, unit of the gradients times one pixel
   WeightedStatistics statistics;
+  Solve solve = Solve::Live;  ///< that found them
   double peak_to_valley = 0;  ///< of the heights
   uint64_t kinks = 0;         ///< faces at which the slope jumps, where kinks were looked for
   Islands islands;            ///< of pixels with weight; their relative heights are not determined
