@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/statistics.h"
+#include "engine/calibrate/photometric/fit.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
 
@@ -16,18 +17,20 @@ struct Compared {
   double gain = 0, error_mm = 0, cap_rms_mm = 0;
 };
 
-/// Depth against the cap of a rigid ball, over the contact; the rim's own depth is not known.
+/// Depth against the cap of a rigid ball, where the pad follows it for certain; the rim's own depth is not
+/// known.
 Compared compare(std::span<const float> depth_mm, const BallPress& press, double pitch_mm) {
   const FrameFormat& f = press.frame.format;
   const FoundBall& ball = press.ball;
   double n = 0, r = 0, t = 0, rr = 0, rt = 0, tt = 0;
   const double square = std::pow(press.ball_radius_mm, 2);
-  const double rim_mm = std::sqrt(std::max(0.0, square - std::pow(ball.radius_px * pitch_mm, 2)));
+  const double judged_px = PhotometricFit::kJudgedShare * ball.radius_px;
+  const double rim_mm = std::sqrt(std::max(0.0, square - std::pow(judged_px * pitch_mm, 2)));
   for (uint32_t y = 0; y < f.height; ++y)
     for (uint32_t x = 0; x < f.width; ++x) {
       const size_t i = size_t{y} * f.width + x;
       const double off_px = std::hypot(x - ball.center_x_px, y - ball.center_y_px);
-      if (off_px > ball.radius_px || (!press.mask.empty() && press.mask[i] != 0)) continue;
+      if (off_px > judged_px || (!press.mask.empty() && press.mask[i] != 0)) continue;
       if (!std::isfinite(depth_mm[i])) continue;
       const double read = double{depth_mm[i]};
       const double cap = std::sqrt(std::max(0.0, square - std::pow(off_px * pitch_mm, 2))) - rim_mm;
@@ -46,8 +49,9 @@ Compared compare(std::span<const float> depth_mm, const BallPress& press, double
 double relative_sd(const Sensor& sensor, const BallPress& press, const Compared& compared) {
   if (sensor.reading == SurfaceReading::Lookup)
     return compared.cap_rms_mm > 0 ? sensor.lookup.depth_sd_mm / compared.cap_rms_mm : 0;
-  // A component of a ball's normal has half the contact's share of the radius as its RMS.
-  const double tilt = press.ball.radius_px * sensor.pitch_mm_per_px / press.ball_radius_mm / 2;
+  // A component of a ball's normal has half of what is judged, as a share of the radius, as its RMS.
+  const double tilt =
+      PhotometricFit::kJudgedShare * press.ball.radius_px * sensor.pitch_mm_per_px / press.ball_radius_mm / 2;
   return sensor.photometric.normal_sd / tilt;
 }
 

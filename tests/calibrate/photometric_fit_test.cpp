@@ -81,6 +81,7 @@ struct Scene {
   double noise_gray = 0;
   bool gray = false;  // all three lamps stand in one place
   std::mt19937 random{7};
+  double follows = 1;  // share of the circle up to which the pad follows the ball; level at its edge
 
   Frame render(double cx, double cy, double contact_px, double ball_mm) {
     Frame f;
@@ -90,10 +91,12 @@ struct Scene {
       for (uint32_t x = 0; x < format.width; ++x) {
         double nx = 0, ny = 0;
         const double dx = x - cx, dy = y - cy;
-        if (std::hypot(dx, dy) < contact_px) {
+        const double share = std::hypot(dx, dy) / contact_px;
+        if (share < 1) {
           // Depth grows towards the centre: the inward normal's slope part points there.
-          nx = -dx * kPitch_mm / ball_mm;
-          ny = -dy * kPitch_mm / ball_mm;
+          const double steep = share < follows ? 1 : (1 - share) / (1 - follows);
+          nx = -dx * kPitch_mm / ball_mm * steep;
+          ny = -dy * kPitch_mm / ball_mm * steep;
         }
         const double nz = std::sqrt(1 - nx * nx - ny * ny);
         for (uint32_t c = 0; c < 3; ++c) {
@@ -219,6 +222,26 @@ TEST(PhotometricFit, OnePlaceDoesNotJudgeWhatDependsOnPlace) {
     fit.add_ball(scene.render(80, 60, contact_px, 3), background, 80, 60, contact_px, 3, "ball");
   const PhotometricFitResult r = fit.solve(1, NormalModel::Best);
   for (const NormalCandidate& c : r.candidates) EXPECT_LE(std::max(c.order.colours, c.order.products), 1);
+}
+
+TEST(PhotometricFit, SlopesAreFittedAsFarAsThePadFollowsTheBall) {
+  for (const auto& [follows, noise_gray] : {std::pair{0.8, 0.0}, {1.0, 700.0}}) {
+    Scene scene;
+    scene.follows = follows;
+    scene.noise_gray = noise_gray;
+    const Frame background = Scene().render(0, 0, 0, 1);
+    PhotometricFit fit(kFormat, kPitch_mm);
+    for (const auto& [x, y] :
+         {std::pair{40.0, 35.5}, {110.3, 40.0}, {75.0, 80.2}, {120.0, 85.0}, {35.0, 88.0}})
+      fit.add_ball(scene.render(x, y, 30, 3), background, x, y, 30, 3, "ball");
+    const PhotometricFitResult r = fit.solve();
+    if (follows < 1) {
+      EXPECT_EQ(r.followed_share, 0.8);
+      EXPECT_NEAR(r.depth_gain, 1, 0.03);
+    } else {
+      EXPECT_EQ(r.followed_share, 1);  // noise reads all slopes too flat; steep ones stand out of it
+    }
+  }
 }
 
 TEST(PhotometricFit, NoiseIsReportedAsItIs) {

@@ -169,9 +169,10 @@ json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string&
 
 /// "model: quadratic, the simplest that ... (held out: linear 0.0435 mm, quadratic 0.0151 mm, ...)".
 std::string models_text(const PhotometricFitResult& result) {
-  std::string text = std::string("model: ") + result.model().order.name;
+  std::string text = std::string("model: ") + result.model().order.name + ", slopes fitted to " +
+                     fixed(100 * result.followed_share, 0) + " % of each circle";
   if (result.candidates.size() == 1) return text;
-  text += ", the simplest that is as good as any on presses";
+  text += "; the simplest that is as good as any on presses";
   if (result.model().ball) text += " and balls";
   text += " held out (";
   for (const NormalCandidate& c : result.candidates) {
@@ -239,6 +240,7 @@ CalibrationReport report_of(const Fitted& fitted, const PressVerdict& verdict, c
                        {"model", result.model().order.name},
                        {"models", models_json(result)}};
   value.update({{"contact_px", result.contact_px},
+                {"followed_share", result.followed_share},
                 {"rest_weight", options.rest_weight},
                 {"condition", result.condition},
                 {"ridge", result.ridge},

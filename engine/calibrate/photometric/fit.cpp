@@ -103,31 +103,39 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
   ball.width = x1 > x0 ? x1 - x0 : 0;
   ball.inside.assign(size_t{ball.width} * (y1 > y0 ? y1 - y0 : 0), 0);
 
-  const double known_px = kKnownShare * contact_radius_px, known_mm = kKnownShare * contact_radius_mm;
+  const double known_px = kFollowedShares.front() * contact_radius_px,
+               known_mm = kFollowedShares.front() * contact_radius_mm;
   const double rim_mm = std::sqrt(ball_radius_mm * ball_radius_mm - known_mm * known_mm);
   for (uint32_t y = 0; y < format_.height; ++y)
     for (uint32_t x = 0; x < format_.width; ++x) {
       const double dx = x - cx_px, dy = y - cy_px, r = std::hypot(dx, dy);
-      if (r >= known_px && r < kRestRing * contact_radius_px) continue;
+      if (r >= kFollowedShares.back() * contact_radius_px && r < kRestRing * contact_radius_px) continue;
       if (!mask.empty() && mask[size_t{y} * format_.width + x]) continue;
       if (!linear_range(frame, background, x, y, format_.max_gray())) continue;
       const Pixel pixel = pixel_at(frame, background, x, y);
-      if (r >= known_px) {
+      if (r >= kRestRing * contact_radius_px) {
         press.rest.add(pixel, 0, 0);
         continue;
       }
       const double to_normal = -pitch_mm_per_px_ / ball_radius_mm;
+      if (r >= known_px) {
+        size_t share = 1;
+        while (r >= kFollowedShares[share] * contact_radius_px) ++share;
+        press.contact[share].add(pixel, to_normal * dx, to_normal * dy);
+        continue;
+      }
       press.add(pixel, to_normal * dx, to_normal * dy);
       const double r_mm = r * pitch_mm_per_px_;
       ball.inside[size_t{y - y0} * ball.width + (x - x0)] = 1;
       ball.depth_mm.push_back(std::sqrt(ball_radius_mm * ball_radius_mm - r_mm * r_mm) - rim_mm);
     }
   const double disc_px = 3.14159265358979 * known_px * known_px;
-  if (press.contact.weight < 0.5 * disc_px)
-    throw Error(Failure::Input, "half of the contact or more in the frame, neither black nor saturated",
-                std::to_string(static_cast<int>(100 * press.contact.weight / disc_px)) + " % for " + label,
-                "checking its centre and radius (px of the rectified frame)");
-  press.rest_factor = std::min(1.0, press.contact.weight / std::max(press.rest.weight, 1.0));
+  if (press.contact.front().weight < 0.5 * disc_px)
+    throw Error(
+        Failure::Input, "half of the contact or more in the frame, neither black nor saturated",
+        std::to_string(static_cast<int>(100 * press.contact.front().weight / disc_px)) + " % for " + label,
+        "checking its centre and radius (px of the rectified frame)");
+  press.rest_factor = std::min(1.0, press.contact.front().weight / std::max(press.rest.weight, 1.0));
   presses_.push_back(std::move(press));
 }
 

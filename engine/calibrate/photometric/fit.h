@@ -74,6 +74,7 @@ struct PhotometricFitResult {
   PhotometricCalibration calibration;       ///< normal_sd is the held-out error below
   std::vector<NormalCandidate> candidates;  ///< all that were judged, from simple to rich
   size_t chosen = 0;                        ///< of them: in `calibration`, its errors stand below
+  double followed_share = 1;                ///< of a ball's circle, up to which the slopes were fitted
   uint64_t contact_px = 0;                  ///< pixels of known slope in all presses together
   double condition = 0;    ///< largest over smallest singular value of the design matrix, its columns scaled
                            ///< to one length
@@ -112,15 +113,17 @@ class PhotometricFit {
   void add_normals(const Frame& frame, const Frame& background, std::span<const double> normal_x,
                    std::span<const double> normal_y, const std::string& label);
 
-  /// A ball of radius `ball_radius_mm` pressed at (cx, cy) px: sphere normals up to `kKnownShare` of
-  /// `contact_radius_px`; level (zero slope) beyond `kRestRing` times that radius, with at most the weight of
-  /// the contact in all. The ring between is left out: the pad leaves the ball gradually, and its slope is
-  /// not known there. Throws Error(Failure::Input) when the contact is larger than the ball or mostly outside
-  /// the frame. Pixels of `mask` (height x width, 1: a printed marker) are left out; it may be empty.
+  /// A ball of radius `ball_radius_mm` pressed at (cx, cy) px: sphere normals inside `contact_radius_px`;
+  /// level (zero slope) beyond `kRestRing` times that radius, with at most the weight of the contact in all.
+  /// The ring between is left out, for its slope is not known. The pad leaves the ball gradually, so `solve`
+  /// fits slopes up to 80, 90 or 100 % of the circle, by which presses left out are read neither too flat nor
+  /// too deep; `kJudgedShare` of it is what they are judged on. Pixels of `mask` (height x width, 1: a
+  /// printed marker) are left out; it may be empty. Throws Error(Failure::Input) when the contact is larger
+  /// than the ball or mostly outside the frame.
   void add_ball(const Frame& frame, const Frame& background, double cx_px, double cy_px,
                 double contact_radius_px, double ball_radius_mm, const std::string& label,
                 std::span<const uint8_t> mask = {});
-  static constexpr double kKnownShare = 0.8, kRestRing = 2;
+  static constexpr double kJudgedShare = 0.8, kRestRing = 2;
 
   /// Needs two presses or more. Throws Error(Failure::Input) when the colours do not determine both slopes
   /// (gray images, one light, wrong positions): when less than `kLeastExplained` of the normals' variance is

@@ -2,18 +2,24 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "engine/calibrate/photometric/fit.h"
 #include "engine/calibrate/photometric/polynomial.h"
 
 namespace palpate {
 
+/// Shares of a ball's found circle up to which the pad may be taken to follow the ball.
+inline constexpr std::array kFollowedShares{PhotometricFit::kJudgedShare, 0.9, 1.0};
+
 /// The sums of one press, its pixels of known normal, and for a ball the depth to be read from them.
 struct PhotometricPress {
   std::string label;
-  photometric::Moments contact, rest;
+  std::array<photometric::Moments, kFollowedShares.size()> contact;  // from each share to the one before
+  photometric::Moments rest;
   double rest_factor = 1;  // so that the rest weighs no more than the contact
   std::vector<photometric::Pixel> pixels;
   std::vector<Eigen::Vector2f> normals;
@@ -25,13 +31,14 @@ struct PhotometricPress {
     std::vector<double> depth_mm;  // of the inside pixels, row by row as the pixels; rim at 0
   } ball;
 
+  // Of the first share: the pixels by which models are judged.
   void add(const photometric::Pixel& pixel, double nx, double ny) {
-    contact.add(pixel, nx, ny);
+    contact.front().add(pixel, nx, ny);
     pixels.push_back(pixel);
     normals.emplace_back(static_cast<float>(nx), static_cast<float>(ny));
   }
-  void add_to(photometric::Moments& sums, double rest_weight) const {
-    sums.add(contact, 1);
+  void add_to(photometric::Moments& sums, size_t share, double rest_weight) const {
+    for (size_t k = 0; k <= share; ++k) sums.add(contact[k], 1);
     sums.add(rest, rest_weight * rest_factor);
   }
 };

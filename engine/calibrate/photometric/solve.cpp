@@ -229,7 +229,7 @@ HeldOutPress judge(const PhotometricPress& p, const PhotometricCalibration& weig
                    double pitch_mm_per_px, ErrorSums& sums) {
   HeldOutPress h;
   h.label = p.label;
-  h.contact_px = static_cast<uint64_t>(p.contact.weight);
+  h.contact_px = static_cast<uint64_t>(p.contact.front().weight);
   const ReadNormals read = read_normals(p, weights);
   const auto pixels = static_cast<double>(std::max<size_t>(p.pixels.size(), 1));
   h.normal_rms = std::sqrt((read.square[0] + read.square[1]) / (2 * pixels));
@@ -262,12 +262,12 @@ struct Validation {
 };
 
 std::vector<Validation> validate(std::span<const PhotometricPress> presses,
-                                 std::span<const NormalOrder> orders, double rest_weight,
+                                 std::span<const NormalOrder> orders, size_t share, double rest_weight,
                                  double pitch_mm_per_px) {
   const auto sums_of = [&](const auto& wanted) {
     Moments sums;
     for (const PhotometricPress& p : presses)
-      if (wanted(p)) p.add_to(sums, rest_weight);
+      if (wanted(p)) p.add_to(sums, share, rest_weight);
     return sums;
   };
   std::map<double, std::vector<Model>> without_ball;
@@ -301,23 +301,49 @@ double mean_of(std::span<const double> values) {
   return sum / static_cast<double>(values.size());
 }
 
-// The simplest model whose errors on presses left out are no more than a standard error above the least.
-size_t choose(const std::vector<Validation>& validations) {
+// Squared errors of models on the same presses left out.
+using Squares = std::vector<std::vector<double>>;
+
+Squares squares_of(const std::vector<Validation>& validations) {
   const bool by_depth = validations.front().press.balls > 0;
-  std::vector<std::vector<double>> squares;
+  Squares squares;
   for (const Validation& v : validations) squares.push_back(v.squares(by_depth));
+  return squares;
+}
+
+size_t least_of(const Squares& squares) {
   size_t best = 0;
   for (size_t k = 1; k < squares.size(); ++k)
     if (mean_of(squares[k]) < mean_of(squares[best])) best = k;
-  const double least = mean_of(squares[best]), n = static_cast<double>(squares[best].size());
-  for (size_t k = 0; k < best; ++k) {
-    const double more = mean_of(squares[k]) - least;
-    double scatter = 0;  // of the difference, press by press
-    for (size_t i = 0; i < squares[k].size(); ++i)
-      scatter += std::pow(squares[k][i] - squares[best][i] - more, 2);
-    if (least > std::pow(kClearlyBetter, 2) * (least + more) || more <= std::sqrt(scatter / (n * (n - 1))))
-      return k;
-  }
+  return best;
+}
+
+// No more than a standard error above the least, press by press, or than nobody would notice.
+bool as_good(const std::vector<double>& squares, const std::vector<double>& least) {
+  const double more = mean_of(squares) - mean_of(least), n = static_cast<double>(squares.size());
+  double scatter = 0;
+  for (size_t i = 0; i < squares.size(); ++i) scatter += std::pow(squares[i] - least[i] - more, 2);
+  return mean_of(least) > std::pow(kClearlyBetter, 2) * mean_of(squares) ||
+         more <= std::sqrt(scatter / (n * (n - 1)));
+}
+
+// The simplest model that is as good as the best.
+size_t choose_order(const std::vector<Validation>& validations) {
+  const Squares squares = squares_of(validations);
+  const size_t best = least_of(squares);
+  size_t k = 0;
+  while (k < best && !as_good(squares[k], squares[best])) ++k;
+  return k;
+}
+
+// The share with which presses left out are read neither too flat nor too deep. Steep slopes that were left
+// out of the fit are read too flat; and where the pad has left the ball, it is less steep than the fit was
+// told.
+size_t choose_share(const std::vector<Validation>& shares) {
+  size_t best = 0;
+  const auto off = [&](size_t k) { return std::abs(shares[k].press.errors().depth_gain - 1); };
+  for (size_t k = 1; k < shares.size(); ++k)
+    if (off(k) < off(best)) best = k;
   return best;
 }
 
@@ -376,16 +402,26 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
     throw Error(Failure::Input, "two presses or more, so that the error is measured on one that was not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
   const std::vector<NormalOrder> orders = orders_for(wanted, presses_);
-  const std::vector<Validation> validations = validate(presses_, orders, rest_weight, pitch_mm_per_px_);
+  const bool balls = std::any_of(presses_.begin(), presses_.end(),
+                                 [](const PhotometricPress& p) { return p.ball.contact_px > 0; });
+  std::vector<Validation> validations = validate(presses_, orders, 0, rest_weight, pitch_mm_per_px_);
+  const size_t chosen = choose_order(validations);
+  std::vector<Validation> shares = {validations[chosen]};
+  for (size_t share = 1; share < (balls ? kFollowedShares.size() : 1); ++share)
+    shares.push_back(
+        validate(presses_, std::span(&orders[chosen], 1), share, rest_weight, pitch_mm_per_px_)[0]);
+  const size_t share = choose_share(shares);
+  validations[chosen] = shares[share];
   PhotometricFitResult result;
+  result.followed_share = kFollowedShares[share];
   for (size_t k = 0; k < orders.size(); ++k) {
     NormalCandidate& c = result.candidates.emplace_back(orders[k], validations[k].press.errors());
     if (!validations[k].balls.empty()) c.ball = validations[k].ball.errors();
   }
-  result.chosen = choose(validations);
+  result.chosen = chosen;
   Moments sums;
   for (const PhotometricPress& p : presses_) {
-    p.add_to(sums, rest_weight);
+    p.add_to(sums, share, rest_weight);
     result.contact_px += p.pixels.size();
   }
   const Model model = fit_model(sums, orders[result.chosen]);
