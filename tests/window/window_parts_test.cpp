@@ -9,11 +9,16 @@
 #include <map>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <type_traits>
+#include <variant>
 
 #include "capture/files/event_log.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/background_work.h"
 #include "engine/measure/force.h"
+#include "tests/support/json.h"
+#include "tests/support/text_file.h"
 #include "viz/live/history.h"
 #include "viz/live/tare.h"
 #include "viz/panels/calibration_chart.h"
@@ -245,12 +250,8 @@ TEST_F(WindowParts, EventsComeBackWhateverWasTyped) {
 TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
   Settings settings;
   settings.width = 1000;
-  settings.map = ColourMap::Cividis;
-  settings.quantity = Quantity::Strain;
-  settings.section = true;
-  settings.line = {0.1, 0.2, 0.3, 0.4};
-  settings.chart_span_s = 30;
-  settings.skin_strain = SkinStrain::Shear;
+  settings.view.map = ColourMap::Cividis;
+  settings.view.line = {0.1, 0.2, 0.3, 0.4};
   settings.remember("synthetic:slide", "");
   settings.remember(folder_ / "press", folder_ / "pad.json");
   settings.remember("synthetic:slide", "");
@@ -259,12 +260,8 @@ TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
   const LoadedSettings loaded = load_settings(file);
   EXPECT_EQ(loaded.warning, "");
   EXPECT_EQ(loaded.settings.width, 1000u);
-  EXPECT_EQ(loaded.settings.map, ColourMap::Cividis);
-  EXPECT_EQ(loaded.settings.quantity, Quantity::Strain);
-  EXPECT_TRUE(loaded.settings.section);
-  EXPECT_DOUBLE_EQ(loaded.settings.line.y1, 0.4);
-  EXPECT_EQ(loaded.settings.chart_span_s, 30);
-  EXPECT_EQ(loaded.settings.skin_strain, SkinStrain::Shear);
+  EXPECT_EQ(loaded.settings.view.map, ColourMap::Cividis);
+  EXPECT_DOUBLE_EQ(loaded.settings.view.line.y1, 0.4);
   ASSERT_EQ(loaded.settings.recent.size(), 2u) << "once each";
   EXPECT_EQ(loaded.settings.recent[0].input, "synthetic:slide");
   EXPECT_EQ(loaded.settings.recent[1].sensor, (folder_ / "pad.json").string());
@@ -283,6 +280,40 @@ TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
   }
 }
 
+// A setting that is added to the list is kept, and a value that makes no sense is named and left out.
+TEST_F(WindowParts, EverySettingOfTheViewIsKept) {
+  Settings changed;
+  for (const ViewSetting& setting : view_settings())
+    std::visit(
+        [&](auto member) {
+          auto& value = changed.view.*member;
+          using Value = std::decay_t<decltype(value)>;
+          if constexpr (std::is_same_v<Value, SectionLine>)
+            value = {0.1, 0.2, 0.3, 0.4};
+          else if constexpr (std::is_floating_point_v<Value>)
+            value = static_cast<Value>(setting.least + setting.most) / 2;
+          else
+            value = static_cast<Value>(!static_cast<int>(value));
+        },
+        setting.member);
+  const fs::path file = folder_ / "window.json";
+  save_settings(changed, file);
+  const LoadedSettings loaded = load_settings(file);
+  EXPECT_EQ(loaded.warning, "");
+  save_settings(loaded.settings, folder_ / "again.json");
+  EXPECT_EQ(slurp(file), slurp(folder_ / "again.json"));
+  save_settings({}, folder_ / "first.json");
+  const Json kept = parse_json(slurp(file)), first = parse_json(slurp(folder_ / "first.json"));
+  for (const ViewSetting& setting : view_settings()) {
+    EXPECT_NE(kept[setting.name], first[setting.name]) << setting.name;
+    write(file, std::string("{\"palpate_window\": 1, \"") + setting.name + "\": -7}");
+    const LoadedSettings bad = load_settings(file);
+    EXPECT_NE(bad.warning.find(setting.name), std::string::npos) << bad.warning;
+    save_settings(bad.settings, file);
+    EXPECT_EQ(slurp(file), slurp(folder_ / "first.json")) << setting.name;
+  }
+}
+
 // What was chosen with one sensor comes back with those that have it, and with no other.
 TEST(WindowSettings, ColoursAreThoseThatTheSensorHas) {
   const Sensor gel = synthetic_sensor(parse_synthetic("synthetic:drag?size=320x240&mode=gel&skin=texture"));
@@ -291,20 +322,20 @@ TEST(WindowSettings, ColoursAreThoseThatTheSensorHas) {
   Settings settings;
   ViewState with_gel;
   with_gel.fit_to(gel);
-  settings.apply_to(with_gel);
+  with_gel.choose(settings.view);
   with_gel.quantity = Quantity::Strain;
   with_gel.skin_strain = SkinStrain::Stretch;
-  settings.take_from(with_gel);
+  settings.view = with_gel.chosen(settings.view);
   ViewState without;
   without.fit_to(waveguide);
-  settings.apply_to(without);
+  without.choose(settings.view);
   EXPECT_EQ(without.quantity, Quantity::Depth);
   EXPECT_EQ(without.skin_strain, SkinStrain::Off);
   EXPECT_FALSE(without.can_show(Quantity::Strain));
-  settings.take_from(without);
+  settings.view = without.chosen(settings.view);
   ViewState again;
   again.fit_to(gel);
-  settings.apply_to(again);
+  again.choose(settings.view);
   EXPECT_EQ(again.quantity, Quantity::Strain) << "the choice is kept for a sensor that has it";
   EXPECT_EQ(again.skin_strain, SkinStrain::Stretch);
 }
@@ -388,10 +419,15 @@ TEST(Words, SaturationIsShownWhereItMatters) {
 TEST(KeyHelp, EveryKeyIsThereOnce) {
   std::string all;
   for (const KeyHelp& line : key_help()) all += std::string(" ") + line.keys + " ";
-  for (const char* key :
-       {" R,", "T ",  " D ", " O ", " A ", " E ", "L, G, Y", " X ", " P ", "[  ]", "K, J", "Space", " F ",
-        " Z,", " W ", " S ", " M,", " N ", " I ", " V ",     "F11", " C ", " B ",  " H,",  "Esc"})
+  for (const char* key : {" R,", "T ",  " D ", " O ", " A ", " E ", "[  ]", "Space", " F ", " Z,", " W ",
+                          " S ", " M,", " N ", " I ", " V ", "F11", " C ",  " B ",   " H,", "Esc"})
     EXPECT_NE(all.find(key), std::string::npos) << key;
+  for (const ViewSetting& setting : view_settings()) {
+    if (*setting.key == 0) continue;
+    const std::string key = std::string(" ") + setting.key + " ";
+    EXPECT_NE(all.find(key), std::string::npos) << key;
+    EXPECT_EQ(all.find(key), all.rfind(key)) << key << "twice";
+  }
 }
 
 TEST(KeyHelp, TheListAndTheFormHaveTheirOwn) {

@@ -49,7 +49,7 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
              window_.handle(), window_.scale()),
       software_(context.is_software()),
       governor_(!context.is_software(), kDrawBudget_ms) {
-  if (shown.settings) shown.settings->apply_to(scene_.state());
+  if (shown.settings) scene_.state().choose(shown.settings->view);
   scene_.state().vsync = window_.vsync();
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
@@ -210,7 +210,7 @@ LiveReport Display::run() {
     session_.lose_device(error);
   }
   if (shown_.settings) {
-    shown_.settings->take_from(scene_.state());
+    shown_.settings->view = scene_.state().chosen(shown_.settings->view);
     if (thumbnail_ && !shown_.settings->recent.empty())
       keep_thumbnail(shown_.settings->recent.front().input, *thumbnail_, *shown_.settings);
     std::tie(shown_.settings->width, shown_.settings->height) = window_.size();

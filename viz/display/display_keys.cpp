@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 #include <vector>
 
 #include "viz/display/display.h"
@@ -126,33 +127,6 @@ bool handle_look_key(int key, ViewState& state) {
     case GLFW_KEY_O:
       state.map = static_cast<ColourMap>((static_cast<int>(state.map) + 1) % kColourMaps);
       break;
-    default:
-      return false;
-  }
-  return true;
-}
-
-/// Keys of the drawing on the surface and beside it.
-bool handle_layer_key(int key, ViewState& state) {
-  switch (key) {
-    case GLFW_KEY_X:
-      state.section = !state.section;
-      break;
-    case GLFW_KEY_L:
-      state.lit = !state.lit;
-      break;
-    case GLFW_KEY_G:
-      state.grid = !state.grid;
-      break;
-    case GLFW_KEY_Y:
-      state.axes = !state.axes;
-      break;
-    case GLFW_KEY_K:
-      state.contacts = !state.contacts;
-      break;
-    case GLFW_KEY_J:
-      state.skin = !state.skin;
-      break;
     case GLFW_KEY_N:
       if (!state.can_show_skin) break;  // Display says why
       state.skin_strain = static_cast<SkinStrain>((static_cast<int>(state.skin_strain) + 1) % kSkinStrains);
@@ -163,23 +137,24 @@ bool handle_layer_key(int key, ViewState& state) {
   return true;
 }
 
-/// Charts, panels and help.
+/// Keys that switch a setting on or off; those of letters are the letters to GLFW.
+bool handle_switch_key(int key, ViewState& state) {
+  for (const ViewSetting& setting : view_settings())
+    if (const auto* flag = std::get_if<bool ViewSettings::*>(&setting.member); flag && *setting.key == key) {
+      state.** flag = !(state.**flag);
+      return true;
+    }
+  return false;
+}
+
+/// Time axis of the charts, panels and help.
 bool handle_panel_key(int key, bool replay, ViewState& state) {
   switch (key) {
-    case GLFW_KEY_P:
-      state.charts = !state.charts;
-      break;
     case GLFW_KEY_LEFT_BRACKET:
       state.change_chart_span(-1, replay);
       break;
     case GLFW_KEY_RIGHT_BRACKET:
       state.change_chart_span(1, replay);
-      break;
-    case GLFW_KEY_C:
-      state.controls = !state.controls;
-      break;
-    case GLFW_KEY_F:
-      state.rates = !state.rates;
       break;
     case GLFW_KEY_I:
       state.sensor_panel = !state.sensor_panel;
@@ -200,7 +175,7 @@ void Display::handle_view_key(const KeyPress& press) {
   ViewState& state = scene_.state();
   if (press.key == GLFW_KEY_N && !state.can_show_skin)
     stats_.note = "no strain of the skin: this sensor does not follow its skin";
-  if (handle_look_key(press.key, state) || handle_layer_key(press.key, state) ||
+  if (handle_look_key(press.key, state) || handle_switch_key(press.key, state) ||
       handle_panel_key(press.key, options_.replay, state) || press.key != GLFW_KEY_V)
     return;
   do {
@@ -213,8 +188,7 @@ void Display::handle_key(const KeyPress& press) {
   const bool larger = press.key == GLFW_KEY_EQUAL || press.key == GLFW_KEY_KP_ADD;
   const bool smaller = press.key == GLFW_KEY_MINUS || press.key == GLFW_KEY_KP_SUBTRACT;
   if (press.control && (larger || smaller)) {
-    state.text_scale = std::clamp(state.text_scale * (larger ? 1.15f : 1 / 1.15f), ViewState::kLeastTextScale,
-                                  ViewState::kMostTextScale);
+    state.enlarge_text(larger);
     return;
   }
   if (handle_section_key(press)) return;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <variant>
 
 #include "viz/render/format.h"
 
@@ -121,17 +123,14 @@ void block_settings(const BlockSetting& now, float scale, ViewState& state) {
 
 void switches(bool has_surface, ViewState& state) {
   Rows rows;
-  if (has_surface) {
-    rows.box("light", state.lit);
-    rows.box("grid", state.grid);
-    rows.box("axes", state.axes);
-    rows.box("section", state.section);
+  for (const ViewSetting& setting : view_settings()) {
+    const auto* const flag = std::get_if<bool ViewSettings::*>(&setting.member);
+    if (!flag || *flag == &ViewSettings::controls || (setting.on_surface && !has_surface)) continue;
+    std::string label = setting.name;
+    std::replace(label.begin(), label.end(), '_', ' ');
+    rows.box(label.c_str(), state.**flag);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", setting.sentence);
   }
-  rows.box("charts", state.charts);
-  rows.box("contacts", state.contacts);
-  rows.box("skin", state.skin);
-  rows.box("places in px", state.pixels);
-  rows.box("rates", state.rates);
 }
 
 void action_buttons(bool has_surface, const LiveStats* live, ViewState& state) {
@@ -151,6 +150,12 @@ void action_buttons(bool has_surface, const LiveStats* live, ViewState& state) {
   if (rows.button("Help")) state.help = !state.help;
 }
 
+/// The help of a key that switches a setting.
+KeyHelp of(char key) {
+  const ViewSetting& setting = view_setting(key);
+  return {setting.key, setting.sentence, setting.on_surface ? Where::WithSurface : Where::Always};
+}
+
 }  // namespace
 
 const std::vector<KeyHelp>& key_help() {
@@ -159,20 +164,23 @@ const std::vector<KeyHelp>& key_help() {
       {"right drag, Shift + drag", "pan", Where::WithSurface},
       {"wheel", "zoom", Where::WithSurface},
       {"R, T", "reset the view, view from the top", Where::WithSurface},
-      {"D", "colours show depth, pressure, strain", Where::WithSurface},
-      {"O", "colour map: viridis, cividis, magma", Where::WithSurface},
+      of('D'),
+      of('O'),
       {"A", "automatic colour range", Where::WithSurface},
       {"Page up, down", "wider, narrower colour range", Where::WithSurface},
       {"E", "automatic vertical exaggeration", Where::WithSurface},
       {"+  -", "exaggerate more, less", Where::WithSurface},
-      {"L, G, Y", "light, grid, axes", Where::WithSurface},
-      {"X", "section line; drag its ends or middle", Where::WithSurface},
+      of('L'),
+      of('G'),
+      of('Y'),
+      of('X'),
       {"Ctrl + arrows", "move the section", Where::WithSurface},
       {"Ctrl + Shift + Left, Right", "turn the section", Where::WithSurface},
-      {"P", "strip charts"},
+      of('P'),
       {"[  ]", "shorter, longer time axis"},
-      {"K, J", "contacts, skin shifts over the image"},
-      {"N", "strain of the skin over the image"},
+      of('K'),
+      of('J'),
+      of('N'),
       {"Space", "pause"},
       {"Left, Right", "1 s back, on (Shift: 10 s)", Where::InReplay},
       {"click in the charts", "go there", Where::InReplay},
@@ -184,11 +192,11 @@ const std::vector<KeyHelp>& key_help() {
       {"S", "snapshot: picture, frame, numbers"},
       {"M, Shift + M", "mark an event, with a text"},
       {"I", "sensor and its calibrations"},
-      {"F", "rates, latency and mesh of the program"},
+      of('F'),
       {"V", "vsync: on, mailbox, off"},
       {"Ctrl + plus, minus", "larger, smaller text"},
       {"F11", "full screen"},
-      {"C", "settings on, off"},
+      of('C'),
       {"B", "back to the list of sources"},
       {"H, F1", "this help"},
       {"Esc, Q", "close what is open; quit"},
@@ -240,11 +248,9 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   action_buttons(has_surface, live, state);
   ImGui::Text("text");
   ImGui::SameLine();
-  if (ImGui::SmallButton(" - ##text"))
-    state.text_scale = std::max(state.text_scale / 1.15f, ViewState::kLeastTextScale);
+  if (ImGui::SmallButton(" - ##text")) state.enlarge_text(false);
   ImGui::SameLine();
-  if (ImGui::SmallButton(" + ##text"))
-    state.text_scale = std::min(state.text_scale * 1.15f, ViewState::kMostTextScale);
+  if (ImGui::SmallButton(" + ##text")) state.enlarge_text(true);
   ImGui::SameLine();
   if (ImGui::SmallButton("full screen")) state.full_screen_requested = true;
   if (live) {

@@ -1,10 +1,14 @@
 #include "viz/panels/settings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <concepts>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <type_traits>
+#include <variant>
 
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
@@ -18,13 +22,65 @@ namespace fs = std::filesystem;
 
 constexpr int kVersion = 1;
 
+constexpr int count_of(Quantity) {
+  return kQuantities;
+}
+constexpr int count_of(ColourMap) {
+  return kColourMaps;
+}
+constexpr int count_of(SkinStrain) {
+  return kSkinStrains;
+}
+
+template <typename Enum>
+Json written(Enum value) requires std::is_enum_v<Enum> {
+  return to_string(value);
+}
+template <typename Plain>
+Json written(Plain value) requires std::is_arithmetic_v<Plain> {
+  return value;
+}
+Json written(const SectionLine& line) {
+  return Json::array({line.x0, line.y0, line.x1, line.y1});
+}
+
 /// Takes what is there and makes sense; notes what does not.
 class Reader {
  public:
   explicit Reader(const Json& json) : json_(json) {}
 
-  void flag(const char* key, bool& to) {
-    if (const Json* v = find(key)) v->is_boolean() ? void(to = v->get<bool>()) : complain(key);
+  void read(const ViewSetting& setting, bool& to) {
+    if (const Json* v = find(setting.name))
+      v->is_boolean() ? void(to = v->boolean()) : complain(setting.name);
+  }
+  template <std::floating_point Number>
+  void read(const ViewSetting& setting, Number& to) {
+    number(setting.name, to, setting.least, setting.most);
+  }
+  template <typename Enum>
+  void read(const ViewSetting& setting, Enum& to) {
+    const Json* v = find(setting.name);
+    if (!v) return;
+    for (int i = 0; i < count_of(to); ++i)
+      if (v->is_string() && v->text() == to_string(static_cast<Enum>(i))) {
+        to = static_cast<Enum>(i);
+        return;
+      }
+    complain(setting.name);
+  }
+  void read(const ViewSetting& setting, SectionLine& to) {
+    const Json* v = find(setting.name);
+    if (!v) return;
+    std::array<double, 4> ends{};
+    try {
+      v->get_to(ends);
+    } catch (const json::Error&) {
+      ends[0] = -1;
+    }
+    if (std::ranges::all_of(ends, [](double x) { return x >= 0 && x <= 1; }))
+      to = {ends[0], ends[1], ends[2], ends[3]};
+    else
+      complain(setting.name);
   }
   template <typename Number>
   void number(const char* key, Number& to, double least, double most) {
@@ -35,17 +91,6 @@ class Reader {
       to = static_cast<Number>(value);
     else
       complain(key);
-  }
-  template <typename Enum>
-  void choice(const char* key, Enum& to, int count) {
-    const Json* v = find(key);
-    if (!v) return;
-    for (int i = 0; i < count; ++i)
-      if (v->is_string() && v->get<std::string>() == to_string(static_cast<Enum>(i))) {
-        to = static_cast<Enum>(i);
-        return;
-      }
-    complain(key);
   }
   void words(const char* key, std::string& to) {
     if (const Json* v = find(key)) v->is_string() ? void(to = v->get<std::string>()) : complain(key);
@@ -78,33 +123,8 @@ std::string trouble_of(const Json& json, Settings& s) {
   Reader r(json);
   r.number("width", s.width, 480, 16384);
   r.number("height", s.height, 320, 16384);
-  r.number("text_scale", s.text_scale, ViewState::kLeastTextScale, ViewState::kMostTextScale);
-  r.choice("colour_map", s.map, kColourMaps);
-  r.choice("colours", s.quantity, kQuantities);
-  r.flag("light", s.lit);
-  r.flag("grid", s.grid);
-  r.flag("axes", s.axes);
-  r.flag("charts", s.charts);
-  r.flag("section", s.section);
-  r.flag("contacts", s.contacts);
-  r.flag("skin", s.skin);
-  r.choice("skin_strain", s.skin_strain, kSkinStrains);
-  r.flag("controls", s.controls);
-  r.flag("rates", s.rates);
-  r.number("chart_span_s", s.chart_span_s, 1, 60);
-  if (const Json* line = r.list("section_line")) {
-    bool good = line->size() == 4;
-    std::array<double, 4> v{};
-    for (size_t i = 0; good && i < 4; ++i) {
-      good = (*line)[i].is_number();
-      if (good) v[i] = (*line)[i].get<double>();
-      good = good && v[i] >= 0 && v[i] <= 1;
-    }
-    if (good)
-      s.line = {v[0], v[1], v[2], v[3]};
-    else
-      r.complain("section_line");
-  }
+  for (const ViewSetting& setting : view_settings())
+    std::visit([&](auto member) { r.read(setting, s.view.*member); }, setting.member);
   if (const Json* recent = r.list("recent")) {
     for (const Json& one : *recent) {
       const bool good = one.is_object() && one.contains("input") && one["input"].is_string() &&
@@ -128,31 +148,6 @@ std::string trouble_of(const Json& json, Settings& s) {
 }
 
 }  // namespace
-
-void Settings::take_from(const ViewState& v) {
-  text_scale = v.text_scale;
-  map = v.map;
-  // A quantity that this sensor cannot show stays as it was chosen with one that can.
-  if (v.can_show(quantity)) quantity = v.quantity;
-  lit = v.lit, grid = v.grid, axes = v.axes;
-  charts = v.charts, section = v.section, contacts = v.contacts, skin = v.skin, controls = v.controls;
-  rates = v.rates;
-  if (v.can_show_skin) skin_strain = v.skin_strain;
-  chart_span_s = v.chart_span_s;
-  line = v.line;
-}
-
-void Settings::apply_to(ViewState& v) const {
-  v.text_scale = text_scale;
-  v.map = map;
-  v.quantity = v.can_show(quantity) ? quantity : Quantity::Depth;
-  v.lit = lit, v.grid = grid, v.axes = axes;
-  v.charts = charts, v.section = section, v.contacts = contacts, v.skin = skin, v.controls = controls;
-  v.rates = rates;
-  v.skin_strain = v.can_show_skin ? skin_strain : SkinStrain::Off;
-  v.chart_span_s = chart_span_s;
-  v.line = line;
-}
 
 void Settings::remember(const std::string& input, const fs::path& sensor) {
   const std::string file = sensor.empty() ? std::string() : absolute_input(sensor.string());
@@ -213,27 +208,12 @@ void save_settings(const Settings& s, const fs::path& file) {
   if (file.empty()) return;
   Json recent = Json::array();
   for (const Settings::Recent& r : s.recent) recent.push_back(Json{{"input", r.input}, {"sensor", r.sensor}});
-  const Json json = {{"palpate_window", kVersion},
-                     {"width", s.width},
-                     {"height", s.height},
-                     {"text_scale", s.text_scale},
-                     {"colour_map", to_string(s.map)},
-                     {"colours", to_string(s.quantity)},
-                     {"light", s.lit},
-                     {"grid", s.grid},
-                     {"axes", s.axes},
-                     {"charts", s.charts},
-                     {"section", s.section},
-                     {"contacts", s.contacts},
-                     {"skin", s.skin},
-                     {"skin_strain", to_string(s.skin_strain)},
-                     {"controls", s.controls},
-                     {"rates", s.rates},
-                     {"chart_span_s", s.chart_span_s},
-                     {"section_line", Json::array({s.line.x0, s.line.y0, s.line.x1, s.line.y1})},
-                     {"recent", recent},
-                     {"sensors", s.sensors},
-                     {"folder", s.folder}};
+  Json json = {{"palpate_window", kVersion}, {"width", s.width}, {"height", s.height}};
+  for (const ViewSetting& setting : view_settings())
+    std::visit([&](auto member) { json[setting.name] = written(s.view.*member); }, setting.member);
+  json["recent"] = recent;
+  json["sensors"] = s.sensors;
+  json["folder"] = s.folder;
   if (file.has_parent_path()) make_output_folder(file.parent_path());
   write_whole(file, json.dump(2, json::Utf8::Replace) + "\n");
 }

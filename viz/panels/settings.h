@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/run/run_settings.h"
-#include "viz/render/view_state.h"
+#include "viz/render/view_settings.h"
 
 namespace palpate::viz {
 
@@ -24,21 +24,12 @@ struct Settings {
 
   uint32_t width = 1280;  ///< of the window, in the screen's units
   uint32_t height = 720;
-  float text_scale = 1;
-  ColourMap map = ColourMap::Viridis;
-  Quantity quantity = Quantity::Depth;
-  bool lit = true, grid = true, axes = true;
-  bool charts = true, section = false, contacts = true, skin = true, controls = true, rates = false;
-  SkinStrain skin_strain = SkinStrain::Off;
-  double chart_span_s = 10;
-  SectionLine line;
+  ViewSettings view;
   std::vector<Recent> recent;        ///< newest first
   std::vector<std::string> sensors;  ///< sensor files that were used, newest first
   RunSettings run;                   ///< of the next source from the list; not kept from run to run
   std::string folder;                ///< where sessions and snapshots of the start list go; empty: ~/palpate
 
-  void take_from(const ViewState& state);
-  void apply_to(ViewState& state) const;
   /// To the front of the list; the oldest fall off. Paths become absolute.
   void remember(const std::string& input, const std::filesystem::path& sensor);
   void forget(const Recent& recent);

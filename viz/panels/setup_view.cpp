@@ -48,7 +48,7 @@ std::string by_field(std::string words) {
 }  // namespace
 
 SetupView::SetupView(gpu::Context& context, Window& window, Settings& settings, SetupForm& form)
-    : window_(window), form_(form), page_(context, window, settings.text_scale) {
+    : window_(window), form_(form), page_(context, window, settings.view.text_scale) {
   window_.set_title("palpate: a sensor of your own");
 }
 

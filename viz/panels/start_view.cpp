@@ -83,7 +83,7 @@ StartView::StartView(gpu::Context& context, Window& window, Settings& settings, 
                      std::string folder)
     : window_(window),
       settings_(settings),
-      page_(context, window, settings.text_scale),
+      page_(context, window, settings.view.text_scale),
       list_(settings),
       message_(in_the_window(trouble.message)),
       trouble_(!trouble.message.empty()),
@@ -149,8 +149,7 @@ void StartView::handle_keys() {
     if (press.control && (press.key == GLFW_KEY_EQUAL || press.key == GLFW_KEY_MINUS ||
                           press.key == GLFW_KEY_KP_ADD || press.key == GLFW_KEY_KP_SUBTRACT)) {
       const bool larger = press.key == GLFW_KEY_EQUAL || press.key == GLFW_KEY_KP_ADD;
-      settings_.text_scale = std::clamp(settings_.text_scale * (larger ? 1.15f : 1 / 1.15f),
-                                        ViewState::kLeastTextScale, ViewState::kMostTextScale);
+      settings_.view.enlarge_text(larger);
       continue;
     }
     if (typing) {

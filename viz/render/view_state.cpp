@@ -54,6 +54,23 @@ void ViewState::follow(const Touch& touch, double longest_side_mm) {
   }
 }
 
+void ViewState::choose(const ViewSettings& settings) {
+  ViewSettings::operator=(settings);
+  replace_hidden();
+}
+
+ViewSettings ViewState::chosen(const ViewSettings& before) const {
+  ViewSettings now = *this;
+  if (!can_show(before.quantity)) now.quantity = before.quantity;
+  if (!can_show_skin) now.skin_strain = before.skin_strain;
+  return now;
+}
+
+void ViewState::replace_hidden() {
+  if (!can_show(quantity)) quantity = Quantity::Depth;
+  if (!can_show_skin) skin_strain = SkinStrain::Off;
+}
+
 bool ViewState::can_show(Quantity shown) const {
   switch (shown) {
     case Quantity::Pressure:
@@ -115,8 +132,7 @@ void ViewState::fit_to(const Sensor& sensor) {
   can_show_skin = sensor.skin.has_value();
   can_show_strain = sensor.reading != SurfaceReading::None && sensor.reading != SurfaceReading::Elastic;
   if (sensor.shear && sensor.shear->friction > 0) friction_range = sensor.shear->friction;
-  if (!can_show(quantity)) quantity = Quantity::Depth;
-  if (!can_show_skin) skin_strain = SkinStrain::Off;
+  replace_hidden();
 }
 
 void ViewState::follow_pressure(double largest_MPa) {

@@ -13,9 +13,8 @@
 #include "viz/live/tare.h"
 #include "viz/live/vsync.h"
 #include "viz/render/orbit.h"
-#include "viz/render/section_line.h"
-#include "viz/render/strain_view.h"
 #include "viz/render/surface_view.h"
+#include "viz/render/view_settings.h"
 
 namespace palpate::viz {
 
@@ -27,12 +26,11 @@ double scale_ceiling(double value);
 /// Seconds of the strip charts' time axis that the user can choose.
 inline constexpr std::array<double, 4> kChartSpans_s{5, 10, 30, 60};
 
-struct ViewState {
+struct ViewState : ViewSettings {
   static constexpr double kLeastRange_mm = 0.02, kMostRange_mm = 10;
   static constexpr double kLeastRange_MPa = 1e-4, kMostRange_MPa = 10;
   static constexpr double kLeastStrain = 0.001, kMostStrain = 10;
   static constexpr double kLeastFriction = 0.01, kMostFriction = 10;
-  static constexpr float kLeastTextScale = 0.6f, kMostTextScale = 4;
 
   Camera camera;
   bool automatic_range = true;     ///< of depth
@@ -43,32 +41,16 @@ struct ViewState {
   double friction_range = 1;       ///< shear over pressure with the last colour: the sensor's coefficient
   bool automatic_exaggeration = true;
   double exaggeration = 10;
-  Quantity quantity = Quantity::Depth;
-  ColourMap map = ColourMap::Viridis;
   bool can_show_pressure = false;  ///< the sensor reads it
   bool can_show_friction = false;  ///< its layer and its skin give both
   bool can_show_strain = true;     ///< of the surface's area: its slopes are seen, not computed from pressure
   bool can_show_skin = true;       ///< it follows its skin
-  bool lit = true;
-  bool grid = true;
-  bool axes = true;
-  bool charts = true;
-  double chart_span_s = 10;
-  bool whole_recording = true;  ///< charts of a replay from end to end, else chart_span_s
-  bool section = false;
-  SectionLine line;
-  bool contacts = true;                      ///< over the raw image
-  bool skin = true;                          ///< over the raw image
-  SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image
-  double skin_strain_range = 0.005;          ///< with the last colour; follows the touch
-  bool pixels = false;  ///< places in px from the top left corner instead of mm from the middle
-  bool controls = true;
-  bool rates = false;  ///< how the program runs: rates, drops, latency, mesh, device
+  bool whole_recording = true;     ///< charts of a replay from end to end, else chart_span_s
+  double skin_strain_range = 0.005;  ///< with the last colour; follows the touch
   bool sensor_panel = false;
   bool help = false;
   bool paused = false;
   Vsync vsync = Vsync::On;
-  float text_scale = 1;  ///< on top of the screen's own
   Tare tare;
   bool labelling = false;        ///< a text for an event is being typed
   bool mouse_taken = false;      ///< by something that is dragged: the camera stays
@@ -89,6 +71,10 @@ struct ViewState {
   std::optional<uint64_t> seek_to;   ///< frame of a replay
   std::optional<uint64_t> bar_held;  ///< frame at which its bar is held
 
+  /// Those of an earlier run; views that this sensor cannot show are replaced.
+  void choose(const ViewSettings& settings);
+  /// What stands now; views that this sensor cannot show stay as they were chosen with one that can.
+  ViewSettings chosen(const ViewSettings& before) const;
   bool can_show(Quantity shown) const;
   /// To the next quantity that this sensor has.
   void next_quantity();
@@ -110,6 +96,8 @@ struct ViewState {
   SurfaceStyle style(double longest_side_mm) const;
 
  private:
+  void replace_hidden();
+
   int64_t smaller_since_ns_ = 0;
   bool smaller_ = false;
   double smaller_peak_mm_ = 0;

@@ -1,0 +1,49 @@
+// Settings of the view that the window keeps from one run to the next, each described once: the window's
+// file, its panel, its keys and its help take names, ranges, keys and sentences from here.
+#pragma once
+
+#include <span>
+#include <variant>
+
+#include "viz/render/colour_map.h"
+#include "viz/render/section_line.h"
+#include "viz/render/strain_view.h"
+
+namespace palpate::viz {
+
+struct ViewSettings {
+  static constexpr float kLeastTextScale = 0.6f, kMostTextScale = 4;
+
+  float text_scale = 1;  ///< on top of the screen's own
+  Quantity quantity = Quantity::Depth;
+  ColourMap map = ColourMap::Viridis;
+  bool lit = true, grid = true, axes = true, section = false;
+  SectionLine line;
+  bool charts = true;
+  double chart_span_s = 10;
+  bool contacts = true, skin = true;         ///< over the raw image
+  SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image
+  bool pixels = false;  ///< places in px from the top left corner, not mm from the middle
+  bool rates = false, controls = true;
+
+  void enlarge_text(bool larger);
+};
+
+struct ViewSetting {
+  using V = ViewSettings;
+  using Member = std::variant<bool V::*, float V::*, double V::*, Quantity V::*, ColourMap V::*,
+                              SkinStrain V::*, SectionLine V::*>;
+  const char* name;  ///< in the file, with its unit; of a box in the panel, with spaces
+  Member member;
+  const char* sentence = "";   ///< of the help
+  const char* key = "";        ///< that switches it, or goes on to its next value
+  bool on_surface = false;     ///< nothing without a surface that is drawn
+  double least = 0, most = 0;  ///< of a number
+};
+
+/// All of them, in the order of the panel.
+std::span<const ViewSetting> view_settings();
+/// That of a key, which there must be.
+const ViewSetting& view_setting(char key);
+
+}  // namespace palpate::viz
