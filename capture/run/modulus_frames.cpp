@@ -174,14 +174,15 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
 }
 
 PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background,
-                         const Sample& sample)
+                         const Sample& sample, bool separate)
     : sensor_(sensor),
       sample_(sample),
       background_(background),
       pipeline_(context, for_rectified_frames(sensor), background.format,
                 {.outputs =
                      sensor.reading == SurfaceReading::None ? Output::Force : Output::Force | Output::Surface,
-                 .solver = SurfaceSolver::Best}) {
+                 .solver = SurfaceSolver::Best,
+                 .separate = separate}) {
   pipeline_.set_background(background);
 }
 

@@ -9,6 +9,7 @@
 
 #include "capture/files/gauge.h"
 #include "capture/open_source.h"
+#include "capture/run/separate_pictures.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -91,11 +92,13 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
-  PressReader reader(context, input.sensor, background, sample);
+  const bool separate = separate_presses(*source, recording.one_sequence);
+  PressReader reader(context, input.sensor, background, sample, separate);
   SamplePresses presses;
   presses.depth_by_pressure = reader.depth_by_pressure();
   std::map<std::string, size_t> left;
   if (gauge) presses.notes = gauge->notes;
+  if (separate) presses.notes.emplace_back(kSeparatePictures);
   Readings readings;
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));
   for (Frame frame; !watch.stopped() && source->next(frame);) {

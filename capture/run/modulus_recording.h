@@ -19,6 +19,7 @@ struct PressRecording {
   std::filesystem::path gauge;     ///< table of forces; empty: the image's force
   std::filesystem::path approach;  ///< table of the stage's way; empty: none
   double stage_sd_mm = kStageSd_mm;
+  bool one_sequence = false;  ///< as of separate_presses()
 };
 /// Throws Error(Failure::Sensor) without a scale, and without a force.
 void check(const PressRecording& recording);

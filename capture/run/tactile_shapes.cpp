@@ -20,12 +20,11 @@ constexpr double kNearForce = 0.03;
 
 /// Calls `with(result)` for each frame until it says that it has seen enough.
 template <typename With>
-void each_frame(gpu::Context& context, const MeasuredInput& input, Outputs outputs, const RunWatch& watch,
-                const With& with) {
+void each_frame(gpu::Context& context, const MeasuredInput& input, Outputs outputs, bool separate,
+                const RunWatch& watch, const With& with) {
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
-  if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
   Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
-                    {.outputs = outputs, .solver = SurfaceSolver::Best});
+                    {.outputs = outputs, .solver = SurfaceSolver::Best, .separate = separate});
   pipeline.set_background(load_background(input.input, input.sensor, *source));
   bool more = true;
   for (Frame frame; more && !watch.stopped() && source->next(frame);) {
@@ -35,14 +34,15 @@ void each_frame(gpu::Context& context, const MeasuredInput& input, Outputs outpu
   }
 }
 
+/// While loading, up to the peak; separate pictures are presses of their own, in any order.
 std::array<uint64_t, 2> frames_by_force(gpu::Context& context, const MeasuredInput& input,
-                                        const ShapeRequest& request, const RunWatch& watch) {
+                                        const ShapeRequest& request, bool separate, const RunWatch& watch) {
   struct Seen {
     uint64_t frame;
     double force_N;
   };
   std::vector<Seen> seen;
-  each_frame(context, input, Output::Force, watch, [&](const Result& result) {
+  each_frame(context, input, Output::Force, separate, watch, [&](const Result& result) {
     const Touch& t = result.touch;
     if (t.contact && std::isfinite(t.force_N.value) && t.force_N.validity != Validity::NotCalibrated)
       seen.push_back({t.sequence, t.force_N.value});
@@ -56,11 +56,13 @@ std::array<uint64_t, 2> frames_by_force(gpu::Context& context, const MeasuredInp
       request.forces_N.value_or(std::array<double, 2>{0.5 * peak->force_N, peak->force_N});
   std::array<uint64_t, 2> frames{};
   for (size_t i = 0; i < 2; ++i) {
-    const auto nearest = std::min_element(seen.begin(), peak + 1, [&](const Seen& a, const Seen& b) {
+    const auto end = separate ? seen.end() : peak + 1;
+    const auto nearest = std::min_element(seen.begin(), end, [&](const Seen& a, const Seen& b) {
       return std::abs(a.force_N - wanted[i]) < std::abs(b.force_N - wanted[i]);
     });
     if (std::abs(nearest->force_N - wanted[i]) > kNearForce * peak->force_N)
-      throw Error(Failure::Input, "a frame at " + std::to_string(wanted[i]) + " N while loading",
+      throw Error(Failure::Input,
+                  "a frame at " + std::to_string(wanted[i]) + " N" + (separate ? "" : " while loading"),
                   "none nearer than " + std::to_string(nearest->force_N) + " N of a peak of " +
                       std::to_string(peak->force_N) + " N",
                   "other forces, or --frames A,B");
@@ -92,12 +94,20 @@ std::optional<double> TactileShapes::counted_growth() const {
 
 TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request,
                           const RunWatch& watch) {
-  const bool surface = wants(input.outputs, Output::Surface), skin = input.sensor.skin.has_value();
+  const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+  if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
+  const bool separate = separate_presses(*source, request.one_sequence);
+  const bool surface = wants(input.outputs, Output::Surface);
+  const bool skin = input.sensor.skin.has_value() && !separate;
+  if (!surface && input.sensor.skin && separate)
+    throw Error(Failure::Usage, "frames that follow each other, for the skin's strain",
+                "'" + input.input + "': pictures without a rate, each of them a press of its own",
+                "--sequence where they do");
   if (!surface && !skin)
     throw Error(Failure::Usage, "a sensor that measures its surface or has a pattern on its skin", "neither",
                 "a sensor file with \"reading\" or \"skin\"");
   const std::array<uint64_t, 2> frames =
-      request.frames ? *request.frames : frames_by_force(context, input, request, watch);
+      request.frames ? *request.frames : frames_by_force(context, input, request, separate, watch);
   if (frames[0] == frames[1])
     throw Error(Failure::Input, "two compressions", "one and the same frame, " + std::to_string(frames[0]),
                 "other forces or frames");
@@ -108,8 +118,9 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
   control.pitch_mm_per_px = input.sensor.pitch_mm_per_px;
   TactileShapes found;
   found.skin = skin;
+  found.separate = separate;
   std::array<bool, 2> have{};
-  each_frame(context, input, outputs, watch, [&](const Result& result) {
+  each_frame(context, input, outputs, separate, watch, [&](const Result& result) {
     for (size_t i = 0; i < 2; ++i) {
       if (result.touch.sequence != frames[i]) continue;
       TactileShape& shape = i == 0 ? found.before : found.after;

@@ -31,18 +31,21 @@ struct ShapeRequest {
   std::optional<std::array<double, 2>> forces_N;  ///< the frames nearest to these, up to the peak; neither:
                                                   ///< half of the peak and the peak
   ControlOptions control;                         ///< the pitch is the sensor's
+  bool one_sequence = false;                      ///< as of separate_presses()
 };
 
 struct TactileShapes {
   TactileShape before, after;
-  bool skin = false;  ///< the skin's points were followed from the first frame on
+  bool separate = false;  ///< pictures of separate presses: nothing was followed from one to the next
+  bool skin = false;      ///< the skin's points were followed from the first frame on
 
   /// Change of the touched area, counted, over that of the first; none without contact.
   std::optional<double> counted_growth() const;
 };
 
 /// Reads the recording, twice where frames are chosen by force. Throws Error(Failure::Input) where a frame or
-/// a force is not there, Error(Failure::Usage) of a camera and of a sensor without surface and skin.
+/// a force is not there, Error(Failure::Usage) of a camera and of a sensor without surface and skin, or
+/// without surface where the input is separate pictures.
 TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request,
                           const RunWatch& watch);
 

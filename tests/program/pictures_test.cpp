@@ -87,6 +87,53 @@ TEST_F(Pictures, AreOneSequenceWhereThatIsSaid) {
   }
 }
 
+// A weak press, a strong one and the weak one again: the sensor's force has a curve for loading and one for
+// unloading, and which of them holds is known within a sequence only.
+TEST_F(Pictures, OfOneTouchGiveOneStrainAndOneModulus) {
+  const fs::path rec = recording(kFrames), three = folder_ / "three";
+  fs::create_directories(three);
+  for (const auto& [from, to] :
+       {std::pair{"000023.png", "0.png"}, {"000028.png", "1.png"}, {"000023.png", "2.png"}})
+    fs::copy_file(rec / "frames" / from, three / to);
+  Json sensor = parse_json(slurp(rec / "sensor.json"));
+  Json& force = sensor["force"];
+  for (const auto& [curve, factor] : {std::pair{"loading", 1.1}, {"unloading", 0.9}})
+    force[curve] = {{"c0_N", 0},
+                    {"c1", factor * force.at("c1_N_per_gray").get<double>()},
+                    {"residual_sd_N", force.at("residual_sd_N")}};
+  spill(rec / "both.json", sensor.dump());
+  const auto command = [&](const char* name, std::vector<std::string> more, bool sequence) {
+    std::vector<std::string> words = {
+        name,     three,    "--sensor", rec / "both.json", "--background", rec / "background.png",
+        "--json", "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    if (sequence) words.emplace_back("--sequence");
+    return run(words);
+  };
+  for (const bool sequence : {false, true}) {
+    const Ended strain = command("strain", {"--frames", "0,2"}, sequence);
+    ASSERT_EQ(strain.exit_code, 0) << strain.err;
+    const Json answer = parse_json(strain.out);
+    const double before_N = answer["before"]["force_N"], after_N = answer["after"]["force_N"];
+    ASSERT_GT(before_N, 0);
+    EXPECT_EQ(after_N == before_N, !sequence) << before_N << " N, " << after_N << " N";
+    EXPECT_EQ(answer.contains("separate_pictures"), !sequence);
+
+    const Ended modulus =
+        command("modulus", {"--sample", "sphere,20mm", "--out", folder_ / "modulus"}, sequence);
+    ASSERT_EQ(modulus.exit_code, 0) << modulus.err;
+    EXPECT_EQ(modulus.out.find("each is a press of its own") != std::string::npos, !sequence);
+    const Table presses(slurp(folder_ / "modulus/presses.csv"));
+    ASSERT_EQ(presses.rows.size(), 3u);
+    EXPECT_EQ(presses.at(0, "force_N") == presses.at(1, "force_N"), !sequence)
+        << slurp(folder_ / "modulus/presses.csv");
+  }
+  // The strong one lies between them: in any order it is the peak, and its half is there.
+  fs::rename(three / "0.png", three / "3.png");
+  EXPECT_EQ(command("strain", {}, false).exit_code, 0);
+  EXPECT_EQ(command("strain", {}, true).exit_code, 3) << "none before the peak";
+}
+
 TEST_F(Pictures, AFilmIsOneSequenceByItself) {
   const Ended ended =
       run({"process", "synthetic:press?size=160x120", "--frames", "30", "--out", folder_ / "out"});

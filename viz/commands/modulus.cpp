@@ -11,6 +11,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
@@ -29,6 +30,7 @@ struct Options {
   Support table = Support::Sliding;
   MaterialLaw law = MaterialLaw::Linear;
   uint32_t replicates = 200;
+  bool one_sequence = false;
 };
 
 /// The pad by the options, else by the sensor file.
@@ -56,7 +58,7 @@ ModulusSetup setup_of(const Common& common, const Options& o) {
 /// A recording's presses, by force; what was passed over becomes a note.
 void read_recording(gpu::Context& context, const Common& common, const Options& o, ModulusReport& r) {
   const MeasuredInput input = find_input(common.seed, o.input, o.sensor, o.background);
-  const PressRecording recording{input, o.gauge, o.approach, o.stage_sd_mm};
+  const PressRecording recording{input, o.gauge, o.approach, o.stage_sd_mm, o.one_sequence};
   check(recording);
   set_pad(o, &input.sensor, r.setup);
   if (!(o.scale_sd > 0)) r.setup.length_relative_sd = scale_sd(input.sensor);
@@ -169,6 +171,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--sensor", o->sensor,
                       "Sensor file: force calibration, scale and, of a waveguide, the pad");
   command->add_option("--background", o->background, "Image of the untouched sensor");
+  add_sequence(*command, o->one_sequence);
   command->add_option("--pad-kPa", o->pad_kPa, "The pad's Young's modulus (default: the sensor file's)")
       ->check(Check::positive());
   command->add_option("--pad-thickness-mm", o->pad_thickness_mm, "Its thickness, bonded to a rigid base")

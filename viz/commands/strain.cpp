@@ -4,12 +4,14 @@
 #include <cstdio>
 
 #include "capture/files/output_file.h"
+#include "capture/run/separate_pictures.h"
 #include "capture/run/tactile_shapes.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/report/plot.h"
@@ -89,6 +91,7 @@ Facts facts_of(const TactileShapes& shapes, const Compression& c, bool skin, dou
                  force_text(shapes.before.touch).c_str(),
                  static_cast<unsigned long long>(shapes.after.touch.sequence),
                  force_text(shapes.after.touch).c_str()));
+  if (shapes.separate) facts.add("separate_pictures", true, kSeparatePictures + std::string("\n"));
   facts.add("before", json_of(shapes.before));
   facts.add("after", json_of(shapes.after));
   add_points(shapes, c, skin, facts);
@@ -260,6 +263,7 @@ void add_strain(CommandLine& program, Common& common, Command& chosen) {
       ->expected(2)
       ->check(Check::positive())
       ->excludes(frames);
+  add_sequence(*command, o->request.one_sequence);
   command->add_option("--points", o->request.control.count, "Control points of each shape, 50 to 2000")
       ->check(Check::range(50, 2000))
       ->capture_default_str();

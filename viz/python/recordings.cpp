@@ -152,7 +152,7 @@ ModulusOutcome estimate(ModulusInputs in, const std::string& device, const std::
     in.setup.pad = pad_of(pad, in.pad_thickness_mm, nullptr);
   } else {
     const MeasuredInput input = find_input(*in.recording);
-    const PressRecording recording{input, in.gauge, in.approach, in.stage_sd_mm};
+    const PressRecording recording{input, in.gauge, in.approach, in.stage_sd_mm, in.recording->one_sequence};
     check(recording);
     in.setup.pad = pad_of(pad, in.pad_thickness_mm, &input.sensor);
     if (!(in.setup.length_relative_sd > 0)) in.setup.length_relative_sd = scale_sd(input.sensor);

@@ -135,6 +135,7 @@ py::dict strain(const RunSettings& request, std::optional<std::array<uint64_t, 2
   asked.frames = frames;
   asked.forces_N = forces_N;
   asked.control.seed = seed;
+  asked.one_sequence = request.one_sequence;
   const StrainOutcome outcome = run_apart([=](const std::atomic<bool>& stop) {
     const MeasuredInput input = find_input(request);
     if (!has_scale(input.sensor))

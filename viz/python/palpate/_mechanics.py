@@ -269,6 +269,7 @@ def strain(
     forces_N: tuple[float, float] | None = None,
     sensor: Sensor | Path | None = None,
     background: Path | None = None,
+    sequence: bool = False,
     by_shape: bool = False,
     poisson: float = 0.5,
     lam: float | None = None,
@@ -283,7 +284,7 @@ def strain(
         by_shape: match shapes although the skin's points were followed.
         poisson: for the axial strain, 0 to 0.5.
         lam: stiffness of the spline; None: chosen by the data.
-        recording, sensor, background, device, seed: as of :func:`palpate.open`.
+        recording, sensor, background, sequence, device, seed: as of :func:`palpate.open`.
     """
-    request = request_of(recording, sensor, background, None, seed)
+    request = request_of(recording, sensor, background, None, seed, sequence=sequence)
     return Compression(**_palpate.strain(request, frames, forces_N, by_shape, poisson, lam, seed, device))

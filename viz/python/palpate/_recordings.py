@@ -218,6 +218,7 @@ def modulus(
     sample: str,
     sensor: Sensor | Path | None = None,
     background: Path | None = None,
+    sequence: bool = False,
     gauge: Path | None = None,
     approach: Path | None = None,
     stage_sd_mm: float = 0.005,
@@ -253,7 +254,7 @@ def modulus(
         pad_sd, force_sd, scale_sd: relative standard errors of the pad's modulus, the force's scale and the
             camera's scale.
         replicates: of the bootstrap, 50 to 10000.
-        sensor, background, device, seed: as of :func:`open`.
+        sensor, background, sequence, device, seed: as of :func:`open`.
     """
     for name, value, known in (("table", table, ("sliding", "bonded")), ("law", law, ("linear", "rubber"))):
         if value not in known:
@@ -261,7 +262,7 @@ def modulus(
     recording = path_text(recording, "recording")
     is_table = recording.endswith(".csv")
     answer: dict[str, Any] = _palpate.modulus(
-        None if is_table else request_of(recording, sensor, background, None, seed),
+        None if is_table else request_of(recording, sensor, background, None, seed, sequence=sequence),
         recording if is_table else "",
         path_text(gauge or "", "gauge"),
         path_text(approach or "", "approach"),
@@ -286,5 +287,5 @@ def modulus(
     names = ("force_N", "radius_mm", "depth_mm", "approach_mm")
     answer["presses"] = {name: rows[:, i] for i, name in enumerate(names)}
     answer["methods"] = tuple(answer["methods"])
-    answer["notes"] = tuple(answer["notes"])
+    answer["notes"] = tuple(_palpate.as_arguments(note) for note in answer["notes"])
     return Modulus(**answer)
