@@ -3,59 +3,108 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "palpate/error.h"
 
 namespace palpate::perf {
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Distribution, samples, min_ms, q25_ms, median_ms, q75_ms, p95_ms, p99_ms,
-                                   max_ms)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Histogram, edges_ms, counts)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Machine, device, device_type, driver, vulkan, device_memory_bytes, cpu,
-                                   cpu_threads, memory_bytes, system, compiler, palpate, libraries, date_utc)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CeilingPoint, buffer_bytes, copy_GB_per_s, stream_GB_per_s)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Ceiling, points, GB_per_s, clock, clock_ratio, submit_ms)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StageFigure, stage, time, read_bytes, written_bytes, dispatches, GB_per_s,
-                                   ceiling_fraction)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SizeFigure, reading, width_px, height_px, latency, histogram, cpu_ms,
-                                   frames_per_s, memory_bytes, setup_ms, stages)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Growth, reading, stage, exponent, exponent_standard_error, from_px, sizes)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolverFigure, truth, width_px, height_px, solver, where,
-                                   relative_rms_error, peak_to_valley_error, time, cpu_ms, on_front)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OutputFigure, outputs, reading, width_px, height_px, touched_fraction,
-                                   time, cpu_ms, cpu_ratio, cpu_ratio_q25, cpu_ratio_q75, memory_bytes)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LiveFigure, reading, width_px, height_px, rate_Hz, frames,
-                                   dropped_before_engine, dropped_before_display, to_measured, to_picture)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Skipped, what, why)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Profile, complete, budget_s, elapsed_s, machine, ceiling, sizes, growth,
-                                   solvers, outputs, skipped)
-
 namespace {
 
-using Json = nlohmann::json;
+using Json = json::Value;
+
+template <typename Struct, typename Value>
+struct Field {
+  const char* name;
+  Value Struct::*member;
+};
+template <typename Struct, typename Value>
+constexpr Field<Struct, Value> field(const char* name, Value Struct::*member) {
+  return {name, member};
+}
+
+// Fields of each struct; their names are those of the file.
+#define FIELD(name) field(#name, &S::name)
+#define FIELDS(Struct, ...)                 \
+  constexpr auto fields_of(const Struct*) { \
+    using S = Struct;                       \
+    return std::tuple{__VA_ARGS__};         \
+  }
+FIELDS(Distribution, FIELD(samples), FIELD(min_ms), FIELD(q25_ms), FIELD(median_ms), FIELD(q75_ms),
+       FIELD(p95_ms), FIELD(p99_ms), FIELD(max_ms))
+FIELDS(Histogram, FIELD(edges_ms), FIELD(counts))
+FIELDS(Machine, FIELD(device), FIELD(device_type), FIELD(driver), FIELD(vulkan), FIELD(device_memory_bytes),
+       FIELD(cpu), FIELD(cpu_threads), FIELD(memory_bytes), FIELD(system), FIELD(compiler), FIELD(palpate),
+       FIELD(libraries), FIELD(date_utc))
+FIELDS(CeilingPoint, FIELD(buffer_bytes), FIELD(copy_GB_per_s), FIELD(stream_GB_per_s))
+FIELDS(Ceiling, FIELD(points), FIELD(GB_per_s), FIELD(clock), FIELD(clock_ratio), FIELD(submit_ms))
+FIELDS(StageFigure, FIELD(stage), FIELD(time), FIELD(read_bytes), FIELD(written_bytes), FIELD(dispatches),
+       FIELD(GB_per_s), FIELD(ceiling_fraction))
+FIELDS(SizeFigure, FIELD(reading), FIELD(width_px), FIELD(height_px), FIELD(latency), FIELD(histogram),
+       FIELD(cpu_ms), FIELD(frames_per_s), FIELD(memory_bytes), FIELD(setup_ms), FIELD(stages))
+FIELDS(Growth, FIELD(reading), FIELD(stage), FIELD(exponent), FIELD(exponent_standard_error), FIELD(from_px),
+       FIELD(sizes))
+FIELDS(SolverFigure, FIELD(truth), FIELD(width_px), FIELD(height_px), FIELD(solver), FIELD(where),
+       FIELD(relative_rms_error), FIELD(peak_to_valley_error), FIELD(time), FIELD(cpu_ms), FIELD(on_front))
+FIELDS(OutputFigure, FIELD(outputs), FIELD(reading), FIELD(width_px), FIELD(height_px),
+       FIELD(touched_fraction), FIELD(time), FIELD(cpu_ms), FIELD(cpu_ratio), FIELD(cpu_ratio_q25),
+       FIELD(cpu_ratio_q75), FIELD(memory_bytes))
+FIELDS(LiveFigure, FIELD(reading), FIELD(width_px), FIELD(height_px), FIELD(rate_Hz), FIELD(frames),
+       FIELD(dropped_before_engine), FIELD(dropped_before_display), FIELD(to_measured), FIELD(to_picture))
+FIELDS(Skipped, FIELD(what), FIELD(why))
+FIELDS(Profile, FIELD(complete), FIELD(budget_s), FIELD(elapsed_s), FIELD(machine), FIELD(ceiling),
+       FIELD(sizes), FIELD(growth), FIELD(solvers), FIELD(outputs), FIELD(skipped))
+#undef FIELDS
+#undef FIELD
+
+template <typename T>
+inline constexpr bool kIsList = false;
+template <typename T>
+inline constexpr bool kIsList<std::vector<T>> = true;
+
+template <typename T>
+Json written(const T& value) {
+  if constexpr (requires { fields_of(&value); }) {
+    Json json = Json::object();
+    std::apply([&](const auto&... f) { ((json[f.name] = written(value.*f.member)), ...); },
+               fields_of(&value));
+    return json;
+  } else if constexpr (kIsList<T>) {
+    Json list = Json::array();
+    for (const auto& one : value) list.push_back(written(one));
+    return list;
+  } else {
+    return value;
+  }
+}
+
+template <typename T>
+void read(const Json& json, T& value) {
+  if constexpr (requires { fields_of(&value); }) {
+    std::apply([&](const auto&... f) { (read(json.at(f.name), value.*f.member), ...); }, fields_of(&value));
+  } else if constexpr (kIsList<T>) {
+    if (!json.is_array())
+      throw json::Error("an array expected, " + json.dump(-1, json::Utf8::Replace) + " found");
+    for (const Json& one : json) read(one, value.emplace_back());
+  } else {
+    json.get_to(value);
+  }
+}
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& found) {
   throw Error(Failure::Input, "a profile.json of `palpate profile` in '" + file.string() + "'", found,
               "the profile.json of a finished run, or profiling again");
 }
 
-/// Text of an nlohmann exception without its "[json.exception.type_error.302] ".
-std::string plain(const Json::exception& error) {
-  const std::string text = error.what();
-  const size_t end = text.find("] ");
-  return end == std::string::npos ? text : text.substr(end + 2);
-}
-
 /// Every number is finite, and none but exponents negative; what is not finite is written as null.
 void check_numbers(const Json& value, const std::string& place, const std::filesystem::path& file) {
   if (value.is_structured()) {
-    for (const auto& [key, child] : value.items())
-      check_numbers(child, std::string(place).append("/").append(key), file);
+    for (size_t i = 0; i < value.size(); ++i)
+      check_numbers(value.begin()[i], place + "/" + (value.is_object() ? value.keys()[i] : std::to_string(i)),
+                    file);
   } else if (value.is_null()) {
     refuse(file, "null at " + place);
   } else if (value.is_number()) {
-    const double number = value.get<double>();
+    const double number = value.number();
     const bool may_be_negative = place.ends_with("/exponent");
     if (!std::isfinite(number) || (number < 0 && !may_be_negative))
       refuse(file, value.dump() + " at " + place);
@@ -64,11 +113,16 @@ void check_numbers(const Json& value, const std::string& place, const std::files
 
 }  // namespace
 
-std::string to_json(const Profile& profile) {
-  Json value = profile;
-  value["live"] = profile.live;
+Json to_json(const Profile& profile) {
+  Json value = written(profile);
+  value["live"] = written(profile.live);
   value["palpate_profile"] = kProfileVersion;
-  return value.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  value.sort_keys();
+  return value;
+}
+
+std::string file_text(const Profile& profile) {
+  return to_json(profile).dump(1, json::Utf8::Replace) + "\n";
 }
 
 Profile load_profile(const std::filesystem::path& file) {
@@ -78,29 +132,32 @@ Profile load_profile(const std::filesystem::path& file) {
 }
 
 Profile parse_profile(const std::string& text, const std::filesystem::path& file) {
+  Json value;
   try {
-    const Json value = Json::parse(text);
-    if (!value.is_object() || !value.contains("palpate_profile")) refuse(file, "JSON of another kind");
-    const Json& version = value.at("palpate_profile");
-    if (version != kProfileVersion)
-      refuse(file,
-             "version " + version.dump() + " where this program reads " + std::to_string(kProfileVersion));
-    check_numbers(value, "", file);
-    auto profile = value.get<Profile>();
-    // An earlier version also wrote what a model said of cards that were not there.
-    if (const std::string kind = value.at("machine").value("kind", "executed"); kind != "executed")
-      refuse(file, "figures that are " + kind + ", not measured");
-    if (value.contains("live")) profile.live = value.at("live").get<std::vector<LiveFigure>>();
-    for (const SizeFigure& size : profile.sizes) {
-      if (size.width_px == 0 || size.height_px == 0 || size.latency.median_ms <= 0)
-        refuse(file, "a frame of no size or no time at /sizes");
-    }
-    return profile;
-  } catch (const Json::parse_error& error) {
-    refuse(file, "damaged JSON at byte " + std::to_string(error.byte));
-  } catch (const Json::exception& error) {
-    refuse(file, plain(error));
+    value = json::parse(text, {.deepest = 16});
+  } catch (const json::Error& error) {
+    refuse(file, std::string("damaged JSON, ") + error.what());
   }
+  const Json* const version = value.find("palpate_profile");
+  if (!version) refuse(file, "JSON of another kind");
+  if (!(*version == Json(kProfileVersion)))
+    refuse(file, "version " + version->dump(-1, json::Utf8::Replace) + " where this program reads " +
+                     std::to_string(kProfileVersion));
+  check_numbers(value, "", file);
+  Profile profile;
+  try {
+    read(value, profile);
+    if (const Json* live = value.find("live")) read(*live, profile.live);
+  } catch (const json::Error& error) {
+    refuse(file, error.what());
+  }
+  // An earlier version also wrote what a model said of cards that were not there.
+  if (const Json* kind = value.at("machine").find("kind"); kind && !(*kind == Json("executed")))
+    refuse(file, "figures that are " + kind->dump(-1, json::Utf8::Replace) + ", not measured");
+  for (const SizeFigure& size : profile.sizes)
+    if (size.width_px == 0 || size.height_px == 0 || size.latency.median_ms <= 0)
+      refuse(file, "a frame of no size or no time at /sizes");
+  return profile;
 }
 
 std::string size_text(uint32_t width_px, uint32_t height_px) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
+
 namespace palpate::perf {
 
 /// Version of profile.json; a file of another version is refused.
@@ -157,7 +159,9 @@ struct Profile {
   std::vector<Skipped> skipped;
 };
 
-std::string to_json(const Profile& profile);
+json::Value to_json(const Profile& profile);
+/// The same as profile.json holds it.
+std::string file_text(const Profile& profile);
 /// Throws Error(Failure::Input) in one line that names the file and what is wrong with it: missing, not JSON,
 /// another kind of file, another version, a number that is absent, not finite or negative.
 Profile load_profile(const std::filesystem::path& file);

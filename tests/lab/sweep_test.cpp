@@ -182,10 +182,11 @@ TEST(LumpSweep, GoesThroughJson) {
   lump::Sweep sweep = small_sweep(uint64_t{1} << 60);
   sweep.shapes = {InclusionShape::LyingCylinder};
   sweep.young_Pa = {1234.5, 1.0 / 3 * 1e5};
-  EXPECT_EQ(lump::to_json(lump::sweep_from_json(lump::to_json(sweep))), lump::to_json(sweep));
+  const std::string line = lump::to_json(sweep).dump();
+  EXPECT_EQ(lump::to_json(lump::sweep_from_json(line)).dump(), line);
   for (const char* text : {"", "{}", "nonsense", "[1]"})
     EXPECT_THROW(lump::sweep_from_json(text), Error) << text;
-  std::string other = lump::to_json(sweep);
+  std::string other = line;
   other.replace(other.find("lying"), 5, "cubic");
   EXPECT_THROW(lump::sweep_from_json(other), Error);
 }

@@ -26,7 +26,7 @@ class ProfileProgram : public Program {
 };
 
 TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
-  const std::string good = to_json(made_up("A", 2));
+  const std::string good = file_text(made_up("A", 2));
   const fs::path a = file("a.json", good);
   const auto changed = [&](const std::string& name, const std::function<void(Json&)>& change) {
     Json value = parse_json(good);
@@ -38,11 +38,11 @@ TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
   };
   refuse(folder_ / "none.json", {"none.json", "no such file"});
   refuse(folder_, {"no such file"});
-  refuse(file("cut.json", good.substr(0, good.size() / 2)), {"cut.json", "damaged JSON at byte"});
+  refuse(file("cut.json", good.substr(0, good.size() / 2)), {"cut.json", "damaged JSON, an error at line"});
   refuse(file("empty.json", ""), {"damaged JSON"});
   std::string nan = good;
   nan.replace(nan.find("\"GB_per_s\": "), 14, "\"GB_per_s\": NaN");
-  refuse(file("nan.json", nan), {"damaged JSON at byte"});
+  refuse(file("nan.json", nan), {"damaged JSON, an error at line"});
   refuse(file("other.json", "{\"devices\": []}"), {"JSON of another kind"});
   refuse(file("list.json", "[1, 2]"), {"JSON of another kind"});
   refuse(changed("version.json", [](Json& v) { v["palpate_profile"] = 99; }), {"version 99"});
@@ -51,13 +51,14 @@ TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
   refuse(changed("negative.json", [](Json& v) { v["sizes"][1]["cpu_ms"] = -1.5; }),
          {"-1.5 at /sizes/1/cpu_ms"});
   refuse(changed("missing.json", [](Json& v) { v["machine"].erase("driver"); }), {"'driver' not found"});
-  refuse(changed("text.json", [](Json& v) { v["sizes"][0]["width_px"] = "wide"; }), {"must be number"});
+  refuse(changed("text.json", [](Json& v) { v["sizes"][0]["width_px"] = "wide"; }), {"must be whole number"});
   refuse(changed("zero.json", [](Json& v) { v["sizes"][0]["width_px"] = 0; }), {"no size"});
 }
 
 TEST_F(ProfileProgram, ComparesFiles) {
-  const fs::path a = file("a.json", to_json(made_up("A", 2))), b = file("b.json", to_json(made_up("B", 3))),
-                 c = file("c.json", to_json(made_up("C", 8)));
+  const fs::path a = file("a.json", file_text(made_up("A", 2))),
+                 b = file("b.json", file_text(made_up("B", 3))),
+                 c = file("c.json", file_text(made_up("C", 8)));
   const Ended ended = run({"profile", "--compare", a, b, c, "--out", folder_ / "out"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_TRUE(contains(ended.out, "1.50 times as long on B"));

@@ -124,10 +124,10 @@ TEST(Profile, LineIntegralIsExactOnAPlaneAndTruthsHaveTheirGradients) {
 TEST(Profile, JsonComesBackAsItWas) {
   const Profile profile = made_up("a device", 2);
   const fs::path file = fs::temp_directory_path() / ("palpate-profile-" + std::to_string(getpid()) + ".json");
-  spill(file, to_json(profile));
+  spill(file, file_text(profile));
   const Profile back = load_profile(file);
   fs::remove(file);
-  EXPECT_EQ(to_json(back), to_json(profile));
+  EXPECT_EQ(file_text(back), file_text(profile));
   EXPECT_EQ(back.machine.device, "a device");
   EXPECT_EQ(back.sizes.at(1).stages.at(0).time.q75_ms, profile.sizes[1].stages[0].time.q75_ms);
 }
@@ -176,7 +176,7 @@ TEST(Profile, CompareTakesManyMachines) {
   }
   EXPECT_TRUE(contains(to_csv(compared), "C: a card,"));
   // Earlier versions wrote figures of cards that were not there.
-  std::string written = to_json(made_up("a card", 1));
+  std::string written = file_text(made_up("a card", 1));
   const std::string machine = "\"machine\": {";
   ASSERT_TRUE(contains(written, machine));
   written.insert(written.find(machine) + machine.size(), "\"kind\": \"modelled\",");

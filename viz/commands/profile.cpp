@@ -108,7 +108,7 @@ Report profile(const Common& common, const Options& options) {
     const auto [result, clean] = measure(common, options, device, out);
     if (!clean) report.exit_code = kInternalError;
     report.text += describe(result, out);
-    list.push_back(json::parse(perf::to_json(result)));
+    list.push_back(perf::to_json(result));
   }
   if (interrupted()) report.exit_code = kInterrupted;
   if (list.empty()) return interrupted_report();

@@ -17,7 +17,7 @@ py::tuple load(const std::filesystem::path& file) {
   const perf::Profile profile = perf::load_profile(file);
   std::string tables;
   for (const perf::Table& table : perf::tables_of(profile)) tables += perf::to_text(table) + "\n";
-  return py::make_tuple(perf::to_json(profile), tables);
+  return py::make_tuple(perf::file_text(profile), tables);
 }
 
 py::tuple compare(const std::vector<std::string>& texts) {

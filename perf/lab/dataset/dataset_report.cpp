@@ -99,7 +99,7 @@ json::Value dataset_json(const DatasetJob& job, const DatasetReport& r) {
               {"threads_each", r.threads},
               {"wall_s", r.progress.wall_s},
               {"busy_s", r.busy_s},
-              {"sweep", json::parse(to_json(job.sweep))}};
+              {"sweep", to_json(job.sweep)}};
 }
 
 Facts dataset_info(const std::filesystem::path& file) {
@@ -113,7 +113,7 @@ Facts dataset_info(const std::filesystem::path& file) {
             Json{{"complete", false},
                  {"program", glance.program},
                  {"done", glance.cases},
-                 {"sweep", json::parse(to_json(glance.sweep))}}};
+                 {"sweep", to_json(glance.sweep)}}};
   }
 
   const Data data = read_lump_file(file);
@@ -177,7 +177,7 @@ Facts dataset_info(const std::filesystem::path& file) {
   for (size_t s = 0; s < 4; ++s) value["shapes"][to_string(static_cast<InclusionShape>(s))] = shapes[s];
   value["no_lump"] = shapes[4];
   value["ranges"] = ranges;
-  value["sweep"] = json::parse(to_json(data.sweep));
+  value["sweep"] = to_json(data.sweep);
   return {text, value};
 }
 

@@ -200,7 +200,7 @@ std::vector<Sample> samples_there(const DatasetJob& job) {
   if (data.program != job.program)
     throw Error(Failure::Input, "no data set yet or one of " + job.program + " in " + name,
                 "one of " + data.program, "another name");
-  if (to_json(data.sweep) != to_json(job.sweep))
+  if (!(to_json(data.sweep) == to_json(job.sweep)))
     throw Error(Failure::Input, "no data set yet or one of this sweep in " + name,
                 "one of another sweep, with seed " + std::to_string(data.sweep.seed),
                 "the options that it was made with (`palpate-lab info` tells), or another name");

@@ -212,7 +212,7 @@ void write_lump_file(const std::filesystem::path& path, const Sweep& sweep, cons
     Hdf5 file(H5Fcreate(partial.c_str(), H5F_ACC_TRUNC, timeless, how), H5Fclose);
     if (!file.good()) cannot_write(path, hdf5_reason());
     if (!put_attribute(file, "schema", kSchema) || !put_attribute(file, "schema_version", kSchemaVersion) ||
-        !put_attribute(file, "program", program) || !put_attribute(file, "sweep", to_json(sweep)) ||
+        !put_attribute(file, "program", program) || !put_attribute(file, "sweep", to_json(sweep).dump()) ||
         !put_attribute(file, "seed", std::to_string(sweep.seed)))
       cannot_write(path, hdf5_reason());
     {

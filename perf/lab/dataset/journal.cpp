@@ -67,7 +67,7 @@ std::optional<std::string> record_at(int file, uint64_t at, size_t bytes) {
 }
 
 std::string head_of(const Sweep& sweep, const std::string& program) {
-  return json::Value{{"program", program}, {"sweep", to_json(sweep)}}.dump();
+  return json::Value{{"program", program}, {"sweep", to_json(sweep).dump()}}.dump();
 }
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path, int code) {

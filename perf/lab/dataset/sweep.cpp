@@ -4,7 +4,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/base/json.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/numeric/sobol.h"
 #include "palpate/error.h"
@@ -150,35 +149,34 @@ fem::Scene scene_of(const Sweep& s, const Case& what) {
   return scene_of(what, s.block_mm, s.poisson, s.cells);
 }
 
-std::string to_json(const Sweep& s) {
+json::Value to_json(const Sweep& s) {
   const auto pair = [](const Range& r) { return json::Value::array({r.low, r.high}); };
   json::Value shapes = json::Value::array();
   for (const InclusionShape shape : s.shapes) shapes.push_back(to_string(shape));
-  return json::Value{{"sequence", "sobol, scrambled"},
-                     {"seed", s.seed},
-                     {"diameter_mm", pair(s.size_mm)},
-                     {"depth_mm", pair(s.depth_mm)},
-                     {"logarithmic", s.logarithmic},
-                     {"stiffness_ratio", pair(s.stiffness_ratio)},
-                     {"thickness_mm", pair(s.thickness_mm)},
-                     {"young_Pa", pair(s.young_Pa)},
-                     {"greatest_press_over_thickness", pair(s.greatest_press)},
-                     {"offset_mm", s.offset_mm},
-                     {"centred_share", s.centred_fraction},
-                     {"block_mm", s.block_mm},
-                     {"poisson", s.poisson},
-                     {"floor_mm", s.floor_mm},
-                     {"rim_mm", s.rim_mm},
-                     {"shapes", shapes},
-                     {"no_lump_share", s.no_lump_fraction},
-                     {"loads", s.loads},
-                     {"cells", s.cells},
-                     {"coarser_cells", s.coarser_cells},
-                     {"cells_follow_lumps", s.follows_lumps()},
-                     {"nodes", s.nodes},
-                     {"residual", s.residual},
-                     {"step_mm", s.step_mm}}
-      .dump();
+  return {{"sequence", "sobol, scrambled"},
+          {"seed", s.seed},
+          {"diameter_mm", pair(s.size_mm)},
+          {"depth_mm", pair(s.depth_mm)},
+          {"logarithmic", s.logarithmic},
+          {"stiffness_ratio", pair(s.stiffness_ratio)},
+          {"thickness_mm", pair(s.thickness_mm)},
+          {"young_Pa", pair(s.young_Pa)},
+          {"greatest_press_over_thickness", pair(s.greatest_press)},
+          {"offset_mm", s.offset_mm},
+          {"centred_share", s.centred_fraction},
+          {"block_mm", s.block_mm},
+          {"poisson", s.poisson},
+          {"floor_mm", s.floor_mm},
+          {"rim_mm", s.rim_mm},
+          {"shapes", shapes},
+          {"no_lump_share", s.no_lump_fraction},
+          {"loads", s.loads},
+          {"cells", s.cells},
+          {"coarser_cells", s.coarser_cells},
+          {"cells_follow_lumps", s.follows_lumps()},
+          {"nodes", s.nodes},
+          {"residual", s.residual},
+          {"step_mm", s.step_mm}};
 }
 
 Sweep sweep_from_json(const std::string& text) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/fem/scene.h"
 #include "engine/lump/lump_case.h"
 
@@ -59,9 +60,9 @@ Case lump_case(const Sweep& sweep, uint32_t number);
 /// The case on the sweep's cells, see scene_of() of lump_case.h.
 fem::Scene scene_of(const Sweep& sweep, const Case& what);
 
-/// All of a sweep in one line of JSON, the same for equal sweeps; and back. Throws Error(Failure::Input)
+/// All of a sweep, equal for equal sweeps; and back from its line in a file. Throws Error(Failure::Input)
 /// where the text is not such a line.
-std::string to_json(const Sweep& sweep);
+json::Value to_json(const Sweep& sweep);
 Sweep sweep_from_json(const std::string& text);
 
 }  // namespace palpate::lump

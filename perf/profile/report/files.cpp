@@ -31,7 +31,7 @@ std::vector<DrawnPlot> draw(const std::vector<NamedPlot>& plots, const std::file
 
 void write_figures(const Profile& profile, const std::filesystem::path& out) {
   for (const auto& [name, text] : csv_files(profile)) write_whole(out / name, text);
-  write_whole(out / "profile.json", to_json(profile));
+  write_whole(out / "profile.json", file_text(profile));
 }
 
 std::string write_report(const Profile& profile, const std::filesystem::path& out) {
