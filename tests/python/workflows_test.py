@@ -127,6 +127,14 @@ def test_strain_between_frames(program):
         assert found.axial == report["axial"] and "axial strain" in str(found)
 
 
+def test_the_skin_is_followed_where_pictures_are_one_sequence(program, tmp_path):
+    scene = ["drag", "--skin", "texture", "--size", "320x240", "--rate", "5", "--frames", "11"]
+    subprocess.run([program, "simulate", *scene, "--out", tmp_path], check=True, capture_output=True)
+    known = {"sensor": tmp_path / "sensor.json", "background": tmp_path / "background.png", "frames": (6, 10)}
+    assert not pp.strain(tmp_path / "frames", **known).by_skin
+    assert pp.strain(tmp_path / "frames", sequence=True, **known).by_skin
+
+
 def test_contact_is_hertz_on_a_deep_pad():
     found = pp.contact(force_N=0.01, young_kPa=100, radius_mm=5, shape="paraboloid")
     assert np.isclose(found.radius_mm, np.cbrt(3 * 0.01 * 5 / (4 * 0.1 / 0.75)), rtol=1e-6)
