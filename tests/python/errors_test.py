@@ -88,6 +88,15 @@ def test_a_mistake_is_named(call, kind, message):
     assert "\n" not in str(error)
 
 
+def test_an_error_that_quotes_another_keeps_its_parts():
+    with pytest.raises(pp.InputError) as failure:
+        pp.open("synthetic:tissue?d=30")
+    error = failure.value
+    assert error.wanted == "a synthetic block that can be built"
+    assert error.found.startswith("one that is refused (wanted ") and error.found.endswith("; try a value in that range)")
+    assert error.remedy.startswith("size=")
+
+
 def test_options_of_the_command_line_read_as_arguments(tmp_path):
     (tmp_path / "presses.csv").write_text("force_N,radius_mm\n1,2\n2,3\n")
     with pytest.raises(pp.ArgumentError, match="pad_kPa=200 pad_thickness_mm=6"):

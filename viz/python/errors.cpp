@@ -35,8 +35,9 @@ void raise(const char* type, const std::string& wanted, const std::string& found
 }
 
 /// Options of the command line as arguments: "--pad-kPa 200" becomes "pad_kPa=200".
-std::string as_arguments(const std::string& text) {
+std::string as_arguments(std::string_view words) {
   static const std::regex option("--([a-z][A-Za-z-]*)( (?=[A-Z0-9]))?");
+  const std::string text(words);
   std::string out;
   auto at = text.begin();
   for (std::sregex_iterator match(text.begin(), text.end(), option), end; match != end; ++match) {
@@ -49,26 +50,14 @@ std::string as_arguments(const std::string& text) {
   return out.append(at, text.end());
 }
 
-/// The parts of "wanted ...; found ...; try ...".
-Refusal parts_of(const Error& error) {
-  constexpr std::string_view kFound = "; found ", kTry = "; try ", kWanted = "wanted ";
-  const std::string_view line = error.what();
-  const size_t remedy = line.rfind(kTry), found = line.rfind(kFound, remedy);
-  const std::string_view wanted = line.substr(kWanted.size(), found - kWanted.size());
-  const size_t from = found + kFound.size();
-  return {type_of(error.failure()), as_arguments(std::string(wanted)),
-          as_arguments(std::string(line.substr(from, remedy - from))),
-          as_arguments(std::string(line.substr(remedy + kTry.size())))};
-}
-
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
   } catch (const Refusal& r) {
     raise(r.type, r.wanted, r.found, r.remedy);
   } catch (const Error& error) {
-    const Refusal r = parts_of(error);
-    raise(r.type, r.wanted, r.found, r.remedy);
+    raise(type_of(error.failure()), as_arguments(error.wanted()), as_arguments(error.found()),
+          as_arguments(error.remedy()));
   }
 }
 

@@ -1,8 +1,10 @@
 // Error: one line that says what was wanted, what was found, what to try.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "palpate/export.h"
 
@@ -18,17 +20,27 @@ enum class Failure : int {
   Output = 7,   ///< results cannot be written (permissions, full disk)
 };
 
-/// One clear line for the person at the keyboard: "wanted ...; found ...; try ...".
+/// One clear line for the person at the keyboard: "wanted ...; found ...; try ...". Its three parts are views
+/// into what(), valid as long as the error is.
 class PALPATE_API Error : public std::runtime_error {
  public:
   Error(Failure failure, const std::string& wanted, const std::string& found, const std::string& remedy)
-      : std::runtime_error("wanted " + wanted + "; found " + found + "; try " + remedy), failure_(failure) {}
+      : std::runtime_error("wanted " + wanted + "; found " + found + "; try " + remedy),
+        failure_(failure),
+        wanted_(wanted.size()),
+        found_(found.size()),
+        remedy_(remedy.size()) {}
 
   Failure failure() const { return failure_; }
   int exit_code() const { return static_cast<int>(failure_); }
+  std::string_view wanted() const { return {what() + kWanted.size(), wanted_}; }
+  std::string_view found() const { return {wanted().data() + wanted_ + kFound.size(), found_}; }
+  std::string_view remedy() const { return {found().data() + found_ + kTry.size(), remedy_}; }
 
  private:
+  static constexpr std::string_view kWanted = "wanted ", kFound = "; found ", kTry = "; try ";
   Failure failure_;
+  size_t wanted_, found_, remedy_;  // lengths: a copy of the error allocates nothing
 };
 
 }  // namespace palpate

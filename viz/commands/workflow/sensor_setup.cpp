@@ -153,9 +153,9 @@ Facts SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
     step.done = done.exit_code == 0;
     return done;
   } catch (const Error& error) {
+    step.known.append("wanted ").append(error.wanted()).append("; found ").append(error.found());
     // The remedy is this step's own, in options of setup; that of another sensor's command misleads.
-    step.known = error.what();
-    step.known.resize(std::min(step.known.size(), step.known.find("; try palpate ")));
+    if (!error.remedy().starts_with("palpate ")) step.known.append("; try ").append(error.remedy());
     return {};
   }
 }
