@@ -35,7 +35,7 @@ struct ViewSetting {
                               SkinStrain V::*, SectionLine V::*>;
   const char* name;  ///< in the file, with its unit; of a box in the panel, with spaces
   Member member;
-  const char* sentence = "";   ///< of the help
+  const char* sentence = "";   ///< of the help and over its box
   const char* key = "";        ///< that switches it, or goes on to its next value
   bool on_surface = false;     ///< nothing without a surface that is drawn
   double least = 0, most = 0;  ///< of a number
