@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/markers.h"
@@ -15,10 +14,9 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kCell = 8;         // px
-constexpr double kDark_gray = 25;     // a change of darker levels is relative to this
-constexpr double kElsewhere = 0.9;    // of the cells change by less
-constexpr size_t kLeastMarkers = 12;  // that a spacing is read from
+constexpr uint32_t kCell = 8;       // px
+constexpr double kDark_gray = 25;   // a change of darker levels is relative to this
+constexpr double kElsewhere = 0.9;  // of the cells change by less
 
 /// Means of cells of each colour, gray levels of 8 bits.
 std::vector<std::vector<float>> cells_of(const Frame& frame) {
@@ -61,27 +59,6 @@ std::vector<Colour> colours_of(const Frame& calibrated, const Frame& now, const 
   std::vector<Colour> colours;
   for (size_t c = 0; c < was.size(); ++c) colours.emplace_back(was[c], is[c], dead);
   return colours;
-}
-
-/// Median distance from a marker to its nearest neighbour, px; 0: too few are printed.
-double marker_spacing_px(const Frame& frame, const Sensor& sensor) {
-  std::vector<uint8_t> mask = find_markers(frame, sensor);
-  if (mask.empty()) return 0;
-  const cv::Mat image(static_cast<int>(frame.format.height), static_cast<int>(frame.format.width), CV_8U,
-                      mask.data());
-  cv::Mat labels, areas, centres;
-  const int count = cv::connectedComponentsWithStats(image, labels, areas, centres);
-  if (static_cast<size_t>(count) <= kLeastMarkers) return 0;
-  std::vector<double> nearest;
-  for (int i = 1; i < count; ++i) {
-    double least = std::numeric_limits<double>::infinity();
-    for (int j = 1; j < count; ++j)
-      if (j != i)
-        least = std::min(least, std::hypot(centres.at<double>(i, 0) - centres.at<double>(j, 0),
-                                           centres.at<double>(i, 1) - centres.at<double>(j, 1)));
-    nearest.push_back(least);
-  }
-  return median_in_place(nearest);
 }
 
 }  // namespace
@@ -130,8 +107,9 @@ PadPattern pattern_between(const Frame& calibrated, const Frame& now, const Sens
   pattern.specks_px =
       evident_touch_px(now, calibrated, clear_threshold(sensor.threshold_gray, calibrated.format));
   if (sensor.skin && sensor.skin->kind == SkinKind::Markers) {
-    const double before = marker_spacing_px(calibrated, sensor), after = marker_spacing_px(now, sensor);
-    if (before > 0) pattern.marker_scale = after / before;
+    const std::optional<SkinPattern> before = marker_pattern(calibrated, sensor),
+                                     after = marker_pattern(now, sensor);
+    if (before && after) pattern.marker_scale = after->spacing_px / before->spacing_px;
   }
   PictureCheck check(calibrated.format, sensor.saturation_gray, sensor.pad);
   check.set_reference(calibrated);

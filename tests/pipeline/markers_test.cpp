@@ -3,11 +3,13 @@
 
 #include <set>
 
+#include "capture/calibrate/workflow/workflow.h"
 #include "shaders/shared/confidence.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
 #include "tests/support/pipelines.h"
 #include "tests/support/pits.h"
+#include "tests/support/test_folder.h"
 
 namespace palpate {
 namespace {
@@ -81,6 +83,51 @@ TEST_F(MarkedGel, DimplesHaveNoPits) {
       EXPECT_LT(after.touch.markers->unknown_px, 0.005 * 320 * 240);
     }
   }
+}
+
+// A sensor file that says nothing of the dots: presses of a ball calibrate it, and its surface is without
+// them.
+TEST_F(MarkedGel, CalibrationMeasuresTheMarkersThatTheSurfaceFills) {
+  const std::filesystem::path folder = test_folder("markers");
+  SyntheticRun scene("palpation?mode=gel&size=480x360&rate=1&radius=5&seed=3&skin=markers"),
+      plain("palpation?mode=gel&size=480x360&rate=1&radius=5&seed=3");
+  Sensor bare = scene.sensor;
+  bare.skin.reset();
+  bare.shear.reset();
+  bare.reading = SurfaceReading::None;
+  save_sensor(bare, folder / "bare.json");
+  PhotometricRequest request;
+  request.input = to_string(scene.options);
+  request.sensor = folder / "bare.json";
+  request.ball.radius_mm = 5;
+  const RunWatch watch;
+  const CalibrationReport report = calibrate_photometric(request, {{}, watch});
+  ASSERT_TRUE(report.sensor.skin);
+  EXPECT_EQ(report.sensor.skin->kind, SkinKind::Markers);
+  EXPECT_NE(report.text.find("markers: "), std::string::npos) << report.text;
+  request.keep_markers = true;
+  EXPECT_FALSE(calibrate_photometric(request, {{}, watch}).sensor.skin);
+
+  const std::vector<uint8_t> markers = markers_of(scene, plain);
+  Sensor unfilled = report.sensor;
+  unfilled.skin.reset();
+  size_t looked = 0;
+  for (uint64_t k = 0; k < scene.count() && looked < 2; k += 3) {
+    const Truth truth = scene.truth(k);
+    if (truth.indentation_mm < 0.3) continue;
+    ++looked;
+    const Frame frame = scene.frame(k);
+    const Error before = error_of(scene, frame, truth, markers, unfilled),
+                after = error_of(scene, frame, truth, markers, report.sensor),
+                known = error_of(scene, frame, truth, markers, scene.sensor);
+    std::printf("frame %llu: under markers %.5f -> %.5f mm, depth %.4f mm RMS, by the true sensor %.4f\n",
+                static_cast<unsigned long long>(k), before.pits.at_markers_mm, after.pits.at_markers_mm,
+                after.rms_mm, known.rms_mm);
+    EXPECT_LT(after.pits.at_markers_mm, 0.5 * before.pits.at_markers_mm);
+    EXPECT_LT(after.rms_mm, 1.2 * known.rms_mm);
+  }
+  EXPECT_EQ(looked, 2u);
+  std::filesystem::remove_all(folder);
 }
 
 // Dots so large that between them nothing is left: the surface says so, and confidence is 0 under them.

@@ -26,6 +26,7 @@
 #include "palpate/pipeline.h"
 #include "tests/support/pipelines.h"
 #include "tests/support/recordings.h"
+#include "tests/support/sphere.h"
 
 namespace palpate {
 namespace {
@@ -190,29 +191,6 @@ TEST_F(DepthRecordings, GelShapesHaveTheirDepthByTheShippedSensorFile) {
     EXPECT_GT(gain, 0.9) << shape;
     EXPECT_LT(gain, 1.2) << shape;
   }
-}
-
-/// Sphere that fits a disc of a depth map best, tilt and offset free: its radius.
-double sphere_radius_mm(const std::vector<double>& depth, const std::vector<std::array<double, 2>>& at_mm) {
-  double best = 0, least = 1e300;
-  double reach = 0;
-  for (const auto& p : at_mm) reach = std::max(reach, std::hypot(p[0], p[1]));
-  for (double radius = 1.02 * reach; radius < 40; radius *= 1.003) {
-    double n = 0, s0 = 0, sx = 0, sy = 0, mx = 0, my = 0, xx = 0, yy = 0, xy = 0, ss = 0;
-    for (const auto& p : at_mm) mx += p[0], my += p[1];
-    mx /= static_cast<double>(at_mm.size()), my /= static_cast<double>(at_mm.size());
-    for (size_t i = 0; i < depth.size(); ++i) {
-      const double x = at_mm[i][0] - mx, y = at_mm[i][1] - my;
-      const double r2 = at_mm[i][0] * at_mm[i][0] + at_mm[i][1] * at_mm[i][1];
-      const double e = depth[i] - (std::sqrt(radius * radius - r2) - radius);
-      n += 1, s0 += e, sx += e * x, sy += e * y, xx += x * x, yy += y * y, xy += x * y, ss += e * e;
-    }
-    const double det = xx * yy - xy * xy;
-    const double a = (sx * yy - sy * xy) / det, b = (sy * xx - sx * xy) / det;
-    const double residual = ss - s0 * s0 / n - a * sx - b * sy;
-    if (residual < least) least = residual, best = radius;
-  }
-  return best;
 }
 
 TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {

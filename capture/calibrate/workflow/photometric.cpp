@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "capture/calibrate/background.h"
+#include "capture/calibrate/markers.h"
 #include "capture/calibrate/origin.h"
 #include "capture/calibrate/press_contact.h"
 #include "capture/calibrate/workflow/balls.h"
@@ -142,6 +143,8 @@ Sensor calibrated(Sensor sensor, const Fitted& fitted, const PhotometricRequest&
       std::to_string(fitted.found.presses.size()) + " presses, " + result.model().order.name +
           " model, held out: depth " + error_text(result.depth_rmse_mm, result.cap_rms_mm) + ", normals " +
           fixed(result.normal_angle_deg, 2) + " deg" + (fitted.masked ? ", markers left out" : ""));
+  // The surface has to fill what the fit left out.
+  if (fitted.masked && !sensor.skin) sensor.skin = marker_pattern(fitted.found.background, sensor);
   // Weights vary across the frame: another size of frame is another camera mode.
   sensor.size_px = {fitted.found.format.width, fitted.found.format.height};
   return sensor;
@@ -193,7 +196,21 @@ json::Value models_json(const PhotometricFitResult& result) {
   return models;
 }
 
-std::string summary(const Fitted& fitted) {
+/// The sensor file's markers, which a surface is made without.
+const SkinPattern* filled_markers(const Sensor& sensor) {
+  return sensor.skin && sensor.skin->kind == SkinKind::Markers ? &*sensor.skin : nullptr;
+}
+
+std::string markers_text(const Sensor& sensor) {
+  const SkinPattern* markers = filled_markers(sensor);
+  if (!markers)
+    return "markers: left out of the fit; too uneven a pattern to be filled in the surface, unless 'skin' in "
+           "the sensor file says what it is";
+  return palpate::text("markers: %.1f px wide, %.1f px apart; left out of the fit, filled in the surface",
+                       markers->size_px, markers->spacing_px);
+}
+
+std::string summary(const Fitted& fitted, const Sensor& sensor) {
   const PhotometricFitResult& result = fitted.result;
   std::string text = "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
                      fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) +
@@ -201,8 +218,8 @@ std::string summary(const Fitted& fitted) {
                      " mm RMS on presses held out, depth gain " + fixed(result.depth_gain, 3) + ", " +
                      fixed(100 * result.explained_x, 1) + " / " + fixed(100 * result.explained_y, 1) +
                      " % of n_x / n_y explained, condition " + fixed(result.condition, 1) +
-                     (result.ridge > 0 ? ", regularised" : "") + (fitted.masked ? ", markers left out" : "") +
-                     "\n" + models_text(result);
+                     (result.ridge > 0 ? ", regularised" : "") + "\n" + models_text(result);
+  if (fitted.masked) text += "\n" + markers_text(sensor);
   return text;
 }
 
@@ -216,9 +233,9 @@ json::Value contact_json(const PressContact& c) {
           {"gradient_gray_per_px", c.gradient_gray_per_px}};
 }
 
-CalibrationReport report_of(const Fitted& fitted, const PressVerdict& verdict, const CalibrationRun& run,
-                            const PhotometricRequest& options, const std::optional<PressContact>& contact,
-                            const KeptSensor& kept) {
+CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const PressVerdict& verdict,
+                            const CalibrationRun& run, const PhotometricRequest& options,
+                            const std::optional<PressContact>& contact, const KeptSensor& kept) {
   const PhotometricFitResult& result = fitted.result;
   json::Value presses = json::Value::array(), refused = presses;
   const std::string error = "depth to " + error_text(result.depth_rmse_mm, result.cap_rms_mm) +
@@ -253,8 +270,10 @@ CalibrationReport report_of(const Fitted& fitted, const PressVerdict& verdict, c
                 {"cap_rms_mm", result.cap_rms_mm},
                 {"depth_share_of_caps", result.cap_rms_mm > 0 ? result.depth_rmse_mm / result.cap_rms_mm : 0},
                 {"depth_gain_held_out", result.depth_gain}});
+  if (const SkinPattern* markers = filled_markers(sensor); markers && fitted.masked)
+    value["markers"] = {{"size_px", markers->size_px}, {"spacing_px", markers->spacing_px}};
   add_verdict(verdict, error, value);
-  text += refused_text(fitted.found) + summary(fitted);
+  text += refused_text(fitted.found) + summary(fitted, sensor);
   if (contact) {
     value["contact"] = contact_json(*contact);
     text += "\n" + describe(*contact);
@@ -278,7 +297,7 @@ CalibrationReport calibrate_photometric(const PhotometricRequest& options, const
   std::optional<PressContact> contact;
   if (!options.keep_contact) apply(contact.emplace(contact_of_presses(fitted.found, sensor.filter)), sensor);
   const KeptSensor kept = keep_sensor(sensor, options.background, run, options.sensor.empty());
-  CalibrationReport report = report_of(fitted, verdict, run, options, contact, kept);
+  CalibrationReport report = report_of(fitted, sensor, verdict, run, options, contact, kept);
   report.sensor = std::move(sensor);
   return report;
 }
