@@ -14,8 +14,8 @@ constexpr float kDarker = 0.15f;        // mean over the channels, fraction of w
 constexpr float kDarkerAlways = 0.04f;  // in every channel: a slope darkens some and lightens others
 constexpr size_t kFewest = 8;
 constexpr double kMost = 1.0 / 3;
-constexpr int kRim_px = 2;
-constexpr double kAlike = 0.7;  // share of a pattern's dots that are like its median
+constexpr double kSmall_px = 6;  // dots below have a rim of one pixel, as in the markers stage
+constexpr double kAlike = 0.7;   // share of a pattern's dots that are like its median
 constexpr double kApart = 0.25, kLarge = 0.5;
 
 /// Parts of an image that are darker than what surrounds them; part 0 is the rest.
@@ -106,11 +106,13 @@ double share_near(const std::vector<double>& values, double usual, double by) {
 
 std::vector<uint8_t> find_markers(const Frame& frame, const Sensor& sensor) {
   const DarkParts parts = dark_parts(frame, sensor);
-  if (parts.dots().size() < kFewest) return {};
+  const std::vector<int> dots = parts.dots();
+  if (dots.size() < kFewest) return {};
   cv::Mat mask(parts.labels.size(), CV_8U);
   for (int y = 0; y < mask.rows; ++y)
     for (int x = 0; x < mask.cols; ++x) mask.at<uint8_t>(y, x) = parts.is_dot(parts.labels.at<int>(y, x));
-  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kRim_px + 1, 2 * kRim_px + 1}));
+  const int rim = median(sizes_px(parts, dots)) < kSmall_px ? 1 : 2;
+  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rim + 1, 2 * rim + 1}));
   if (cv::countNonZero(mask) > kMost * static_cast<double>(mask.total())) return {};
   return {mask.begin<uint8_t>(), mask.end<uint8_t>()};
 }

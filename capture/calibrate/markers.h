@@ -11,8 +11,9 @@
 namespace palpate {
 
 /// Height x width, 1: a dot darker in every channel than what surrounds it, and a rim of two pixels around
-/// it. Empty where the image has no pattern of dots: fewer than eight, or more than a third of the frame.
-/// Looks for dots up to twice the sensor's skin.size_px, or without one up to 1/16 of the shorter side.
+/// it, of dots below six pixels of one. Empty where the image has no pattern of dots: fewer than eight, or
+/// more than a third of the frame. Looks for dots up to twice the sensor's skin.size_px, or without one up to
+/// 1/16 of the shorter side.
 std::vector<uint8_t> find_markers(const Frame& frame, const Sensor& sensor);
 
 /// The dots of an untouched image as a pattern: the median distance to the nearest other one, and the median

@@ -31,6 +31,25 @@ TEST(MarkerPattern, IsTheSimulators) {
   }
 }
 
+// Dots of 4 px every 11 px: with a rim of two they would hide two fifths of the frame.
+TEST(FindMarkers, MasksSmallDotsThatStandClose) {
+  const SyntheticRun marked("press?mode=gel&size=320x240&skin=markers"), plain("press?mode=gel&size=320x240");
+  Sensor bare = marked.sensor;
+  bare.skin.reset();
+  const std::vector<uint8_t> mask = find_markers(marked.background, bare);
+  ASSERT_EQ(mask.size(), 320u * 240);
+  size_t dots = 0, missed = 0, masked = 0;
+  for (uint32_t y = 0; y < 240; ++y)
+    for (uint32_t x = 0; x < 320; ++x) {
+      const bool dot = marked.background.at(1, x, y) < 0.8 * plain.background.at(1, x, y);
+      const bool hidden = mask[size_t{y} * 320 + x] != 0;
+      dots += dot, masked += hidden, missed += dot && !hidden;
+    }
+  EXPECT_GT(dots, 5000u);
+  EXPECT_LT(missed, dots / 50);
+  EXPECT_LT(masked, 3.5 * static_cast<double>(dots));
+}
+
 TEST(MarkerPattern, IsNotOfBareSkinNorOfDirt) {
   for (const char* skin : {"none", "texture"})
     EXPECT_FALSE(measured(SyntheticRun(std::string("press?mode=gel&size=320x240&skin=") + skin))) << skin;
