@@ -1,4 +1,7 @@
 // Section of a sensor file: how an image becomes a surface.
+#include <charconv>
+#include <cinttypes>
+
 #include "engine/sensor/json.h"
 
 namespace palpate::sensor_json {
@@ -24,6 +27,52 @@ void read_weights(Reader& reader, const char* key, NormalWeights& weights) {
       fail(where, "as many terms as in the rows before, " + std::to_string(weights.front().size()),
            shown(row));
   }
+}
+
+// [[X, Y, radius, error], ...].
+std::vector<PressError> read_presses(Reader& reader) {
+  std::vector<PressError> presses;
+  const std::string where = reader.path("presses");
+  const Json& list = reader.at("presses");
+  if (!list.is_array() || list.size() > 1000)
+    fail(where, "up to 1000 presses as [X, Y, radius, depth_error]", shown(list));
+  for (const Json& press : list) {
+    if (!press.is_array() || press.size() != 4)
+      fail(where, "presses as [X, Y, radius, depth_error]", shown(press));
+    presses.push_back({.across = Reader::checked(press[0], where, -2, 2, "half frames"),
+                       .down = Reader::checked(press[1], where, -2, 2, "half frames"),
+                       .radius = Reader::checked(press[2], where, 0, 4, "half frames"),
+                       .depth_error = Reader::checked(press[3], where, -10, 10, "")});
+  }
+  return presses;
+}
+
+SeenColours read_colours(const Json& json, const std::string& where) {
+  Reader reader(json, where);
+  SeenColours colours;
+  for (const auto& [key, to] : {std::pair{"low", &colours.low}, std::pair{"high", &colours.high}}) {
+    const Json& list = reader.array(key, 3, "changes of red, green, blue");
+    for (size_t c = 0; c < 3; ++c) (*to)[c] = Reader::checked(list[c], reader.path(key), -1, 1, "full scale");
+  }
+  for (size_t c = 0; c < 3; ++c)
+    if (!(colours.high[c] > colours.low[c]))
+      fail(reader.path("high"), "more than low in each colour", shown(reader.at("high")));
+  const Json& rows = reader.array("bins", SeenColours::kSide, "bins of blue, each 16 hexadecimal digits");
+  for (size_t b = 0; b < SeenColours::kSide; ++b) {
+    const std::string digits = rows[b].is_string() ? rows[b].text() : "";
+    const char* end = digits.data() + digits.size();
+    const auto [read, error] = std::from_chars(digits.data(), end, colours.bins[b], 16);
+    if (digits.size() != 16 || error != std::errc{} || read != end)
+      fail(reader.path("bins"), "texts of 16 hexadecimal digits", shown(rows[b]));
+  }
+  reader.finish();
+  return colours;
+}
+
+Json colours_json(const SeenColours& colours) {
+  Json bins = Json::array();
+  for (const uint64_t bin : colours.bins) bins.push_back(text("%016" PRIx64, bin));
+  return {{"low", colours.low}, {"high", colours.high}, {"bins", bins}};
 }
 
 }  // namespace
@@ -57,6 +106,9 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
       }
       table.finish();
     }
+    if (photometric.has("presses")) sensor.photometric.presses = read_presses(photometric);
+    if (photometric.has("colours"))
+      sensor.photometric.colours = read_colours(photometric.at("colours"), photometric.path("colours"));
     sensor.photometric.origin = read_origin(photometric);
     photometric.finish();
   }
@@ -123,6 +175,13 @@ Json surface_json(const Sensor& s) {
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
     if (const auto& t = s.photometric.table)
       photometric["table"] = {{"reach", t->reach}, {"side", t->side}, {"nx", t->nx}, {"ny", t->ny}};
+    if (!s.photometric.presses.empty()) {
+      Json presses = Json::array();
+      for (const PressError& p : s.photometric.presses)
+        presses.push_back(std::vector<double>{p.across, p.down, p.radius, p.depth_error});
+      photometric["presses"] = presses;
+    }
+    if (s.photometric.colours) photometric["colours"] = colours_json(*s.photometric.colours);
     add_origin(photometric, s.photometric.origin);
     surface["photometric"] = photometric;
   }

@@ -26,7 +26,12 @@ inline constexpr const char* kEverything = R"({
   "surface": {"reading": "photometric", "max_slope": 3.5,
               "shading": {"facing_gray": 181.5, "depth_gain": 1.25},
               "photometric": {"wx": [[0.1, 0.2, 0.3], [-1, -2, -3], [4, 5, 6]],
-                              "wy": [[1, 0, 0.1], [0, 0.001, 0], [7, 8, 1e-9]], "normal_sd": 0.03}},
+                              "wy": [[1, 0, 0.1], [0, 0.001, 0], [7, 8, 1e-9]], "normal_sd": 0.03,
+                              "presses": [[-0.5, 0.25, 0.1875, -0.0625], [0.5, -0.25, 0.25, 0.125]],
+                              "colours": {"low": [-0.25, -0.125, -0.5], "high": [0.25, 0.5, 0.125],
+                                          "bins": ["0000000000000001", "00000000000000ff", "0000000000000000",
+                                                   "0123456789abcdef", "ffffffffffffffff", "8000000000000000",
+                                                   "0000000000000000", "0000000000000000"]}}},
   "force": {"c1_N_per_gray": 1.75e-8, "c0_N": -0.11456, "residual_sd_N": 0.004,
             "covariance": [1e-6, -1e-14, 2e-22], "gray_min": 37231000, "gray_max": 92432000},
   "shear": {"kx_N_per_mm": 1.5, "ky_N_per_mm": 1.6, "friction": 0.55, "relative_sd": 0.02}
@@ -105,6 +110,19 @@ inline void expect_same(const Sensor& a, const Sensor& b) {
   EXPECT_EQ(a.photometric.wx, b.photometric.wx);
   EXPECT_EQ(a.photometric.wy, b.photometric.wy);
   EXPECT_EQ(a.photometric.normal_sd, b.photometric.normal_sd);
+  ASSERT_EQ(a.photometric.presses.size(), b.photometric.presses.size());
+  for (size_t i = 0; i < a.photometric.presses.size(); ++i) {
+    EXPECT_EQ(a.photometric.presses[i].across, b.photometric.presses[i].across);
+    EXPECT_EQ(a.photometric.presses[i].down, b.photometric.presses[i].down);
+    EXPECT_EQ(a.photometric.presses[i].radius, b.photometric.presses[i].radius);
+    EXPECT_EQ(a.photometric.presses[i].depth_error, b.photometric.presses[i].depth_error);
+  }
+  ASSERT_EQ(a.photometric.colours.has_value(), b.photometric.colours.has_value());
+  if (a.photometric.colours) {
+    EXPECT_EQ(a.photometric.colours->low, b.photometric.colours->low);
+    EXPECT_EQ(a.photometric.colours->high, b.photometric.colours->high);
+    EXPECT_EQ(a.photometric.colours->bins, b.photometric.colours->bins);
+  }
   EXPECT_EQ(a.max_slope, b.max_slope);
   ASSERT_EQ(a.force.has_value(), b.force.has_value());
   if (a.force) {

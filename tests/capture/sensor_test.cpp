@@ -38,6 +38,10 @@ TEST_F(SensorFile, EveryKeyIsRead) {
   EXPECT_EQ(s.photometric.wx[1][2], -3);
   EXPECT_EQ(s.photometric.wy[2][2], 1e-9);
   EXPECT_EQ(s.photometric.normal_sd, 0.03);
+  ASSERT_EQ(s.photometric.presses.size(), 2u);
+  EXPECT_EQ(s.photometric.presses[1].depth_error, 0.125);
+  ASSERT_TRUE(s.photometric.colours);
+  EXPECT_EQ(s.photometric.colours->bins[3], 0x0123456789abcdefu);
   EXPECT_EQ(s.force->c1_N_per_gray, 1.75e-8);
   EXPECT_EQ(s.force->covariance[2], 2e-22);
   EXPECT_EQ(s.force->gray_max, 92432000);

@@ -23,6 +23,7 @@ struct HeldOutPress {
   double depth_rmse_mm = 0;     ///< over the contact, best constant removed: the rim's own depth is not known
   double cap_rms_mm = 0;        ///< root of the mean squared height of the ball's cap above the rim
   double depth_gain = 0;        ///< measured depth over true depth, by least squares; 1 is right
+  double middle_error = 0;      ///< of the middle over the rim: measured depth over true depth, less 1
 };
 
 /// What the weights of a calibration are made of.

@@ -11,6 +11,7 @@
 #include "engine/calibrate/photometric/fit.h"
 #include "engine/calibrate/photometric/polynomial.h"
 #include "engine/calibrate/photometric/press.h"
+#include "engine/calibrate/photometric/seen.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/sparse.h"
 #include "palpate/error.h"
@@ -194,6 +195,20 @@ std::vector<double> Patch::depth(std::span<const double> slope_x, std::span<cons
   return depth;
 }
 
+// Means of an error over the middle of a contact and along its rim, pixels by their true height above it.
+struct MiddleOverRim {
+  static constexpr double kMiddle = 0.9, kRim = 0.25;  // of the deepest
+  double deepest, middle = 0, rim = 0, in_middle = 0, on_rim = 0;
+
+  void add(double height, double error) {
+    if (height > kMiddle * deepest) middle += error, ++in_middle;
+    if (height < kRim * deepest) rim += error, ++on_rim;
+  }
+  double relative() const {
+    return in_middle > 0 && on_rim > 0 ? (middle / in_middle - rim / on_rim) / deepest : 0;
+  }
+};
+
 // Fills the depth's errors: the normals integrated, beside the ball's own shape.
 void judge_depth(const PhotometricPress::Ball& ball, const Patch& patch,
                  const std::vector<std::array<double, 2>>& normals, double pitch_mm_per_px,
@@ -210,8 +225,10 @@ void judge_depth(const PhotometricPress::Ball& ball, const Patch& patch,
   true_mean /= static_cast<double>(ball.depth_mm.size());
   const std::vector<double> depth = patch.depth(sx, sy, pitch_mm_per_px);
   double depth_square = 0, cap_square = 0, cross = 0, power = 0;
+  MiddleOverRim middle{.deepest = *std::ranges::max_element(ball.depth_mm)};
   for (size_t k = 0, n = 0; k < depth.size(); ++k) {
     if (!ball.inside[k]) continue;
+    middle.add(ball.depth_mm[n], depth[k] - (ball.depth_mm[n] - true_mean));
     cap_square += ball.depth_mm[n] * ball.depth_mm[n];
     const double t = ball.depth_mm[n++] - true_mean;
     depth_square += (depth[k] - t) * (depth[k] - t);
@@ -222,6 +239,7 @@ void judge_depth(const PhotometricPress::Ball& ball, const Patch& patch,
   held_out.depth_rmse_mm = std::sqrt(depth_square / static_cast<double>(ball.depth_mm.size()));
   held_out.cap_rms_mm = std::sqrt(cap_square / static_cast<double>(ball.depth_mm.size()));
   held_out.depth_gain = power > 0 ? cross / power : 0;
+  held_out.middle_error = middle.relative();
 }
 
 // Judges a model on one press, its depth where there is a patch; adds to the sums.
@@ -429,6 +447,8 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   result.presses = validations[result.chosen].presses;
   result.calibration = model.weights;
   result.calibration.normal_sd = errors.normal_rms;
+  result.calibration.presses = photometric::press_errors(presses_, result.presses, format_);
+  result.calibration.colours = photometric::seen_colours(presses_);
   result.condition = model.condition;
   result.ridge = model.ridge;
   ErrorSums own;

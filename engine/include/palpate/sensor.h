@@ -145,6 +145,21 @@ struct NormalTable {
 /// Weights of colours, a row each (three or nine), by place, a column each (one, three, six or ten).
 using NormalWeights = std::vector<std::vector<double>>;
 
+/// A press of a known ball that made a PhotometricCalibration, judged by the fit to all the others.
+struct PressError {
+  double across = 0, down = 0;  ///< middle of its contact, X and Y as PhotometricCalibration has them
+  double radius = 0;            ///< of its contact, in halves of the frame's width
+  double depth_error = 0;       ///< of the middle over the rim: read depth over true depth, less 1
+};
+
+/// Colours of the presses that made a PhotometricCalibration: changes of red, green and blue from the
+/// background in units of full scale, in a box of kSide bins a colour from `low` to `high`.
+struct SeenColours {
+  static constexpr uint32_t kSide = 8;
+  std::array<double, 3> low{}, high{};
+  std::array<uint64_t, kSide> bins{};  ///< of each bin of blue: bit green kSide + red
+};
+
 /// Colour change to normal, for SurfaceReading::Photometric. With f_0, f_1, f_2 the changes of red, green and
 /// blue from the background in units of full scale, where there are nine rows followed by their products (rr,
 /// rg, rb, gg, gb, bb), and X, Y in [-1, 1] across the frame (pixel centres, right and down):
@@ -154,8 +169,11 @@ using NormalWeights = std::vector<std::vector<double>>;
 /// where depth grows along +x.
 struct PhotometricCalibration {
   NormalWeights wx = NormalWeights(3, std::vector<double>(3)), wy = wx;  ///< of one shape
-  double normal_sd = 0;              ///< RMS error of (n_x, n_y) on held-out presses
-  std::optional<NormalTable> table;  ///< applied to the polynomial's normal
+  double normal_sd = 0;               ///< RMS error of (n_x, n_y) on held-out presses
+  std::optional<NormalTable> table;   ///< applied to the polynomial's normal
+  std::vector<PressError> presses{};  ///< what they say of depths, see SurfaceSummary::depth_sd_mm; empty:
+                                      ///< not stated
+  std::optional<SeenColours> colours{};  ///< none: not stated
   Origin origin{};
 };
 
