@@ -70,10 +70,10 @@ Facts facts_of(const Comparison& c) {
     facts.say(text("%llu frames with a flagged force (out of range or saturated) are not in the force line\n",
                    whole(n.flagged)));
   if (n.depth_flagged)
-    facts.say(
-        text("%llu frames with a flagged depth (saturated, at the border or slopes clipped) are not in the "
-             "depth lines\n",
-             whole(n.depth_flagged)));
+    facts.say(text(
+        "%llu frames with a flagged depth (saturated, at the border, slopes clipped or extrapolated) are not "
+        "in the depth lines\n",
+        whole(n.depth_flagged)));
   return facts;
 }
 

@@ -82,7 +82,6 @@ float GelContacts::contact_level(uint32_t contact, std::span<const float> depth_
   return deepest * (static_cast<float>(best - mean.begin()) + 0.5f) / static_cast<float>(kLevels);
 }
 
-// Root of the mean square of the heights where the pad is at rest, whose mean is 0.
 double GelContacts::rest_noise_mm(std::span<const float> depth_mm) const {
   double squares = 0, rest = 0;
   for (size_t i = 0; i < depth_mm.size(); ++i) {
@@ -93,16 +92,19 @@ double GelContacts::rest_noise_mm(std::span<const float> depth_mm) const {
   return rest > 0 ? std::sqrt(squares / rest) : 0;
 }
 
-double GelContacts::dented_px(std::span<const float> depth_mm) const {
-  if (count_ == 0) return 0;
+std::optional<double> GelContacts::dented_mm(std::span<const float> depth_mm) const {
+  if (count_ == 0) return {};
   float deepest = 0;
   for (size_t i = 0; i < depth_mm.size(); ++i)
     if (owner_[i] != 0) deepest = std::max(deepest, depth_mm[i]);
-  const auto least =
-      static_cast<float>(std::max(kDented * double{deepest}, kDentedErrors * rest_noise_mm(depth_mm)));
+  return std::max(kDented * double{deepest}, kDentedErrors * rest_noise_mm(depth_mm));
+}
+
+double GelContacts::dented_px(std::span<const float> depth_mm) const {
+  const std::optional<double> least = dented_mm(depth_mm);
   double px = 0;
-  for (size_t i = 0; i < depth_mm.size(); ++i)
-    if (depth_mm[i] >= least) px += double{pixels_[i]};
+  for (size_t i = 0; least && i < depth_mm.size(); ++i)
+    if (double{depth_mm[i]} >= *least) px += double{pixels_[i]};
   return px;
 }
 

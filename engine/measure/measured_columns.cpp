@@ -1,5 +1,6 @@
 #include "engine/measure/measured_columns.h"
 
+#include "engine/measure/depth_error.h"
 #include "engine/sensor/fit.h"
 #include "palpate/options.h"
 
@@ -20,7 +21,10 @@ MeasuredColumns MeasuredColumns::of(const Sensor& sensor, Outputs outputs, bool 
   add(touching && !separate && (sensor.shear || skin), Slipping);
   add(surface, Depth);
   add(surface && wants(outputs, Output::Contacts) && has_gel_contacts(sensor), Dented);
-  add(surface && (sensor.reading == SurfaceReading::Elastic || sensor.lookup.depth_sd_mm > 0), DepthError);
+  add(surface && (sensor.reading == SurfaceReading::Elastic || sensor.lookup.depth_sd_mm > 0 ||
+                  palpate::DepthError::states_error(sensor)),
+      DepthError);
+  add(surface && wants(outputs, Output::Contacts) && palpate::DepthError::states_seen(sensor), Extrapolated);
   add(confidence, Confidence);
   add(surface && confidence, Weighted);
   add(wants(outputs, Output::Contacts), Contacts);

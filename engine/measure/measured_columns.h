@@ -32,7 +32,8 @@ struct MeasuredColumns {
     ShiftMillimetres = 1 << 18,  ///< since a contact's onset: not of separate pictures
     ShiftPixels = 1 << 19,       ///< the same, where no scale is known
     Dented = 1 << 20,
-    Truth = 1 << 21,
+    Extrapolated = 1 << 21,
+    Truth = 1 << 22,
   };
   /// All that a sensor with a scale could fill, without truth and source.
   static constexpr uint32_t kAll =

@@ -176,10 +176,12 @@ constexpr MeasuredQuantity<Touch> kSurface[] = {
     made<Touch>(
         "depth_max_mm", G::Depth, Estimated,
         "Deepest point, where there is contact and along the border; its error where the sensor file states "
-        "one. The state is that of the whole depth map: valid, no contact, saturated, reaches the border "
+        "one (of colour gels by the presses that calibration left out, each depth of a contact having it "
+        "too). The state is that of the whole depth map: valid, no contact, saturated, reaches the border "
         "(reading `elastic`: what presses outside the frame is missing) or slopes clipped, which make depths "
         "lower bounds; covered where printed markers hide more than a hundredth of a gel's frame, with "
-        "nothing next to them to continue from; light unknown as `light_state`: then neither depth nor what "
+        "nothing next to them to continue from; extrapolated as `extrapolated_px`; light unknown as "
+        "`light_state`: then neither depth nor what "
         "follows from it, nor that nothing touches, is known.",
         depth_of,
         {.state = "depth_state",
@@ -233,6 +235,12 @@ constexpr MeasuredQuantity<Touch> kSurface[] = {
         "Area dented, of colour gels: what lies deeper than a tenth of the deepest point and than the noise "
         "at rest; wider than the area in contact, since the pad goes down next to the object too.",
         {.row = {"area dented", 2}}),
+    field<Touch, &Touch::surface, &SurfaceSummary::extrapolated_px>(
+        "extrapolated_px", G::Extrapolated,
+        "Dented pixels at places, or of colours, that the presses of the calibration did not have; "
+        "`depth_state` is `extrapolated` from a quarter of those dented on. Of colour gels whose sensor file "
+        "says what calibration saw.",
+        {.row = {.label = "extrapolated", .only_if_some = true}}),
 };
 
 constexpr MeasuredQuantity<Touch> kSkinAndLight[] = {

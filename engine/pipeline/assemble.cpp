@@ -111,6 +111,7 @@ Validity validity_of(const DepthFaults& f) {
                   {f.above_range, Validity::AboveRange},
                   {f.clipped, Validity::Clipped},
                   {f.covered, Validity::Covered},
+                  {f.extrapolated, Validity::Extrapolated},
                   {f.untouched, Validity::NoContact}});
 }
 

@@ -15,13 +15,14 @@ namespace palpate {
 /// Faults of a depth map; several may hold.
 struct DepthFaults {
   bool light_unknown = false;
-  bool apart = false;        ///< the contact lies on an island of its own
-  bool saturated = false;    ///< so many of the contact's pixels that its depth cannot be right
-  bool at_border = false;    ///< pressure reaches the frame's border: what presses beyond it is missing
-  bool above_range = false;  ///< of the table of depths
-  bool clipped = false;      ///< so many of the contact's slopes that its depth cannot be right
-  bool covered = false;      ///< markers hide too much of the skin
-  bool untouched = false;    ///< nothing touches: the map is at rest
+  bool apart = false;         ///< the contact lies on an island of its own
+  bool saturated = false;     ///< so many of the contact's pixels that its depth cannot be right
+  bool at_border = false;     ///< pressure reaches the frame's border: what presses beyond it is missing
+  bool above_range = false;   ///< of the table of depths
+  bool clipped = false;       ///< so many of the contact's slopes that its depth cannot be right
+  bool covered = false;       ///< markers hide too much of the skin
+  bool extrapolated = false;  ///< too much of the contact is unlike anything that calibration saw
+  bool untouched = false;     ///< nothing touches: the map is at rest
 };
 
 /// Faults of a wrench that is known; several may hold.
@@ -60,6 +61,7 @@ struct FrameParts {
   bool light_unknown = false;  ///< too little of a gel with markers is as in the untouched image
   SurfaceMap map;
   TractionMaps traction_maps;
+  ExtrapolatedCells extrapolated;
   uint32_t copies = 0;  ///< as Result::copies
 
   bool touched() const { return whole.area_px > 0; }

@@ -90,6 +90,7 @@ struct FrameSlot {
   std::vector<float> skin_sd_px;  ///< standard error of each point of the frame that is measured
   ConfidenceSlot confidence;
   SurfaceSlot surface;
+  std::vector<uint8_t> extrapolated;  ///< cells
   TractionSlot traction;
   gpu::Commands commands;
   gpu::Commands weighted;            ///< for frames that are expected to need weights

@@ -1,10 +1,12 @@
 #include "engine/pipeline/frames.h"
 
-#include "engine/pipeline/surface/make_surface.h"
+#include <algorithm>
+#include <cmath>
 
 #include "engine/gpu/context.h"
 #include "engine/measure/contact_shape.h"
 #include "engine/measure/contact_tracker.h"
+#include "engine/pipeline/surface/make_surface.h"
 
 namespace palpate {
 namespace {
@@ -41,6 +43,7 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
   if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_on_host);
   if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
+  if (surface_ && DepthError::states_seen(sensor)) depth_error_.emplace(sensor.photometric, format);
   if (confidence_ && !background_) {
     Frame black;
     black.reshape(format);
@@ -91,6 +94,7 @@ void Frames::make(FrameSlot& slot) {
   }
   if (surface_) surface_->make(slot);
   if (traction_) traction_->make(slot);
+  if (depth_error_) slot.extrapolated.resize(size_t{depth_error_->cells_x()} * depth_error_->cells_y());
   slot.running = &slot.commands;
   if (surface_ && surface_->may_weigh()) slot.weighted = gpu::Commands(context_);
   if (rest_correction_) {
@@ -312,6 +316,7 @@ void Frames::measure_skin(FrameSlot& slot) {
 void Frames::measure_surface(FrameSlot& slot) {
   parts_.surface = surface_->measure(slot, parts_.whole);
   if (slot.surface.was_corrected && rest_correction_) measure_areas();
+  if (depth_error_) measure_depth_error(slot);
   const Grid& grid = surface_->grid();
   parts_.map.buffer = &slot.surface.depth.buffer;
   parts_.map.width = grid.width;
@@ -328,6 +333,31 @@ void Frames::measure_areas() {
   parts_.whole.at_border = at_border;
   parts_.surface->summary.dented_mm2 =
       gel_contacts_->dented_px(depth_mm) * pitch_mm_per_px_ * pitch_mm_per_px_;
+}
+
+// A depth whose contact is in part unlike anything that calibration saw may be wrong by that part of it.
+void Frames::measure_depth_error(FrameSlot& slot) {
+  SurfaceSummary& summary = parts_.surface->summary;
+  double x_px = parts_.whole.centroid_x_px, y_px = parts_.whole.centroid_y_px, share = 0, rest_mm = 0;
+  const bool has_cells = slot.surface.was_corrected && rest_correction_;
+  const std::span<const float> depth_mm = has_cells ? rest_correction_->depth_mm() : std::span<const float>{};
+  if (const auto dented_mm = has_cells ? gel_contacts_->dented_mm(depth_mm) : std::nullopt) {
+    const auto sum = depth_error_->mark(slot.cell_changes.as<const shared::CellChange>(), depth_mm,
+                                        *dented_mm, slot.extrapolated);
+    summary.extrapolated_px = sum.px;
+    share = sum.share();
+    parts_.surface->faults.extrapolated = share > DepthError::kMuch;
+    parts_.extrapolated = {depth_error_->cells_x(), depth_error_->cells_y(), shared::kCellSide,
+                           slot.extrapolated};
+    const auto deepest = static_cast<uint32_t>(std::ranges::max_element(depth_mm) - depth_mm.begin());
+    x_px = (deepest % depth_error_->cells_x() + 0.5) * shared::kCellSide;
+    y_px = (deepest / depth_error_->cells_x() + 0.5) * shared::kCellSide;
+    rest_mm = gel_contacts_->rest_noise_mm(depth_mm);
+  }
+  if (!parts_.touched()) return;
+  const double relative = depth_error_->relative(x_px, y_px);
+  if (relative > 0)
+    summary.depth_sd_mm = std::hypot(relative * summary.depth_max_mm, share * summary.depth_max_mm, rest_mm);
 }
 
 void Frames::measure_markers(const FrameSlot& slot) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/measure/depth_error.h"
 #include "engine/measure/gel_contacts.h"
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
@@ -65,6 +66,7 @@ class Frames {
   void measure_skin(FrameSlot& slot);
   void measure_surface(FrameSlot& slot);
   void measure_areas();
+  void measure_depth_error(FrameSlot& slot);
   void measure_markers(const FrameSlot& slot);
   void set_whole();
   void forget();
@@ -79,6 +81,7 @@ class Frames {
   std::optional<CellChangeStage> cell_change_;
   std::optional<GelContacts> gel_contacts_;
   std::optional<RestCorrection> rest_correction_;  ///< of a gel's surface
+  std::optional<DepthError> depth_error_;          ///< where the sensor file states one
   std::optional<Gradient> gradient_;
   std::optional<Skin> skin_;
   std::optional<Markers> markers_;

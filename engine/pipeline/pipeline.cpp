@@ -139,7 +139,10 @@ struct Pipeline::Impl {
     else
       stamp.after_gap = stamp.after_gap || std::exchange(unseen, 0) > kMostUnseen;
     assemble(parts, stamp, history, touch);
-    if (!spoilt) result.traction = parts.traction_maps;
+    if (!spoilt) {
+      result.traction = parts.traction_maps;
+      result.extrapolated = parts.extrapolated;
+    }
     SurfaceMap& surface = slot.hold->surface;
     surface = parts.map;
     slot.hold->has_depth = slot.hold->has_confidence = false;

@@ -20,6 +20,8 @@ const char* to_string(Validity validity) {
       return "reaches the border";
     case Validity::Clipped:
       return "slopes clipped";
+    case Validity::Extrapolated:
+      return "extrapolated";
     case Validity::OnsetUnseen:
       return "onset unseen";
     case Validity::Apart:

@@ -30,8 +30,8 @@ constexpr const char* kHeader =
     "gray,"
     "saturated_px,shear_x_N,shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_x_px,shift_y_mm,"
     "shift_y_px,slip,depth_max_mm,depth_sd_mm,depth_state,depth_reference,unknown_px,shadowed_px,outside_px,"
-    "islands,weighted_residual,weighted_misfit,clipped_px,contacts,volume_mm3,dented_mm2,skin_points,skin_"
-    "lost,"
+    "islands,weighted_residual,weighted_misfit,clipped_px,contacts,volume_mm3,dented_mm2,extrapolated_"
+    "px,skin_points,skin_lost,"
     "skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,"
     "stick_share,stick_share_sd,gradient_sum,light_state,light_change_gray,wrench_fx_N,wrench_fx_sd_N,"
     "wrench_fy_N,wrench_fy_sd_N,wrench_fz_N,wrench_fz_sd_N,wrench_mx_Nmm,wrench_mx_sd_Nmm,wrench_my_Nmm,"
@@ -49,7 +49,7 @@ constexpr const char* kRow =
     "7,0.250000,a.png,1,1234.5,0.840,0.012,valid,10.12,20.25,300,3.0000,2.0000,40.00,1.5000,30.00,0.5000,99."
     "00,4,0.1000,0.0000,-0.200,0.020,onset unseen,0.0123,0.25,-0.0123,-0.25,incipient "
     "slip,0.420,0.011,slopes "
-    "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,0."
+    "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,9,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,0."
     "800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for linear "
     "theory,33.00,11.00,6.50,0.0150,1,0.85,0.1,-0.2,1,10,20,30,0.43,0.005000,1,0.8,0.031,0.79";
 
@@ -81,6 +81,7 @@ Touch distinct_touch() {
                          .volume_mm3 = 0.75,
                          .dented_mm2 = 4.5,
                          .clipped_px = 8,
+                         .extrapolated_px = 9,
                          .weighted = WeightedSummary{0.001, 0.02, 2, 1}};
   t.confidence = {5, 6, 7};
   t.regions.emplace();
@@ -209,6 +210,7 @@ std::string output_of(uint32_t group) {
       return "confidence";
     case Groups::Contacts:
     case Groups::Dented:
+    case Groups::Extrapolated:
       return "contacts";
     case Groups::Skin:
       return "skin";

@@ -29,6 +29,8 @@ std::string doubt(Validity depth) {
       return "islands: not determined";
     case Validity::Covered:
       return "covered by markers: not known";
+    case Validity::Extrapolated:
+      return "extrapolated: not calibrated for this";
     case Validity::LightUnknown:
       return "light unknown: not known";
     case Validity::PictureDamaged:

@@ -180,7 +180,7 @@ constexpr uint32_t kSections[] = {Groups::Traction,
                                   Groups::Skin,
                                   Groups::Depth,
                                   Groups::Light,
-                                  Groups::Dented | Groups::Contacts,
+                                  Groups::Dented | Groups::Extrapolated | Groups::Contacts,
                                   Groups::kOfTouch & ~kShearing,
                                   Groups::Confidence | Groups::Weighted};
 

@@ -30,6 +30,8 @@ Verdict force_verdict(Validity validity) {
       return {"contact reaches the BORDER: force is at least this", 230, 159, 0};
     case Validity::Clipped:
       return {"slopes CLIPPED at max_slope: depth is too small", 230, 159, 0};
+    case Validity::Extrapolated:
+      return {"depth EXTRAPOLATED: calibration saw no such place or colour", 240, 228, 66};
     case Validity::OnsetUnseen:
       return {"contact began UNSEEN: shear counts from there", 240, 228, 66};
     case Validity::Apart:
@@ -99,6 +101,7 @@ std::string depth_text(const SurfaceSummary& s) {
   if (s.validity == Validity::AboveRange) shown += ", above range";
   if (s.validity == Validity::Apart) shown += ", on an island";
   if (s.validity == Validity::Covered) shown += ", covered by markers";
+  if (s.validity == Validity::Extrapolated) shown += ", extrapolated";
   if (s.validity == Validity::LightUnknown) shown += ", light unknown";
   if (!s.rest_from_untouched) shown += " (no rest level)";
   return shown;

@@ -28,6 +28,15 @@ struct TractionMaps {
   std::span<const float> shear_x_kPa = {}, shear_y_kPa = {};  ///< on the pad; empty where no skin is followed
 };
 
+/// Dented cells of one finished frame whose place or colour calibration never saw, from the frame's first
+/// pixel on; empty where SurfaceSummary::extrapolated_px is.
+struct ExtrapolatedCells {
+  uint32_t width = 0;  ///< cells
+  uint32_t height = 0;
+  uint32_t cell_px = 0;
+  std::span<const uint8_t> cells = {};  ///< 1: extrapolated
+};
+
 /// Shear over pressure of each cell, >= 0; 0 where the pressure is below a twentieth of the largest, which is
 /// too little to divide by. Empty where shear is not known or nothing touches.
 PALPATE_API std::vector<float> friction_ratios(const TractionMaps& maps);
@@ -46,6 +55,7 @@ class PALPATE_API Result {
 
   Touch touch;
   TractionMaps traction;
+  ExtrapolatedCells extrapolated;
   double turnaround_ms = 0;  ///< from `submit` to collection, host clock
   /// Times that the processor copied the frame's pixels from Frame::pixels() on. 0: the device read them
   /// where they were.

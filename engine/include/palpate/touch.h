@@ -20,6 +20,7 @@ enum class Validity : uint8_t {
   Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
   AtBorder,       ///< the contact reaches the frame's border: what presses outside is missing
   Clipped,        ///< much of the contact is steeper than max_slope (see clipped_px): depths are too low
+  Extrapolated,   ///< much of the contact has colours, or lies at places, that calibration never saw
   OnsetUnseen,    ///< the contact began while no frames came: shear counts from where it was first seen
   Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
   Covered,        ///< printed markers hide too much of the skin: the surface under them is not known
@@ -137,7 +138,9 @@ struct WeightedSummary {
 struct SurfaceSummary {
   Validity validity = Validity::NotCalibrated;  ///< of the whole depth map
   double depth_max_mm = 0;  ///< deepest point below the rest level, of touched tiles and the frame's border
-  double depth_sd_mm = 0;   ///< standard error of depth_max_mm by calibration; 0: not stated there
+  /// Standard error of depth_max_mm, and over a contact of each of its depths, by calibration; 0: not stated
+  /// there.
+  double depth_sd_mm = 0;
   double depth_offset_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
   bool rest_from_untouched =
       false;              ///< false: no untouched tile, rest level is the mean over the whole frame
@@ -148,6 +151,9 @@ struct SurfaceSummary {
   std::optional<double> dented_mm2;
   /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it.
   uint64_t clipped_px = 0;
+  /// Dented pixels whose place or colour calibration never saw (Result::extrapolated). Of colour gels whose
+  /// sensor file says what it saw, as dented_mm2.
+  std::optional<uint64_t> extrapolated_px{};
   std::optional<WeightedSummary> weighted;
 };
 
