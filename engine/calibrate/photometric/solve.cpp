@@ -1,4 +1,4 @@
-// The fit itself: weights and table from the presses, and how far off they are on presses left out.
+// The fit itself: weights from the presses, and how far off they are on presses left out.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -354,14 +354,15 @@ size_t choose_order(const std::vector<Validation>& validations) {
   return k;
 }
 
-// The share with which presses left out are read neither too flat nor too deep. Steep slopes that were left
-// out of the fit are read too flat; and where the pad has left the ball, it is less steep than the fit was
-// told.
+// The largest share with which presses left out are read neither too flat nor too deep: steep slopes that were
+// left out of the fit are read too flat on other shapes, and where the pad has left the ball it is less steep
+// than the fit was told.
 size_t choose_share(const std::vector<Validation>& shares) {
-  size_t best = 0;
+  constexpr double kFaithful = 0.05;  // of the depth
   const auto off = [&](size_t k) { return std::abs(shares[k].press.errors().depth_gain - 1); };
+  size_t best = 0;
   for (size_t k = 1; k < shares.size(); ++k)
-    if (off(k) < off(best)) best = k;
+    if (off(k) < std::max(kFaithful, off(best))) best = k;
   return best;
 }
 
