@@ -94,18 +94,9 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
     read_weights(photometric, "wx", sensor.photometric.wx);
     read_weights(photometric, "wy", sensor.photometric.wy);
     photometric.number("normal_sd", 0, 1, "", sensor.photometric.normal_sd);
-    if (photometric.has("table")) {
-      Reader table(photometric.at("table"), photometric.path("table"));
-      NormalTable& t = sensor.photometric.table.emplace();
-      t.reach = table.number("reach", 1e-3, 1, "");
-      table.whole("side", 3, 65, "", t.side);
-      for (const auto& [key, values] : {std::pair<const char*, std::vector<double>*>{"nx", &t.nx},
-                                        std::pair<const char*, std::vector<double>*>{"ny", &t.ny}}) {
-        const Json& list = table.array(key, size_t{t.side} * t.side, "side x side, rows of n_y");
-        for (const Json& value : list) values->push_back(Reader::checked(value, table.path(key), -1, 1, ""));
-      }
-      table.finish();
-    }
+    if (photometric.has("table"))
+      fail(photometric.path("table"), "weights by place alone (palpate calibrate photometric fits them)",
+           "a table of normals, as files of earlier versions have");
     if (photometric.has("presses")) sensor.photometric.presses = read_presses(photometric);
     if (photometric.has("colours"))
       sensor.photometric.colours = read_colours(photometric.at("colours"), photometric.path("colours"));
@@ -173,8 +164,6 @@ Json surface_json(const Sensor& s) {
       s.photometric.wy != none.wy) {
     Json photometric{
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
-    if (const auto& t = s.photometric.table)
-      photometric["table"] = {{"reach", t->reach}, {"side", t->side}, {"nx", t->nx}, {"ny", t->ny}};
     if (!s.photometric.presses.empty()) {
       Json presses = Json::array();
       for (const PressError& p : s.photometric.presses)

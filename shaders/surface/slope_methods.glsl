@@ -1,5 +1,5 @@
 // Pixels to slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, one row of eight pixels at a time. Variants: READING_GIVEN
-// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC (with NORMAL_TABLE: corrected by a table). Included after `push` (SlopePush) and TILE_ROWS are declared;
+// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC. Included after `push` (SlopePush) and TILE_ROWS are declared;
 // bindings below FIRST_OUTPUT are taken. What is read from pixels leaves in clipped_px, one word for each invocation, how many of
 // its own pixels are steeper than max_slope.
 
@@ -24,16 +24,8 @@ TEXELS(3, uint, rest_words);
 layout(std140, binding = 4) uniform Weights { vec2 weights[kColours * kPlaceTerms]; };  // for the normal's x and y
 layout(constant_id = 4) const uint PRODUCTS = 0;  // 1: the colours' products have weights too
 layout(constant_id = 5) const uint PLACE_DEGREE = 1;  // of the weights' polynomials, 0 to 3
-#if defined(NORMAL_TABLE)
-TEXELS(5, vec4, normal_nodes);  // the corrected normal at a node and at the next one along its row
-layout(binding = 6) writeonly buffer ClippedPixels { uint clipped_px[]; };
-layout(constant_id = 6) const uint TABLE_SIDE = 3;   // nodes
-layout(constant_id = 7) const uint TABLE_REACH = 0;  // a float's bits: the grid covers -reach to reach
-#define FIRST_OUTPUT 7
-#else
 layout(binding = 5) writeonly buffer ClippedPixels { uint clipped_px[]; };
 #define FIRST_OUTPUT 6
-#endif
 #endif
 
 // Counts of clipped pixels in the columns of a tile, over its own rows.
@@ -246,33 +238,9 @@ Normal normal_of(vec4 r, vec4 g, vec4 b, vec4 x, float y) {
   return n;
 }
 
-#if defined(NORMAL_TABLE)
-// One pixel's normal between four nodes.
-vec2 between(int node, float a, float b) {
-  vec4 upper = texelFetch(normal_nodes, node), lower = texelFetch(normal_nodes, node + int(TABLE_SIDE));
-  vec4 v = mix(upper, lower, b);
-  return mix(v.xy, v.zw, a);
-}
-
-void correct(inout Normal n) {
-  float reach = uintBitsToFloat(TABLE_REACH), steps = float(TABLE_SIDE - 1) / (2.0 * reach);
-  vec4 x = clamp(n.x, vec4(-reach), vec4(reach)), y = clamp(n.y, vec4(-reach), vec4(reach));
-  vec4 u = (x + reach) * steps, v = (y + reach) * steps;
-  ivec4 i = min(ivec4(u), ivec4(TABLE_SIDE - 2)), j = min(ivec4(v), ivec4(TABLE_SIDE - 2)), node = j * int(TABLE_SIDE) + i;
-  u -= vec4(i);
-  v -= vec4(j);
-  vec2 n0 = between(node.x, u.x, v.x), n1 = between(node.y, u.y, v.y), n2 = between(node.z, u.z, v.z), n3 = between(node.w, u.w, v.w);
-  n.x += vec4(n0.x, n1.x, n2.x, n3.x) - x;
-  n.y += vec4(n0.y, n1.y, n2.y, n3.y) - y;
-}
-#else
-void correct(Normal n) {}
-#endif
-
 // Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
 // and the size clipped.
 void lean(Normal n, out vec4 across2, out vec4 p, out vec4 q) {
-  correct(n);
   across2 = n.x * n.x + n.y * n.y;
   float steepest = push.max_slope * push.max_slope, least_nz2 = 1.0 / (1.0 + steepest);
   vec4 scale = sqrt(min(vec4(1.0) / max(1.0 - across2, vec4(least_nz2)), steepest / max(across2, vec4(1e-20))));

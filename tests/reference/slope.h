@@ -74,21 +74,6 @@ inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor
   return s;
 }
 
-/// The normal that a NormalTable has for the polynomial's: bilinear, and beyond it the edge's plus what lies
-/// beyond.
-inline std::array<double, 2> table_normal(const NormalTable& t, double nx, double ny) {
-  const double x = std::clamp(nx, -t.reach, t.reach), y = std::clamp(ny, -t.reach, t.reach);
-  const double u = (x / t.reach + 1) / 2 * (t.side - 1), v = (y / t.reach + 1) / 2 * (t.side - 1);
-  double sum_x = 0, sum_y = 0;
-  for (uint32_t j = 0; j < t.side; ++j)
-    for (uint32_t i = 0; i < t.side; ++i) {
-      const double fraction = std::max(0.0, 1 - std::abs(u - i)) * std::max(0.0, 1 - std::abs(v - j));
-      sum_x += fraction * t.nx[size_t{j} * t.side + i];
-      sum_y += fraction * t.ny[size_t{j} * t.side + i];
-    }
-  return {sum_x + nx - x, sum_y + ny - y};
-}
-
 /// Normal by weights of colours and their products, polynomials of place (see PhotometricCalibration).
 inline Slopes photometric_slopes(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const uint32_t width = image.format.width, height = image.format.height;
@@ -109,10 +94,6 @@ inline Slopes photometric_slopes(const Frame& image, const Frame& rest, const Se
           nx += sensor.photometric.wx[colour][term] * terms[term] * colours[colour];
           ny += sensor.photometric.wy[colour][term] * terms[term] * colours[colour];
         }
-      if (const auto& table = sensor.photometric.table) {
-        const auto corrected = table_normal(*table, nx, ny);
-        nx = corrected[0], ny = corrected[1];
-      }
       const double across = std::hypot(nx, ny);
       const double excess = across * std::hypot(1, sensor.max_slope) / sensor.max_slope - 1;
       s.clipped += excess > 0;

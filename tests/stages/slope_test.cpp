@@ -136,43 +136,6 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
   EXPECT_LT(on_the_edge, 5u);
 }
 
-TEST_F(SlopeTest, NormalTableEqualsReference) {
-  std::mt19937 random(13);
-  uint64_t clipped = 0;
-  for (size_t i = 0; i < 8; ++i) {
-    const auto& [width, height] = kSizes[kSizes.size() - 1 - i % 6];  // the largest six
-    const FrameFormat format{width, height, 3, 8};
-    const Frame image = random_frame(random, format), rest = random_frame(random, format);
-    Sensor sensor = random_gel(random, i);
-    sensor.max_slope = i % 3 ? 0.2 : 10;
-    std::uniform_real_distribution<double> weight(-0.3, 0.3);
-    // A grid that some normals lie beyond, with values that are nothing like the identity.
-    NormalTable& table = sensor.photometric.table.emplace();
-    table.side = std::array{3u, 9u, 17u}[i % 3];
-    table.reach = 0.3;
-    for (uint32_t n = 0; n < table.side * table.side; ++n) {
-      table.nx.push_back(weight(random));
-      table.ny.push_back(weight(random));
-    }
-    const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
-    expect_reference(image, rest, sensor, slopes, 2e-4);
-    clipped += slopes.clipped;
-    // A table that is the identity changes nothing.
-    Sensor plain = sensor;
-    plain.photometric.table.reset();
-    table.nx.clear();
-    table.ny.clear();
-    for (uint32_t n = 0; n < table.side * table.side; ++n) {
-      table.nx.push_back(table.reach * (2.0 * (n % table.side) / (table.side - 1) - 1));
-      table.ny.push_back(table.reach * (2.0 * (n / table.side) / (table.side - 1) - 1));
-    }
-    const std::vector<float> with = right_side(image, rest, sensor, RightSides::Pixels);
-    const std::vector<float> without = right_side(image, rest, plain, RightSides::Pixels);
-    expect_near(with, std::vector<double>(without.begin(), without.end()), 1e-4, "identity", width);
-  }
-  EXPECT_GT(clipped, 20u);
-}
-
 TEST_F(SlopeTest, ShadingEqualsReference) {
   std::mt19937 random(12);
   uint64_t clipped = 0;
@@ -256,13 +219,6 @@ TEST_F(SlopeTest, WeightedCellsEqualSumsOverPixels) {
       }
       sensor.threshold_gray = 4;
       sensor.shading.facing_gray = 220;
-      if (shape % 3 == 0) {
-        NormalTable& table = sensor.photometric.table.emplace();
-        table.side = 3;
-        table.reach = 0.5;
-        table.nx = {-0.4, 0.1, 0.5, -0.6, 0, 0.5, -0.5, 0, 0.4};
-        table.ny = {-0.5, -0.4, -0.6, 0.1, 0, 0, 0.5, 0.4, 0.5};
-      }
       const FrameFormat format{width, height, sensor.channels, 8};
       const Frame image = random_frame(random, format);
       Frame rest = random_frame(random, format);

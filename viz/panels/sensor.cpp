@@ -63,9 +63,7 @@ CalibrationLine surface_line(const Sensor& s) {
                    s.shading.depth_gain),
               {}};
     case SurfaceReading::Photometric:
-      return {"surface", true,
-              text("photometric%s: normal to %.3g (held out)", s.photometric.table ? ", with table" : "",
-                   s.photometric.normal_sd),
+      return {"surface", true, text("photometric: normal to %.3g (held out)", s.photometric.normal_sd),
               origin_text(s.photometric.origin)};
     case SurfaceReading::Elastic: {
       std::string what =

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// The normal (n_x, n_y) that a calibration without a table reads from the changes of red, green and blue,
+/// The normal (n_x, n_y) that a calibration reads from the changes of red, green and blue,
 /// in units of full scale, at X, Y in [-1, 1] across the frame.
 std::array<double, 2> polynomial_normal(const PhotometricCalibration& calibration,
                                         const std::array<double, 3>& change, double across, double down);

@@ -133,15 +133,6 @@ struct ShadingCalibration {
   double depth_gain = 1;   ///< scale on the slopes, from a ball of known radius; 1 is the paper's reading
 };
 
-/// What the polynomial of PhotometricCalibration misses, as a table over its normal: the corrected (n_x, n_y)
-/// at the nodes of a square grid over n_x, n_y in [-reach, reach], n_x fastest, bilinear between; beyond, the
-/// value at the edge plus what lies beyond.
-struct NormalTable {
-  double reach = 1;   ///< of the grid, in components of the polynomial's normal
-  uint32_t side = 0;  ///< nodes along each axis, odd
-  std::vector<double> nx, ny;
-};
-
 /// Weights of colours, a row each (three or nine), by place, a column each (one, three, six or ten).
 using NormalWeights = std::vector<std::vector<double>>;
 
@@ -169,10 +160,9 @@ struct SeenColours {
 /// where depth grows along +x.
 struct PhotometricCalibration {
   NormalWeights wx = NormalWeights(3, std::vector<double>(3)), wy = wx;  ///< of one shape
-  double normal_sd = 0;               ///< RMS error of (n_x, n_y) on held-out presses
-  std::optional<NormalTable> table;   ///< applied to the polynomial's normal
-  std::vector<PressError> presses{};  ///< what they say of depths, see SurfaceSummary::depth_sd_mm; empty:
-                                      ///< not stated
+  double normal_sd = 0;                  ///< RMS error of (n_x, n_y) on held-out presses
+  std::vector<PressError> presses{};     ///< what they say of depths, see SurfaceSummary::depth_sd_mm; empty:
+                                         ///< not stated
   std::optional<SeenColours> colours{};  ///< none: not stated
   Origin origin{};
 };

@@ -1,7 +1,6 @@
 #include "engine/stages/surface/slope.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -11,30 +10,23 @@
 #include "engine/stages/frame/contact.h"
 #include "shaders/block_means.spv.h"
 #include "shaders/known_slope_photometric.spv.h"
-#include "shaders/known_slope_photometric_table.spv.h"
 #include "shaders/known_slope_shading.spv.h"
 #include "shaders/shared/tile.h"
 #include "shaders/slope_cell_tile_given.spv.h"
 #include "shaders/slope_cell_tile_photometric.spv.h"
-#include "shaders/slope_cell_tile_photometric_table.spv.h"
 #include "shaders/slope_cell_tile_shading.spv.h"
 #include "shaders/slope_coarse_given.spv.h"
 #include "shaders/slope_coarse_photometric.spv.h"
-#include "shaders/slope_coarse_photometric_table.spv.h"
 #include "shaders/slope_coarse_shading.spv.h"
 #include "shaders/slope_given.spv.h"
 #include "shaders/slope_photometric.spv.h"
-#include "shaders/slope_photometric_table.spv.h"
 #include "shaders/slope_shading.spv.h"
 #include "shaders/slope_store_photometric.spv.h"
-#include "shaders/slope_store_photometric_table.spv.h"
 #include "shaders/slope_store_shading.spv.h"
 #include "shaders/slope_tile_given.spv.h"
 #include "shaders/slope_tile_photometric.spv.h"
-#include "shaders/slope_tile_photometric_table.spv.h"
 #include "shaders/slope_tile_shading.spv.h"
 #include "shaders/weighted_slope_photometric.spv.h"
-#include "shaders/weighted_slope_photometric_table.spv.h"
 #include "shaders/weighted_slope_shading.spv.h"
 
 namespace palpate {
@@ -108,23 +100,6 @@ gpu::DeviceBuffer weights_of(gpu::Context& context, const PhotometricCalibration
   return buffer;
 }
 
-// A node's normal and that of the next one along its row, so that a pixel between four nodes takes two
-// fetches.
-gpu::DeviceBuffer nodes_of(gpu::Context& context, const NormalTable& table) {
-  const size_t side = table.side;
-  gpu::DeviceBuffer buffer(context, "normal table", side * side * 4 * sizeof(float), gpu::Memory::Constant);
-  const std::span<float> nodes = buffer.as<float>();
-  for (size_t i = 0; i < side * side; ++i) {
-    const size_t next = (i + 1) % side == 0 ? i : i + 1;
-    nodes[4 * i] = static_cast<float>(table.nx[i]);
-    nodes[4 * i + 1] = static_cast<float>(table.ny[i]);
-    nodes[4 * i + 2] = static_cast<float>(table.nx[next]);
-    nodes[4 * i + 3] = static_cast<float>(table.ny[next]);
-  }
-  buffer.flush();
-  return buffer;
-}
-
 }  // namespace
 
 Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
@@ -166,25 +141,12 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     push_.in_pitch = PaddedLayout(format).pitch;
     weights_ = weights_of(context, sensor.photometric, format.max_gray());
     constants_ = {tile_rows_, sensor.photometric.wx.size() > 3, place_degree(sensor.photometric)};
-    if (const auto& table = sensor.photometric.table) {
-      table_ = nodes_of(context, *table);
-      table_nodes_ = gpu::TexelView(context, table_, VK_FORMAT_R32G32B32A32_SFLOAT);
-      constants_.push_back(table->side);
-      constants_.push_back(std::bit_cast<uint32_t>(static_cast<float>(table->reach)));
-      kernel_ = kernel_for(context, right_sides,
-                           {{"slope_photometric_table", k_slope_photometric_table},
-                            {"slope_coarse_photometric_table", k_slope_coarse_photometric_table},
-                            {"slope_tile_photometric_table", k_slope_tile_photometric_table},
-                            {"slope_cell_tile_photometric_table", k_slope_cell_tile_photometric_table}},
-                           readings(), true, constants_, tuning);
-    } else {
-      kernel_ = kernel_for(context, right_sides,
-                           {{"slope_photometric", k_slope_photometric},
-                            {"slope_coarse_photometric", k_slope_coarse_photometric},
-                            {"slope_tile_photometric", k_slope_tile_photometric},
-                            {"slope_cell_tile_photometric", k_slope_cell_tile_photometric}},
-                           readings(), true, constants_, tuning);
-    }
+    kernel_ = kernel_for(context, right_sides,
+                         {{"slope_photometric", k_slope_photometric},
+                          {"slope_coarse_photometric", k_slope_coarse_photometric},
+                          {"slope_tile_photometric", k_slope_tile_photometric},
+                          {"slope_cell_tile_photometric", k_slope_cell_tile_photometric}},
+                         readings(), true, constants_, tuning);
   }
 }
 
@@ -210,9 +172,7 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides 
 std::vector<gpu::Binding> Slope::readings() const {
   using enum gpu::Binding;
   if (shading_) return {Texels, Texels, Texels};
-  std::vector<gpu::Binding> bindings{Texels, Texels, Texels, Texels, Uniform};
-  if (table_) bindings.push_back(Texels);
-  return bindings;
+  return {Texels, Texels, Texels, Texels, Uniform};
 }
 
 uint32_t Slope::strips() const {
@@ -246,10 +206,7 @@ std::vector<gpu::Argument> Slope::record_reading(gpu::Commands& commands, const 
     commands.barrier();
     return {&filtered_texels_, &filtered_pairs_, &block_words_};
   }
-  std::vector<gpu::Argument> arguments{&frame.pairs(), &frame.words(), &background.pairs(),
-                                       &background.words(), &weights_};
-  if (table_) arguments.emplace_back(&table_nodes_);
-  return arguments;
+  return {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &weights_};
 }
 
 void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
@@ -261,10 +218,8 @@ void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const Padd
 }
 
 void Slope::prepare_slopes(gpu::Context& context) {
-  const gpu::Shader shader =
-      shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
-      : table_ ? gpu::Shader{"slope_store_photometric_table", k_slope_store_photometric_table}
-               : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
+  const gpu::Shader shader = shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
+                                      : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
   std::vector<gpu::Binding> bindings = readings();
   bindings.resize(bindings.size() + 3, gpu::Binding::Storage);
   store_kernel_ =
@@ -290,9 +245,6 @@ void Slope::prepare_known(gpu::Context& context) {
   if (shading_) {
     known_kernel_ = make({"known_slope_shading", k_known_slope_shading}, 1);
     faces_kernel_ = make({"weighted_slope_shading", k_weighted_slope_shading}, 4);
-  } else if (table_) {
-    known_kernel_ = make({"known_slope_photometric_table", k_known_slope_photometric_table}, 1);
-    faces_kernel_ = make({"weighted_slope_photometric_table", k_weighted_slope_photometric_table}, 4);
   } else {
     known_kernel_ = make({"known_slope_photometric", k_known_slope_photometric}, 1);
     faces_kernel_ = make({"weighted_slope_photometric", k_weighted_slope_photometric}, 4);

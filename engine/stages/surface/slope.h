@@ -74,11 +74,9 @@ class Slope {
   bool shading_ = false;
   RightSides right_sides_;
   // Of the kernels: rows. Shading: stored units below which a slope is clipped (0: none is). Photometric:
-  // whether products of colours have weights, and the degree in place; with a table its side and reach.
+  // whether products of colours have weights, and the degree in place.
   std::vector<uint32_t> constants_;
-  // For SurfaceReading::Photometric: weights, and the nodes of a NormalTable.
-  gpu::DeviceBuffer weights_, table_;
-  gpu::TexelView table_nodes_;
+  gpu::DeviceBuffer weights_;  // for SurfaceReading::Photometric
   // For SurfaceReading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;
   gpu::DeviceBuffer blocks_;

@@ -106,7 +106,6 @@ void time_size(Bench& bench, const Options& options, const Size& size) {
   }
   if (options.gels) {
     bench.gradient(size);
-    bench.normal_table(size);
     bench.place_weights(size);
     bench.lookup(size);
     return;
@@ -129,7 +128,6 @@ void time_size(Bench& bench, const Options& options, const Size& size) {
   bench.elastic(size);
   bench.frame(size, SyntheticMode::Lambert);
   bench.frame(size, SyntheticMode::Gel);
-  bench.normal_table(size);
   bench.place_weights(size);
   bench.lookup(size);
   bench.throughput(size, SyntheticMode::Lambert);
@@ -190,7 +188,7 @@ void add_bench(CommandLine& program, Common& common, Command& chosen) {
                     "GPU timers for single stages (they slow the frame down by a tenth)");
   command->add_flag("--weighted", o->weighted, "Weighted surfaces only: their rival takes half a minute");
   command->add_flag("--gels", o->gels,
-                    "Gels only: sum of gradients, readings with a normal table and by a table of depth");
+                    "Gels only: sum of gradients, readings with weights by place and by a table of depth");
   command->add_flag("--skin", o->skin, "Following the skin's pattern only");
   command->add_flag("--forward", o->forward, "The forward model's product and solve only");
   command->add_flag("--splines", o->splines,

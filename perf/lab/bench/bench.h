@@ -40,8 +40,6 @@ class Bench {
 
   // Whole frames (bench_frames.cpp).
   void frame(const Size& size, SyntheticMode mode);
-  /// Cost of a table over the polynomial's normal, over the same frame without.
-  void normal_table(const Size& size);
   /// Cost of weights for products of colours and of degree 2 in place, over the same frame with 3 x 3
   /// weights.
   void place_weights(const Size& size);

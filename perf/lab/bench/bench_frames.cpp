@@ -22,22 +22,6 @@ void Bench::frame(const Size& size, SyntheticMode mode) {
   stages(pipeline, scene, size, work);
 }
 
-void Bench::normal_table(const Size& size) {
-  Scene scene = scene_for(size, SyntheticMode::Gel);
-  Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
-  constexpr uint32_t kSide = 17;
-  NormalTable& table = scene.sensor.photometric.table.emplace();
-  table.side = kSide;
-  for (uint32_t n = 0; n < kSide * kSide; ++n) {
-    const uint32_t column = n % kSide, row = n / kSide;
-    table.nx.push_back(2.0 * column / (kSide - 1) - 1);
-    table.ny.push_back(2.0 * row / (kSide - 1) - 1);
-  }
-  Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
-  add(compare("normal table", size.text(), {"with", [&] { with.process(scene.next()); }},
-              {"without", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
-}
-
 void Bench::place_weights(const Size& size) {
   Scene scene = scene_for(size, SyntheticMode::Gel);
   Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);

@@ -78,13 +78,6 @@ std::vector<Kind> kinds() {
 std::vector<Sensor> sensors_of(const Sensor& plain) {
   std::vector<Sensor> sensors{plain};
   if (plain.reading == SurfaceReading::Photometric) {
-    Sensor corrected = plain;
-    NormalTable table;
-    table.side = 3;
-    table.nx.assign(9, 0);
-    table.ny.assign(9, 0);
-    corrected.photometric.table = table;
-    sensors.push_back(corrected);
     Sensor placed = plain;  // of a good calibration: products of colours, degree 2 in place
     placed.photometric.wx.assign(9, std::vector<double>(6, 0.01));
     placed.photometric.wy = placed.photometric.wx;
