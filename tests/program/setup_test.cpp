@@ -97,6 +97,22 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
   const std::string threshold = palpate::text("threshold %.1f gray", sensor.threshold_gray);
   EXPECT_NE(touch.find(threshold), std::string::npos) << threshold << " in: " << touch;
 
+  // Presses of a further ball join them; here the same ones once more.
+  const size_t alone = sensor.photometric.presses.size();
+  ASSERT_GT(alone, 0u);
+  ASSERT_EQ(run("setup " + frames + " --ball-mm 8 --other-ball " + frames + "=8 --pitch " +
+                std::to_string(pitch) + " --json --out '" + at("two.json") + "'"),
+            0)
+      << text("stderr");
+  EXPECT_EQ(load_sensor(folder_ / "two.json").photometric.presses.size(), 2 * alone);
+  ASSERT_EQ(run("setup " + frames + " --ball-mm 8 --other-ball " + frames + " --pitch " +
+                std::to_string(pitch) + " --json --out '" + at("two.json") + "'"),
+            0)
+      << text("stderr");
+  const Json unclear = step(parse_json(text("stdout")), "surface");
+  EXPECT_FALSE(unclear.at("known").get<bool>());
+  EXPECT_NE(unclear.at("what").get<std::string>().find("size"), std::string::npos) << unclear.dump();
+
   // The diameter for the radius, and presses that contradict the ball: no surface.
   for (const char* ball : {"--ball-mm 16", "--ball-radius-mm 2"}) {
     ASSERT_EQ(run("setup " + frames + " " + ball + " --pitch " + std::to_string(pitch) + " --json --out '" +

@@ -107,6 +107,8 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
                    "Its radius, by the older name: refused where the pictures show that it is the diameter")
       ->check(Check::range(1e-3, 1000.0));
   command->add_option("--balls", i.balls, "Recording of its presses (default: INPUT)");
+  command->add_option("--other-ball", i.other_balls,
+                      "RECORDING=RADIUS_MM: presses of another ball, as often as there are");
   command
       ->add_option("--ball-table", i.ball_table,
                    "Presses of a ball that is not seen whole, by hand: CSV as palpate calibrate photometric "

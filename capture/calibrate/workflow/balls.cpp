@@ -32,6 +32,11 @@ void append(BallPresses&& more, const std::string& from, BallPresses& found) {
                 text("%u x %u px in ", more.format.width, more.format.height) + from +
                     text(" and %u x %u px", found.format.width, found.format.height),
                 "presses of all balls in one camera mode");
+  // Folders of presses often number them alike.
+  const std::filesystem::path path(from);
+  const std::string folder = (path.has_filename() ? path : path.parent_path()).filename().string();
+  for (BallPress& press : more.presses) press.label = folder + "/" + press.label;
+  for (RefusedPress& press : more.refused) press.label = folder + "/" + press.label;
   const auto move = [&](auto BallPresses::*part) {
     std::ranges::move(more.*part, std::back_inserter(found.*part));
   };

@@ -290,6 +290,7 @@ SetupStep SensorSetup::surface(const SetupInputs& inputs) {
       words.insert(words.end(), {size->first, text("%g", size->second)});
     else
       words.insert(words.end(), {"--balls", inputs.ball_table.string()});
+    for (const std::string& other : inputs.other_balls) words.insert(words.end(), {"--balls", other});
     const json::Value found = calibrate(step, words).json;
     step.presses = presses_of(found);
     if (step.done)

@@ -29,8 +29,9 @@ struct SetupInputs {
   double spacing_mm = 0;  ///< of the grid
   double ball_mm = 0;     ///< radius, by the older option; refused where it is the diameter
   double ball_radius_mm = 0, ball_diameter_mm = 0;
-  std::filesystem::path balls;       ///< recording of its presses; empty: `recording`
-  std::filesystem::path ball_table;  ///< presses in `balls` by place, where a ball is not seen whole
+  std::filesystem::path balls;           ///< recording of its presses; empty: `recording`
+  std::vector<std::string> other_balls;  ///< RECORDING=RADIUS_MM: presses of further balls
+  std::filesystem::path ball_table;      ///< presses in `balls` by place, where a ball is not seen whole
   std::string surface = "auto";
   std::filesystem::path gauge;  ///< a force gauge's table of the recording
   std::string name;             ///< of the sensor; empty: the file's

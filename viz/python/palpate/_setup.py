@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -83,6 +83,7 @@ def setup(
     spacing_mm: float | None = None,
     ball_radius_mm: float | None = None,
     balls: Path | None = None,
+    other_balls: Mapping[Path, float] | None = None,
     ball_table: Path | None = None,
     surface: str = "auto",
     gauge: Path | None = None,
@@ -107,6 +108,7 @@ def setup(
             rows), ``"dots"`` or ``"chessboard"``, mm from one point to the next).
         ball_radius_mm: radius of a ball that is pressed, for depth; with ``balls``, the recording of its presses
             where they are not in ``recording``, or ``ball_table``, their places by hand.
+        other_balls: recordings of presses of further balls, each with its radius in mm.
         surface: ``"auto"``, ``"photometric"`` or ``"lookup"``.
         gauge: a force gauge's table of the recording.
         sequence: images without a rate follow each other; otherwise each is a press of its own.
@@ -122,6 +124,8 @@ def setup(
     files = {"background": background, "grid_pictures": grid_pictures, "grid_background": grid_background, "balls": balls, "ball_table": ball_table, "gauge": gauge}
     for argument, path in files.items():
         add("--" + argument.replace("_", "-"), [] if path is None else [path_text(path, argument)])
+    for path, radius_mm in (other_balls or {}).items():
+        add("--other-ball", [f"{path_text(path, 'other_balls')}={one}" for one in _length(radius_mm, "other_balls")])
     add("--corners", _corners(corners))
     add("--pitch", _length(pitch_mm_per_px, "pitch_mm_per_px"))
     add("--spacing-mm", _length(spacing_mm, "spacing_mm"))
