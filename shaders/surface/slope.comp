@@ -76,28 +76,28 @@ Across take_row(inout Stream t, Edges edges, int tx, int y) {
   return right;
 }
 
-// Finishes rows y and y + 1.
-void finish_rows(inout Stream stream, Edges edges, int tx, int y) {
+// Takes in rows y + 2 and y + 3 and finishes rows y and y + 1, those from `first` on.
+void finish_rows(inout Stream stream, Edges edges, int tx, int first, int y) {
   const vec4 none = vec4(0.0);
-  int height = int(push.height);
+  int end = y < first ? y : int(push.height);
   Across upper = take_row(stream, edges, tx, y + 2), lower = take_row(stream, edges, tx, y + 3);
   uint texel = uint(y) * push.pitch + 2 * uint(tx);
   bool wide = 2 * uint(tx) + 1 < push.pitch;
   upper = Across(upper.a * push.scale, upper.b * push.scale);
   lower = Across(lower.a * push.scale, lower.b * push.scale);
-  if (y < height) {
+  if (y < end) {
     right_side[texel] = upper.a;
     if (wide) right_side[texel + 1] = upper.b;
   }
-  if (y + 1 < height) {
+  if (y + 1 < end) {
     right_side[texel + push.pitch] = lower.a;
     if (wide) right_side[texel + push.pitch + 1] = lower.b;
   }
   ivec4 column = ivec4(0, 1, 2, 3) + 8 * tx;
-  vec4 sum_a = upper.a + (y + 1 < height ? lower.a : none), sum_b = upper.b + (y + 1 < height ? lower.b : none);
+  vec4 sum_a = upper.a + (y + 1 < end ? lower.a : none), sum_b = upper.b + (y + 1 < end ? lower.b : none);
   sum_a = mix(none, sum_a, lessThan(column, ivec4(push.width)));
   sum_b = mix(none, sum_b, lessThan(column + 4, ivec4(push.width)));
-  if (y < height) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = vec4(sum_a.xz + sum_a.yw, sum_b.xz + sum_b.yw);
+  if (y < end) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = vec4(sum_a.xz + sum_a.yw, sum_b.xz + sum_b.yw);
 }
 
 void main() {
@@ -119,17 +119,12 @@ void main() {
   stream.q2_a = stream.q2_b = stream.q1_a = stream.q1_b = stream.q0_a = stream.q0_b = none;
   stream.above_a = stream.above_b = none;
   stream.across2 = stream.across1 = Across(none, none);
-  // Rows are taken two ahead of those they finish; the window changes with every eight rows taken.
-  stream.window = window_at(tx, y0 - 8);
-  take_row(stream, edges, tx, y0 - 2);
-  take_row(stream, edges, tx, y0 - 1);
-  stream.window = window_at(tx, y0);
-  take_row(stream, edges, tx, y0);
-  take_row(stream, edges, tx, y0 + 1);
-  int y = y0;
-  for (int next = y0 + 6; y < y1; next += 8) {
-    for (; y < min(next, y1); y += 2) finish_rows(stream, edges, tx, y);
+  // Rows are taken two ahead of those they finish, and the first four finish none; the window changes with every eight rows taken.
+  // Taken in one place: each costs the driver a copy of slopes_at.
+  int y = y0 - 4;
+  for (int next = y0 - 2; y < y1; next += 8) {
     stream.window = window_at(tx, y + 2);
+    for (; y < min(next, y1); y += 2) finish_rows(stream, edges, tx, y0, y);
   }
   store_clipped(stream.clipped, tile, tx);
 }
