@@ -11,6 +11,8 @@ namespace {
 
 using photometric::Pixel;
 
+static_assert(kFollowedShares.front() == PhotometricFit::kJudgedShare);
+
 bool linear_range(const Frame& a, const Frame& b, uint32_t x, uint32_t y, uint32_t full) {
   for (uint32_t c = 0; c < 3; ++c) {
     const uint32_t p = a.at(c, x, y), q = b.at(c, x, y);

@@ -7,13 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/calibrate/photometric/fit.h"
 #include "engine/calibrate/photometric/polynomial.h"
 
 namespace palpate {
 
 /// Shares of a ball's found circle up to which the pad may be taken to follow the ball.
-inline constexpr std::array kFollowedShares{PhotometricFit::kJudgedShare, 0.9, 1.0};
+inline constexpr std::array kFollowedShares{0.8, 0.9, 1.0};
 
 /// The sums of one press, its pixels of known normal, and for a ball the depth to be read from them.
 struct PhotometricPress {
