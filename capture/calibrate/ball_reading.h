@@ -22,8 +22,8 @@ struct BallReading {
   double gain_sd = 0;
 };
 
-/// Depth over the innermost `PhotometricFit::kJudgedShare` of the contact circles of `found`, each press against
-/// its own untouched image. A surface that is read by colour or by a table of gray.
+/// Depth over the innermost `PhotometricFit::kJudgedShare` of the contact circles of `found`, each press
+/// against its own untouched image. A surface that is read by colour or by a table of gray.
 BallReading read_balls(gpu::Context& device, const Sensor& sensor, const BallPresses& found);
 
 }  // namespace palpate

@@ -291,9 +291,9 @@ std::vector<Validation> validate(std::span<const PhotometricPress> presses,
   std::map<double, std::vector<Model>> without_ball;
   for (const PhotometricPress& p : presses) without_ball[p.ball.radius_mm];
   if (without_ball.size() > 1)
-    for (auto& [radius_mm, models] : without_ball) {
-      const Moments sums = sums_of([&](const PhotometricPress& p) { return p.ball.radius_mm != radius_mm; });
-      for (const NormalOrder& order : orders) models.push_back(fit_model(sums, order));
+    for (auto& ball : without_ball) {
+      const Moments sums = sums_of([&](const PhotometricPress& p) { return p.ball.radius_mm != ball.first; });
+      for (const NormalOrder& order : orders) ball.second.push_back(fit_model(sums, order));
     }
   std::vector<Validation> validations(orders.size());
   for (const PhotometricPress& p : presses) {
@@ -354,9 +354,9 @@ size_t choose_order(const std::vector<Validation>& validations) {
   return k;
 }
 
-// The largest share with which presses left out are read neither too flat nor too deep: steep slopes that were
-// left out of the fit are read too flat on other shapes, and where the pad has left the ball it is less steep
-// than the fit was told.
+// The largest share with which presses left out are read neither too flat nor too deep: steep slopes that
+// were left out of the fit are read too flat on other shapes, and where the pad has left the ball it is less
+// steep than the fit was told.
 size_t choose_share(const std::vector<Validation>& shares) {
   constexpr double kFaithful = 0.05;  // of the depth
   const auto off = [&](size_t k) { return std::abs(shares[k].press.errors().depth_gain - 1); };
@@ -434,7 +434,9 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   PhotometricFitResult result;
   result.followed_share = kFollowedShares[share];
   for (size_t k = 0; k < orders.size(); ++k) {
-    NormalCandidate& c = result.candidates.emplace_back(orders[k], validations[k].press.errors());
+    NormalCandidate& c = result.candidates.emplace_back();
+    c.order = orders[k];
+    c.press = validations[k].press.errors();
     if (!validations[k].balls.empty()) c.ball = validations[k].ball.errors();
   }
   result.chosen = chosen;
