@@ -258,6 +258,7 @@ TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
   surface.volume_mm3 = 1;
   surface.dented_mm2 = 2;
   surface.clipped_px = 3;
+  surface.extrapolated_px = 4;
   surface.weighted = {0.1, 0.1, 2, 1};
   touch.confidence.emplace();
   touch.regions = {0, true};
