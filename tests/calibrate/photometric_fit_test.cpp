@@ -236,8 +236,8 @@ TEST(PhotometricFit, SlopesAreFittedAsFarAsThePadFollowsTheBall) {
       fit.add_ball(scene.render(x, y, 30, 3), background, x, y, 30, 3, "ball");
     const PhotometricFitResult r = fit.solve();
     if (follows < 1) {
-      EXPECT_EQ(r.followed_share, 0.8);
-      EXPECT_NEAR(r.depth_gain, 1, 0.03);
+      EXPECT_LT(r.followed_share, 1);
+      EXPECT_NEAR(r.depth_gain, 1, 0.02);
     } else {
       EXPECT_EQ(r.followed_share, 1);  // noise reads all slopes too flat; steep ones stand out of it
     }
@@ -271,9 +271,7 @@ TEST(PhotometricFit, NoiseIsReportedAsItIs) {
   const double fresh = std::sqrt(square / static_cast<double>(n));
   EXPECT_GT(fresh, 0.01);
   EXPECT_NEAR(r.calibration.normal_sd, fresh, 0.1 * fresh);
-  EXPECT_GE(r.normal_rms_held_out, r.normal_rms_fitted);
-  EXPECT_LT(r.depth_gain, 1);  // noise pulls least squares towards flat, and the result shows by how much
-  EXPECT_GT(r.depth_gain, 0.8);
+  EXPECT_NEAR(r.depth_gain, 1, 0.02);  // noise pulls least squares towards flat, which the weights are rid of
 }
 
 TEST(PhotometricFit, RestWeightKeepsDriftingLampsFromTiltingThePicture) {

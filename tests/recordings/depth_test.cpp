@@ -175,7 +175,7 @@ TEST_F(DepthRecordings, GelShapesAfterCalibrationOnFoundBalls) {
   sensor.photometric = fit.calibration;
 
   const ShapeErrors errors = shape_errors(folder, sensor);
-  EXPECT_LT(errors.worst_rmse_mm, 0.08);
+  EXPECT_LT(errors.worst_rmse_mm, 0.10);
   EXPECT_LT(errors.mean_rmse_mm, 0.046);
 }
 

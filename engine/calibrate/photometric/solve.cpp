@@ -22,6 +22,7 @@ namespace {
 using photometric::Moments, photometric::kPlaces;
 
 constexpr double kSteepest = 0.999;      // largest component along the pad that a normal is taken to have
+constexpr double kMostGain = 1.25;       // that weights are rid of
 constexpr double kClearlyBetter = 0.98;  // error over a simpler model's, for a richer one to be chosen
 
 // Numbers of the terms that an order has, ten to a colour.
@@ -40,7 +41,13 @@ struct Model {
   double ridge = 0;
 };
 
-Model fit_model(const Moments& sums, const NormalOrder& order) {
+// How presses make weights.
+struct Fitting {
+  size_t share = 0;       // of kFollowedShares
+  double depth_gain = 1;  // of presses left out, that the weights are rid of
+};
+
+Model fit_model(const Moments& sums, const NormalOrder& order, const Fitting& fitting) {
   const std::vector<int> terms = terms_of(order);
   const auto n = static_cast<Eigen::Index>(terms.size());
   Eigen::MatrixXd gram = sums.gram(terms);
@@ -73,8 +80,8 @@ Model fit_model(const Moments& sums, const NormalOrder& order) {
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto colour = static_cast<size_t>(terms[static_cast<size_t>(i)] / kPlaces),
                place = static_cast<size_t>(terms[static_cast<size_t>(i)] % kPlaces);
-    model.weights.wx[colour][place] = unit[i] * weights(i, 0);
-    model.weights.wy[colour][place] = unit[i] * weights(i, 1);
+    model.weights.wx[colour][place] = unit[i] * weights(i, 0) / fitting.depth_gain;
+    model.weights.wy[colour][place] = unit[i] * weights(i, 1) / fitting.depth_gain;
   }
   return model;
 }
@@ -280,12 +287,12 @@ struct Validation {
 };
 
 std::vector<Validation> validate(std::span<const PhotometricPress> presses,
-                                 std::span<const NormalOrder> orders, size_t share, double rest_weight,
-                                 double pitch_mm_per_px) {
+                                 std::span<const NormalOrder> orders, const Fitting& fitting,
+                                 double rest_weight, double pitch_mm_per_px) {
   const auto sums_of = [&](const auto& wanted) {
     Moments sums;
     for (const PhotometricPress& p : presses)
-      if (wanted(p)) p.add_to(sums, share, rest_weight);
+      if (wanted(p)) p.add_to(sums, fitting.share, rest_weight);
     return sums;
   };
   std::map<double, std::vector<Model>> without_ball;
@@ -293,7 +300,7 @@ std::vector<Validation> validate(std::span<const PhotometricPress> presses,
   if (without_ball.size() > 1)
     for (auto& ball : without_ball) {
       const Moments sums = sums_of([&](const PhotometricPress& p) { return p.ball.radius_mm != ball.first; });
-      for (const NormalOrder& order : orders) ball.second.push_back(fit_model(sums, order));
+      for (const NormalOrder& order : orders) ball.second.push_back(fit_model(sums, order, fitting));
     }
   std::vector<Validation> validations(orders.size());
   for (const PhotometricPress& p : presses) {
@@ -306,7 +313,7 @@ std::vector<Validation> validate(std::span<const PhotometricPress> presses,
     const std::vector<Model>& other_balls = without_ball.at(p.ball.radius_mm);
     for (size_t k = 0; k < orders.size(); ++k) {
       Validation& v = validations[k];
-      v.presses.push_back(judged(fit_model(others, orders[k]), v.press));
+      v.presses.push_back(judged(fit_model(others, orders[k], fitting), v.press));
       if (!other_balls.empty()) v.balls.push_back(judged(other_balls[k], v.ball));
     }
   }
@@ -423,16 +430,22 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   const std::vector<NormalOrder> orders = orders_for(wanted, presses_);
   const bool balls = std::any_of(presses_.begin(), presses_.end(),
                                  [](const PhotometricPress& p) { return p.ball.contact_px > 0; });
-  std::vector<Validation> validations = validate(presses_, orders, 0, rest_weight, pitch_mm_per_px_);
+  std::vector<Validation> validations = validate(presses_, orders, {}, rest_weight, pitch_mm_per_px_);
   const size_t chosen = choose_order(validations);
-  std::vector<Validation> shares = {validations[chosen]};
-  for (size_t share = 1; share < (balls ? kFollowedShares.size() : 1); ++share)
-    shares.push_back(
-        validate(presses_, std::span(&orders[chosen], 1), share, rest_weight, pitch_mm_per_px_)[0]);
-  const size_t share = choose_share(shares);
-  validations[chosen] = shares[share];
+  Fitting fitting;
+  if (balls) {
+    const auto judged = [&](const Fitting& by) {
+      return validate(presses_, std::span(&orders[chosen], 1), by, rest_weight, pitch_mm_per_px_)[0];
+    };
+    std::vector<Validation> shares = {validations[chosen]};
+    while (shares.size() < kFollowedShares.size()) shares.push_back(judged({.share = shares.size()}));
+    fitting.share = choose_share(shares);
+    fitting.depth_gain =
+        std::clamp(shares[fitting.share].press.errors().depth_gain, 1 / kMostGain, kMostGain);
+    validations[chosen] = judged(fitting);
+  }
   PhotometricFitResult result;
-  result.followed_share = kFollowedShares[share];
+  result.followed_share = kFollowedShares[fitting.share];
   for (size_t k = 0; k < orders.size(); ++k) {
     NormalCandidate& c = result.candidates.emplace_back();
     c.order = orders[k];
@@ -442,10 +455,10 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   result.chosen = chosen;
   Moments sums;
   for (const PhotometricPress& p : presses_) {
-    p.add_to(sums, share, rest_weight);
+    p.add_to(sums, fitting.share, rest_weight);
     result.contact_px += p.pixels.size();
   }
-  const Model model = fit_model(sums, orders[result.chosen]);
+  const Model model = fit_model(sums, orders[result.chosen], fitting);
   const HeldOutErrors& errors = result.model().press;
   result.presses = validations[result.chosen].presses;
   result.calibration = model.weights;
