@@ -184,8 +184,8 @@ TEST_F(DepthRecordings, GelShapesHaveTheirDepthByTheShippedSensorFile) {
   Sensor sensor = load_sensor(shipped_sensor("gelsight_sim2real"));
   sensor.background.image = (folder / "background_real.png").string();
   const ShapeErrors errors = shape_errors(folder, sensor);
-  EXPECT_LT(errors.worst_rmse_mm, 0.08);
-  EXPECT_LT(errors.mean_rmse_mm, 0.044);
+  EXPECT_LT(errors.worst_rmse_mm, 0.10);
+  EXPECT_LT(errors.mean_rmse_mm, 0.047);
   // Whatever the zero of the commanded depth: 0.75 mm more of it must be read as 0.75 mm more.
   for (const auto& [shape, gain] : errors.gain) {
     EXPECT_GT(gain, 0.9) << shape;
