@@ -135,18 +135,17 @@ TEST_F(DepthErrorRecordings, IntervalsHoldThePressesLeftOut) {
     search.ball_radius_mm = ball_mm;
     return find_presses(folder.string(), sensor, search, 4);
   };
-  Held chosen_on, others;
+  Held without_markers, with_markers;
   const Sensor a = gel(mini / "pad_a/background.png", 0.0634, false);
-  chosen_on.add(in_quarters("Mini, 6.31 mm", a, found(mini / "pad_a/ball_6.31mm", a, 3.155)));
-  chosen_on.add(in_quarters("Mini, 9.5 mm", a, found(mini / "pad_a/ball_9.5mm", a, 4.75)));
+  without_markers.add(in_quarters("Mini, 6.31 mm", a, found(mini / "pad_a/ball_6.31mm", a, 3.155)));
+  without_markers.add(in_quarters("Mini, 9.5 mm", a, found(mini / "pad_a/ball_9.5mm", a, 4.75)));
   const Sensor s = sim2real();
-  chosen_on.add(in_quarters("Sim2real", s, listed("gelsight_sim2real", "gelsight-sim2real", s)));
-  // What the model of the error was not chosen on.
+  without_markers.add(in_quarters("Sim2real", s, listed("gelsight_sim2real", "gelsight-sim2real", s)));
   const Sensor b = gel(mini / "pad_b/background.png", 0.0634, true);
-  others.add(in_quarters("Mini, markers", b, found(mini / "pad_b/ball_5mm", b, 2.5)));
+  with_markers.add(in_quarters("Mini, markers", b, found(mini / "pad_b/ball_5mm", b, 2.5)));
   const Sensor g = gel(data / "gelslim-balls/ref.jpg", 0.10577, true);
-  others.add(in_quarters("GelSlim", g, listed("gelslim_balls", "gelslim-balls", g)));
-  for (const Held& held : {chosen_on, others}) {
+  with_markers.add(in_quarters("GelSlim", g, listed("gelslim_balls", "gelslim-balls", g)));
+  for (const Held& held : {without_markers, with_markers}) {
     EXPECT_GE(held.middle, 0.9 * held.presses);
     EXPECT_GE(held.pixels_held, 0.9 * held.pixels);
     EXPECT_LE(held.extrapolated, 0.1 * held.presses);
