@@ -1,7 +1,6 @@
-// The parts of the window that need no display: colour maps, section, zero, history, events, settings, layout
+// The parts of the window that need no display: colour maps, section, zero, history, events, layout
 // and text.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -10,15 +9,12 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <type_traits>
-#include <variant>
 
 #include "capture/files/event_log.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/background_work.h"
 #include "engine/measure/force.h"
-#include "tests/support/json.h"
-#include "tests/support/text_file.h"
+#include "tests/support/test_folder.h"
 #include "viz/live/history.h"
 #include "viz/live/tare.h"
 #include "viz/panels/calibration_chart.h"
@@ -26,7 +22,6 @@
 #include "viz/panels/controls.h"
 #include "viz/panels/section.h"
 #include "viz/panels/sensor.h"
-#include "viz/panels/settings.h"
 #include "viz/panels/setup_view.h"
 #include "viz/panels/start_view.h"
 #include "viz/render/colour_map.h"
@@ -37,18 +32,6 @@ namespace palpate::viz {
 namespace {
 
 namespace fs = std::filesystem;
-
-class WindowParts : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("palpate-window-parts-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  void write(const fs::path& file, const std::string& words) { std::ofstream(file) << words; }
-  fs::path folder_;
-};
 
 TEST(ColourMaps, AreThoseOfOpenCvAndRiseInLightness) {
   const std::pair<ColourMap, int> maps[] = {{ColourMap::Viridis, cv::COLORMAP_VIRIDIS},
@@ -233,111 +216,20 @@ TEST(SectionLine, StaysInTheFrameWhateverIsDone) {
   }
 }
 
-TEST_F(WindowParts, EventsComeBackWhateverWasTyped) {
-  append_event(folder_ / "new", {3, 0.1, "mark", "1"});
-  append_event(folder_ / "new", {7, 0.25, "mark", "said \"here\", then\nlet go"});
-  std::ofstream(folder_ / "new" / "events.csv", std::ios::app) << "nonsense\n,,,\nx,1,mark,y\n";
-  append_event(folder_ / "new", {9, 0.3, "zero", "force_N=0.5"});
-  const std::vector<Event> events = read_events(folder_ / "new");
+TEST(WindowParts, EventsComeBackWhateverWasTyped) {
+  const fs::path folder = test_folder("window-parts");
+  append_event(folder / "new", {3, 0.1, "mark", "1"});
+  append_event(folder / "new", {7, 0.25, "mark", "said \"here\", then\nlet go"});
+  std::ofstream(folder / "new" / "events.csv", std::ios::app) << "nonsense\n,,,\nx,1,mark,y\n";
+  append_event(folder / "new", {9, 0.3, "zero", "force_N=0.5"});
+  const std::vector<Event> events = read_events(folder / "new");
   ASSERT_EQ(events.size(), 3u);
   EXPECT_EQ(events[0].frame, 3u);
   EXPECT_DOUBLE_EQ(events[1].time_s, 0.25);
   EXPECT_EQ(events[1].text, "said \"here\", then let go");
   EXPECT_EQ(events[2].kind, "zero");
-  EXPECT_TRUE(read_events(folder_ / "nowhere").empty());
-}
-
-TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
-  Settings settings;
-  settings.width = 1000;
-  settings.view.map = ColourMap::Cividis;
-  settings.view.line = {0.1, 0.2, 0.3, 0.4};
-  settings.remember("synthetic:slide", "");
-  settings.remember(folder_ / "press", folder_ / "pad.json");
-  settings.remember("synthetic:slide", "");
-  const fs::path file = folder_ / "deep" / "window.json";
-  save_settings(settings, file);
-  const LoadedSettings loaded = load_settings(file);
-  EXPECT_EQ(loaded.warning, "");
-  EXPECT_EQ(loaded.settings.width, 1000u);
-  EXPECT_EQ(loaded.settings.view.map, ColourMap::Cividis);
-  EXPECT_DOUBLE_EQ(loaded.settings.view.line.y1, 0.4);
-  ASSERT_EQ(loaded.settings.recent.size(), 2u) << "once each";
-  EXPECT_EQ(loaded.settings.recent[0].input, "synthetic:slide");
-  EXPECT_EQ(loaded.settings.recent[1].sensor, (folder_ / "pad.json").string());
-  ASSERT_EQ(loaded.settings.sensors.size(), 1u);
-
-  EXPECT_EQ(load_settings(folder_ / "none.json").warning, "") << "the first run";
-  for (const char* damaged :
-       {"", "{", "[1, 2]", "null", "{\"palpate_window\": 99}", "{\"palpate_window\": 1, \"width\": \"wide\"}",
-        "{\"palpate_window\": 1, \"width\": -5}", "{\"palpate_window\": 1, \"recent\": [1, {}]}",
-        "{\"palpate_window\": 1, \"section_line\": [0, 1]}", "{\"palpate_window\": 1, \"colours\": 7}"}) {
-    write(file, damaged);
-    const LoadedSettings bad = load_settings(file);
-    EXPECT_NE(bad.warning, "") << damaged;
-    EXPECT_EQ(bad.warning.find('\n'), std::string::npos);
-    EXPECT_EQ(bad.settings.width, Settings().width) << damaged;
-  }
-}
-
-// A setting that is added to the list is kept, and a value that makes no sense is named and left out.
-TEST_F(WindowParts, EverySettingOfTheViewIsKept) {
-  Settings changed;
-  for (const ViewSetting& setting : view_settings())
-    std::visit(
-        [&](auto member) {
-          auto& value = changed.view.*member;
-          using Value = std::decay_t<decltype(value)>;
-          if constexpr (std::is_same_v<Value, SectionLine>)
-            value = {0.1, 0.2, 0.3, 0.4};
-          else if constexpr (std::is_floating_point_v<Value>)
-            value = static_cast<Value>(setting.least + setting.most) / 2;
-          else
-            value = static_cast<Value>(!static_cast<int>(value));
-        },
-        setting.member);
-  const fs::path file = folder_ / "window.json";
-  save_settings(changed, file);
-  const LoadedSettings loaded = load_settings(file);
-  EXPECT_EQ(loaded.warning, "");
-  save_settings(loaded.settings, folder_ / "again.json");
-  EXPECT_EQ(slurp(file), slurp(folder_ / "again.json"));
-  save_settings({}, folder_ / "first.json");
-  const Json kept = parse_json(slurp(file)), first = parse_json(slurp(folder_ / "first.json"));
-  for (const ViewSetting& setting : view_settings()) {
-    EXPECT_NE(kept[setting.name], first[setting.name]) << setting.name;
-    write(file, std::string("{\"palpate_window\": 1, \"") + setting.name + "\": -7}");
-    const LoadedSettings bad = load_settings(file);
-    EXPECT_NE(bad.warning.find(setting.name), std::string::npos) << bad.warning;
-    save_settings(bad.settings, file);
-    EXPECT_EQ(slurp(file), slurp(folder_ / "first.json")) << setting.name;
-  }
-}
-
-// What was chosen with one sensor comes back with those that have it, and with no other.
-TEST(WindowSettings, ColoursAreThoseThatTheSensorHas) {
-  const Sensor gel = synthetic_sensor(parse_synthetic("synthetic:drag?size=320x240&mode=gel&skin=texture"));
-  const Sensor waveguide = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
-  ASSERT_TRUE(gel.skin && !waveguide.skin);
-  Settings settings;
-  ViewState with_gel;
-  with_gel.fit_to(gel);
-  with_gel.choose(settings.view);
-  with_gel.quantity = Quantity::Strain;
-  with_gel.skin_strain = SkinStrain::Stretch;
-  settings.view = with_gel.chosen(settings.view);
-  ViewState without;
-  without.fit_to(waveguide);
-  without.choose(settings.view);
-  EXPECT_EQ(without.quantity, Quantity::Depth);
-  EXPECT_EQ(without.skin_strain, SkinStrain::Off);
-  EXPECT_FALSE(without.can_show(Quantity::Strain));
-  settings.view = without.chosen(settings.view);
-  ViewState again;
-  again.fit_to(gel);
-  again.choose(settings.view);
-  EXPECT_EQ(again.quantity, Quantity::Strain) << "the choice is kept for a sensor that has it";
-  EXPECT_EQ(again.skin_strain, SkinStrain::Stretch);
+  EXPECT_TRUE(read_events(folder / "nowhere").empty());
+  fs::remove_all(folder);
 }
 
 TEST(SetupForm, LengthsAreTypedOrNotKnown) {
@@ -347,20 +239,6 @@ TEST(SetupForm, LengthsAreTypedOrNotKnown) {
   EXPECT_EQ(typed_length(" 0,0593 "), 0.0593) << "a decimal comma";
   for (const char* none : {"0", "-1", "abc", "3 mm", "1.2.3", "nan", "inf"})
     EXPECT_FALSE(typed_length(none)) << none;
-}
-
-TEST_F(WindowParts, SettingsHaveTheirPlaceByTheEnvironment) {
-  const char* before = std::getenv("PALPATE_CONFIG");
-  const std::string kept = before ? before : "";
-  setenv("PALPATE_CONFIG", "none", 1);
-  EXPECT_TRUE(settings_file().empty());
-  setenv("PALPATE_CONFIG", "/tmp/x.json", 1);
-  EXPECT_EQ(settings_file(), fs::path("/tmp/x.json"));
-  unsetenv("PALPATE_CONFIG");
-  setenv("XDG_CONFIG_HOME", folder_.c_str(), 1);
-  EXPECT_EQ(settings_file(), folder_ / "palpate" / "window.json");
-  unsetenv("XDG_CONFIG_HOME");
-  if (!kept.empty()) setenv("PALPATE_CONFIG", kept.c_str(), 1);
 }
 
 TEST(BackgroundWork, DoesItInOrderAndReportsWhatFails) {
