@@ -72,13 +72,13 @@ class GelContacts {
   /// noise. Arguments as of split().
   void shrink_to_depth(std::span<const float> depth_mm, std::span<const ContactTouch> gray,
                        std::vector<ContactTouch>& found);
-  /// Depth from which the pad counts as dented: kDented of the deepest and three times the noise at rest;
-  /// none without a contact.
-  std::optional<double> dented_mm(std::span<const float> depth_mm) const;
-  /// Root of the mean square of the heights where the pad is at rest, whose mean is 0.
-  double rest_noise_mm(std::span<const float> depth_mm) const;
-  /// Area dented, px.
-  double dented_px(std::span<const float> depth_mm) const;
+  /// The pad where it lies deeper than kDented of the deepest point and than three times the noise at rest.
+  struct Dent {
+    double noise_mm = 0;             ///< RMS of the heights where the pad is at rest, whose mean is 0
+    std::optional<double> level_mm;  ///< depth from which the pad counts as dented; none without a contact
+    double area_px = 0;
+  };
+  Dent dent(std::span<const float> depth_mm) const;
   /// All contacts of the last frame as one shape; area 0 without any.
   const ContactTouch& whole() const { return whole_; }
   /// Whether each cell of the last frame is surely not touched: kRestMargin_mm from any contact's outline.
@@ -152,6 +152,7 @@ class GelContacts {
   float level_of_sorted();
   void spread_pieces();
   float contact_level(uint32_t contact, std::span<const float> depth_mm, double noise_mm) const;
+  double rest_noise_mm(std::span<const float> depth_mm) const;
   void set_shapes(std::vector<ContactTouch>& found);
   void spread(const std::vector<uint8_t>& from, std::vector<uint8_t>& rows, std::vector<uint8_t>& to,
               uint32_t reach) const;

@@ -82,6 +82,7 @@ float GelContacts::contact_level(uint32_t contact, std::span<const float> depth_
   return deepest * (static_cast<float>(best - mean.begin()) + 0.5f) / static_cast<float>(kLevels);
 }
 
+// Root of the mean square of the heights where the pad is at rest, whose mean is 0.
 double GelContacts::rest_noise_mm(std::span<const float> depth_mm) const {
   double squares = 0, rest = 0;
   for (size_t i = 0; i < depth_mm.size(); ++i) {
@@ -92,20 +93,17 @@ double GelContacts::rest_noise_mm(std::span<const float> depth_mm) const {
   return rest > 0 ? std::sqrt(squares / rest) : 0;
 }
 
-std::optional<double> GelContacts::dented_mm(std::span<const float> depth_mm) const {
-  if (count_ == 0) return {};
+GelContacts::Dent GelContacts::dent(std::span<const float> depth_mm) const {
+  Dent dent{.noise_mm = rest_noise_mm(depth_mm), .level_mm = {}};
+  if (count_ == 0) return dent;
   float deepest = 0;
   for (size_t i = 0; i < depth_mm.size(); ++i)
     if (owner_[i] != 0) deepest = std::max(deepest, depth_mm[i]);
-  return std::max(kDented * double{deepest}, kDentedErrors * rest_noise_mm(depth_mm));
-}
-
-double GelContacts::dented_px(std::span<const float> depth_mm) const {
-  const std::optional<double> least = dented_mm(depth_mm);
-  double px = 0;
-  for (size_t i = 0; least && i < depth_mm.size(); ++i)
-    if (double{depth_mm[i]} >= *least) px += double{pixels_[i]};
-  return px;
+  const double level_mm = std::max(kDented * double{deepest}, kDentedErrors * dent.noise_mm);
+  dent.level_mm = level_mm;
+  for (size_t i = 0; i < depth_mm.size(); ++i)
+    if (double{depth_mm[i]} >= level_mm) dent.area_px += double{pixels_[i]};
+  return dent;
 }
 
 }  // namespace palpate

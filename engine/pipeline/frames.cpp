@@ -315,8 +315,9 @@ void Frames::measure_skin(FrameSlot& slot) {
 // The surface's own doubts, by saturated and clipped pixels, are of the outlines of a gel's contacts.
 void Frames::measure_surface(FrameSlot& slot) {
   parts_.surface = surface_->measure(slot, parts_.whole);
-  if (slot.surface.was_corrected && rest_correction_) measure_areas();
-  if (depth_error_) measure_depth_error(slot);
+  std::optional<GelContacts::Dent> dent;
+  if (slot.surface.was_corrected && rest_correction_) dent = measure_areas();
+  if (depth_error_) measure_depth_error(slot, dent.value_or(GelContacts::Dent{}));
   const Grid& grid = surface_->grid();
   parts_.map.buffer = &slot.surface.depth.buffer;
   parts_.map.width = grid.width;
@@ -325,25 +326,25 @@ void Frames::measure_surface(FrameSlot& slot) {
 }
 
 // Whether a contact reaches the border stays its outline's.
-void Frames::measure_areas() {
+GelContacts::Dent Frames::measure_areas() {
   const std::span<const float> depth_mm = rest_correction_->depth_mm();
   const bool at_border = parts_.whole.at_border;
   gel_contacts_->shrink_to_depth(depth_mm, gray_regions_, parts_.contacts);
   set_whole();
   parts_.whole.at_border = at_border;
-  parts_.surface->summary.dented_mm2 =
-      gel_contacts_->dented_px(depth_mm) * pitch_mm_per_px_ * pitch_mm_per_px_;
+  const GelContacts::Dent dent = gel_contacts_->dent(depth_mm);
+  parts_.surface->summary.dented_mm2 = dent.area_px * pitch_mm_per_px_ * pitch_mm_per_px_;
+  return dent;
 }
 
 // A depth whose contact is in part unlike anything that calibration saw may be wrong by that part of it.
-void Frames::measure_depth_error(FrameSlot& slot) {
+void Frames::measure_depth_error(FrameSlot& slot, const GelContacts::Dent& dent) {
   SurfaceSummary& summary = parts_.surface->summary;
   double x_px = parts_.whole.centroid_x_px, y_px = parts_.whole.centroid_y_px, share = 0, rest_mm = 0;
-  const bool has_cells = slot.surface.was_corrected && rest_correction_;
-  const std::span<const float> depth_mm = has_cells ? rest_correction_->depth_mm() : std::span<const float>{};
-  if (const auto dented_mm = has_cells ? gel_contacts_->dented_mm(depth_mm) : std::nullopt) {
+  if (dent.level_mm) {
+    const std::span<const float> depth_mm = rest_correction_->depth_mm();
     const auto sum = depth_error_->mark(slot.cell_changes.as<const shared::CellChange>(), depth_mm,
-                                        *dented_mm, slot.extrapolated);
+                                        *dent.level_mm, slot.extrapolated);
     summary.extrapolated_px = sum.px;
     share = sum.share();
     parts_.surface->faults.extrapolated = share > DepthError::kMuch;
@@ -352,7 +353,7 @@ void Frames::measure_depth_error(FrameSlot& slot) {
     const auto deepest = static_cast<uint32_t>(std::ranges::max_element(depth_mm) - depth_mm.begin());
     x_px = (deepest % depth_error_->cells_x() + 0.5) * shared::kCellSide;
     y_px = (deepest / depth_error_->cells_x() + 0.5) * shared::kCellSide;
-    rest_mm = gel_contacts_->rest_noise_mm(depth_mm);
+    rest_mm = dent.noise_mm;
   }
   if (!parts_.touched()) return;
   const double relative = depth_error_->relative(x_px, y_px);

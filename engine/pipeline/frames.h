@@ -65,8 +65,8 @@ class Frames {
   void correct_rest(FrameSlot& slot);
   void measure_skin(FrameSlot& slot);
   void measure_surface(FrameSlot& slot);
-  void measure_areas();
-  void measure_depth_error(FrameSlot& slot);
+  GelContacts::Dent measure_areas();
+  void measure_depth_error(FrameSlot& slot, const GelContacts::Dent& dent);
   void measure_markers(const FrameSlot& slot);
   void set_whole();
   void forget();

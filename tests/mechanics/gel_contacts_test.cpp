@@ -348,8 +348,8 @@ TEST_F(GelContactsTest, TheAreaInContactIsWhereTheDentIsSteepest) {
         EXPECT_NEAR(static_cast<double>(found[0].area_px), area_px, 0.2 * area_px)
             << radius_px << " px, " << gray << " gray, outline " << outline_px;
         EXPECT_EQ(contacts_.whole().area_px, found[0].area_px);
-        EXPECT_GT(contacts_.dented_px(depth_mm), 1.5 * area_px);
-        EXPECT_LT(contacts_.dented_px(depth_mm), 6.3 * area_px);
+        EXPECT_GT(contacts_.dent(depth_mm).area_px, 1.5 * area_px);
+        EXPECT_LT(contacts_.dent(depth_mm).area_px, 6.3 * area_px);
       }
 }
 
