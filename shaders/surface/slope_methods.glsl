@@ -49,8 +49,6 @@ struct Slopes {
   vec4 p_a, p_b, p_c, q_a, q_b;
 };
 
-#include "shaders/shared/texels.glsl"
-
 #if defined(READING_GIVEN)
 
 struct Window {
