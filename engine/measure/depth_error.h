@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,16 +27,17 @@ class DepthError {
 
   DepthError(const PhotometricCalibration& calibration, const FrameFormat& format);
 
-  /// Whether the sensor file states an error, and what calibration saw.
+  /// The sensor file states an error.
   static bool states_error(const Sensor& sensor);
+  /// It says what calibration saw.
   static bool states_seen(const Sensor& sensor);
   uint32_t cells_x() const { return cells_x_; }
   uint32_t cells_y() const { return static_cast<uint32_t>(saw_cell_.size() / cells_x_); }
   /// Standard error of a depth over that depth; 0: not stated.
   double relative(double x_px, double y_px) const;
-  /// Whether presses reached as far: within kReach of a contact, or between contacts.
+  /// Presses reached as far: within kReach of a contact, or between contacts.
   bool saw_place(double x_px, double y_px) const;
-  /// Whether some pixel of a press had this change of red, green and blue (units of full scale), or one that
+  /// Some pixel of a press had this change of red, green and blue (units of full scale), or one that
   /// lies no further from it than a bin is wide.
   bool saw_colour(const std::array<double, 3>& change) const;
 

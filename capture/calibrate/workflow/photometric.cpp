@@ -170,7 +170,8 @@ json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string&
           {"depth_gain", p.depth_gain}};
 }
 
-/// "model: quadratic, the simplest that ... (held out: linear 0.0435 mm, quadratic 0.0151 mm, ...)".
+/// "model: quadratic, slopes fitted to 90 % of each circle; the simplest that ... (linear 0.0435, quadratic
+/// 0.0151 mm)".
 std::string models_text(const PhotometricFitResult& result) {
   std::string text = std::string("model: ") + result.model().order.name + ", slopes fitted to " +
                      fixed(100 * result.followed_share, 0) + " % of each circle";

@@ -105,8 +105,7 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
   ball.width = x1 > x0 ? x1 - x0 : 0;
   ball.inside.assign(size_t{ball.width} * (y1 > y0 ? y1 - y0 : 0), 0);
 
-  const double known_px = kFollowedShares.front() * contact_radius_px,
-               known_mm = kFollowedShares.front() * contact_radius_mm;
+  const double known_px = kJudgedShare * contact_radius_px, known_mm = kJudgedShare * contact_radius_mm;
   const double rim_mm = std::sqrt(ball_radius_mm * ball_radius_mm - known_mm * known_mm);
   for (uint32_t y = 0; y < format_.height; ++y)
     for (uint32_t x = 0; x < format_.width; ++x) {
@@ -120,9 +119,9 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
         continue;
       }
       const double to_normal = -pitch_mm_per_px_ / ball_radius_mm;
-      if (r >= known_px) {
-        size_t share = 1;
-        while (r >= kFollowedShares[share] * contact_radius_px) ++share;
+      size_t share = 0;
+      while (r >= kFollowedShares[share] * contact_radius_px) ++share;
+      if (share > 0) {
         press.contact[share].add(pixel, to_normal * dx, to_normal * dy);
         continue;
       }

@@ -17,7 +17,8 @@ inline constexpr std::array kFollowedShares{0.8, 0.9, 1.0};
 /// The sums of one press, its pixels of known normal, and for a ball the depth to be read from them.
 struct PhotometricPress {
   std::string label;
-  std::array<photometric::Moments, kFollowedShares.size()> contact;  // from each share to the one before
+  std::array<photometric::Moments, kFollowedShares.size()>
+      contact;  // rings, each from the share before to its own
   photometric::Moments rest;
   double rest_factor = 1;  // so that the rest weighs no more than the contact
   std::vector<photometric::Pixel> pixels;
@@ -30,7 +31,7 @@ struct PhotometricPress {
     std::vector<double> depth_mm;  // of the inside pixels, row by row as the pixels; rim at 0
   } ball;
 
-  // Of the first share: the pixels by which models are judged.
+  // A pixel of the first share, by which models are judged.
   void add(const photometric::Pixel& pixel, double nx, double ny) {
     contact.front().add(pixel, nx, ny);
     pixels.push_back(pixel);

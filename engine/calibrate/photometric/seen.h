@@ -1,6 +1,7 @@
-// What a photometric calibration saw: the places of its presses with their errors, and the colours.
+// Places and colours that a photometric calibration saw, with its errors there.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,11 +11,11 @@
 
 namespace palpate::photometric {
 
-/// Of each ball; a press of known normals shows no depth. `held_out`: the same presses.
+/// Each ball's place and error; a press of known normals shows no depth. `held_out`: the same presses.
 std::vector<PressError> press_errors(std::span<const PhotometricPress> presses,
                                      std::span<const HeldOutPress> held_out, const FrameFormat& format);
 
-/// Of the pixels of known slope; none where a colour does not change.
+/// Colours of the pixels of known slope; none where a colour does not change.
 std::optional<SeenColours> seen_colours(std::span<const PhotometricPress> presses);
 
 }  // namespace palpate::photometric

@@ -428,12 +428,10 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
     throw Error(Failure::Input, "two presses or more, so that the error is measured on one that was not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
   const std::vector<NormalOrder> orders = orders_for(wanted, presses_);
-  const bool balls = std::any_of(presses_.begin(), presses_.end(),
-                                 [](const PhotometricPress& p) { return p.ball.contact_px > 0; });
   std::vector<Validation> validations = validate(presses_, orders, {}, rest_weight, pitch_mm_per_px_);
   const size_t chosen = choose_order(validations);
   Fitting fitting;
-  if (balls) {
+  if (validations[chosen].press.balls > 0) {
     const auto judged = [&](const Fitting& by) {
       return validate(presses_, std::span(&orders[chosen], 1), by, rest_weight, pitch_mm_per_px_)[0];
     };
