@@ -337,8 +337,8 @@ Alignment parse_alignment(const std::string& text) {
   return {Alignment::Kind::Fixed, seconds, true};
 }
 
-GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
-                                     const GaugeRequest& request, const RunWatch& watch) {
+GaugedRecording measure_with_gauge(gpu::Context& context, const MeasuredInput& input,
+                                   const GaugeRequest& request, const RunWatch& watch) {
   if (is_camera(input.input))
     throw Error(Failure::Usage, "a recording with its gauge's table", "a camera",
                 "palpate record first, then the session");
@@ -394,7 +394,7 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
 
 std::string describe(const GaugedRecording& recording) {
   std::string text =
-      recording.input + " beside " + recording.gauge + ": " + counted(recording.frames.size(), "frame");
+      recording.input + " with " + recording.gauge + ": " + counted(recording.frames.size(), "frame");
   if (const std::optional<TimeAlignment>& a = recording.alignment)
     text += ", gauge's clock " + number(a->offset_s, "%+.4f") + " s +- " + number(a->sd_s, "%.2g") +
             " s (correlation " + number(a->correlation, "%.4f") + " with the " + recording.clock_signal + ")";
@@ -408,7 +408,7 @@ std::string describe(const GaugedRecording& recording) {
 Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::string& note) {
   Origin origin;
   for (const GaugedRecording& r : recordings)
-    origin.from += (origin.from.empty() ? "" : "; ") + r.input + " beside " + r.gauge;
+    origin.from += (origin.from.empty() ? "" : "; ") + r.input + " with " + r.gauge;
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);

@@ -56,8 +56,8 @@ struct GaugeRequest {
 /// reads while nothing touches is taken off, and a normal force to which a press is negative is turned; the
 /// notes say so. Throws Error(Failure::Input) where the two cannot be brought together, and where a column
 /// has no steady zero; Error(Failure::Usage) for a pull of frames that do not follow each other.
-GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
-                                     const GaugeRequest& request, const RunWatch& watch);
+GaugedRecording measure_with_gauge(gpu::Context& context, const MeasuredInput& input,
+                                   const GaugeRequest& request, const RunWatch& watch);
 
 /// "offset 0.1234 s +- 0.0004 s (correlation 0.9991)" and the notes, a line each.
 std::string describe(const GaugedRecording& recording);

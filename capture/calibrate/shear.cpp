@@ -131,7 +131,7 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
     o.friction_from = "from the sensor file";
   } else {
     throw Error(Failure::Input, "a recording in which the contact slips, for the friction",
-                "only sticking, or no normal force beside it (tangential force up to " +
+                "only sticking, or no normal force with it (tangential force up to " +
                     palpate::text("%.3g", o.fit.largest_ratio) + " of the normal one)",
                 "a further recording that slides, a gauge table with force_N too, or --friction");
   }

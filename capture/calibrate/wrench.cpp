@@ -70,10 +70,10 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   MeasuredInput plain = wanted;
   plain.outputs = Output::Force | Output::Contacts;
   if (sensor.bit_depth == 8 && sensor.signal == Signal::Either) plain.outputs |= Output::Gradient;
-  const GaugedRecording beside = measure_beside_gauge(context, plain, gauge, watch);
-  for (size_t i = 0; i < std::min(series.frames.size(), beside.frames.size()); ++i)
-    series.frames[i].gauge_N = beside.frames[i].force_N;
-  series.notes = beside.notes;
+  const GaugedRecording plain_frames = measure_with_gauge(context, plain, gauge, watch);
+  for (size_t i = 0; i < std::min(series.frames.size(), plain_frames.frames.size()); ++i)
+    series.frames[i].gauge_N = plain_frames.frames[i].force_N;
+  series.notes = plain_frames.notes;
   return series;
 }
 

@@ -44,7 +44,7 @@ struct WrenchSeries {
 WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, const GaugeRequest& gauge,
                             const RunWatch& watch);
 
-/// The normal force beside the gauge, of frames in which something touches and the gauge says more than 4 %
+/// The normal force against the gauge, of frames in which something touches and the gauge says more than 4 %
 /// of its largest reading.
 struct WrenchCheck {
   size_t readings = 0;

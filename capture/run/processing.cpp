@@ -274,7 +274,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   uint64_t total = source->frame_count().value_or(0);
   if (request.max_frames != 0) total = total == 0 ? request.max_frames : std::min(total, request.max_frames);
   if (!request.images.empty()) write_image_setting(sensor, background, out);
-  // Depth is each frame's own but beside contacts of a gel; what is followed from frame to frame is so from
+  // Depth is each frame's own, except with contacts of a gel; what is followed from frame to frame is so from
   // the first one on.
   const bool followed = !separate && (request.rows || request.on_row || request.pictures || request.video ||
                                       (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));

@@ -18,7 +18,7 @@ namespace gpu {
 class Context;
 }
 
-/// Data that every session of this input keeps beside its frames.
+/// Data that every session of this input keeps with its frames.
 SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,
                          const PipelineOptions& pipeline, const gpu::Context& context);
 

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// Their folder: capture/sensors beside the build folder, or share/palpate/sensors of an installation. Empty
+/// Their folder: capture/sensors next to the build folder, or share/palpate/sensors of an installation. Empty
 /// where there is neither.
 std::filesystem::path shipped_sensors_folder();
 /// The files, by name.

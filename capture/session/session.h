@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-/// Data of a session beside its frames.
+/// Data of a session other than its frames.
 struct SessionInfo {
   std::string input;                ///< what was recorded, as open_source takes it
   std::optional<Sensor> sensor;     ///< that the frames were rectified and measured with; none: uncalibrated,

@@ -84,7 +84,7 @@ inline CachedTuning load_tuning(const gpu::Context& context) {
   return load_tuning(context, tuning_file());
 }
 
-/// Puts the device's tuning beside those of other devices, in one step. A damaged file is replaced. Throws
+/// Adds the device's tuning to those of other devices, in one step. A damaged file is replaced. Throws
 /// Error(Failure::Output).
 void save_tuning(const gpu::Context& context, const Tuning& tuning, const std::filesystem::path& file);
 

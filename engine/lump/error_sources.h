@@ -12,8 +12,8 @@
 
 namespace palpate::lump {
 
-/// Errors that intervals cover besides the noise of the maps, which they always do. Shares are those within
-/// which the true value lies nine times out of ten; 0: exact.
+/// Errors that intervals cover in addition to the noise of the maps, which they always do. Shares are those
+/// within which the true value lies nine times out of ten; 0: exact.
 struct ErrorSources {
   double young = 0.1, thickness = 0.05, pitch = 0.01;
   bool light = true;  ///< slow errors across the window, Observation::uneven_sd

@@ -13,8 +13,9 @@ double chord(Knots knots, size_t i) {
   return (knots[i + 1][1] - knots[i][1]) / (knots[i + 1][0] - knots[i][0]);
 }
 
-/// Slope at a knot that keeps the cubic monotone: the weighted harmonic mean of the chords beside it (Fritsch
-/// and Butland's choice of Fritsch and Carlson's), 0 at a level chord; at the ends the parabola's, limited.
+/// Slope at a knot that keeps the cubic monotone: the weighted harmonic mean of the chords on both sides
+/// (Fritsch and Butland's choice of Fritsch and Carlson's), 0 at a level chord; at the ends the parabola's,
+/// limited.
 double slope_at(Knots knots, size_t i) {
   const size_t last = knots.size() - 1;
   if (last == 1) return chord(knots, 0);

@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr size_t kLevels = 24;       // from rest to the deepest point
-constexpr size_t kLeastLevel = 4;    // below, noise and what is drawn down beside the object
+constexpr size_t kLeastLevel = 4;    // below, noise and what is drawn down around the object
 constexpr double kAsSteep = 0.8;     // of the steepest
 constexpr double kFewCells = 12;     // of a dent, whose sides are too short
 constexpr double kSureErrors = 5;    // of the heights at rest, by which a dent stands out

@@ -37,7 +37,7 @@ struct InterfaceFractions {
 /// far side that does not absorb.
 /// Between two absorbing media the incident and reflected waves' interference carries power too, so that no
 /// split of it is exact; 1 - |r|^2 is the one that conserves energy from both sides. Where it would be
-/// negative (a surface plasmon beside a layer that is itself beyond its critical angle) everything is
+/// negative (a surface plasmon at a layer that is itself beyond its critical angle) everything is
 /// reflected.
 InterfaceFractions interface_fractions(OpticalIndex from, OpticalIndex to, double s,
                                        Polarisation polarisation);

@@ -463,7 +463,7 @@ struct TractionSolver::Impl {
   LayerKernel kernel;
   uint32_t margin;  ///< cells that a contact goes on for
   TractionWeights weights;
-  double shear_prior = 0;  ///< square of what a MPa of shear is worth beside the shift's error
+  double shear_prior = 0;  ///< square of what a MPa of shear is worth relative to the shift's error
   std::unique_ptr<LayerConvolution> convolution;
   std::unique_ptr<LayerContinuation> continuation;  ///< made where a contact is cut off
   bool goes_on = false;

@@ -7,7 +7,7 @@
 // ones:
 //   minimise over p >= 0, 0 where nothing touches:  |grad(C p - depth)|^2 / sd^2 + |p|^2 / sd_p^2,
 // C the layer's answer, sd the standard error of slopes, sd_p = E*/2, a pressure whose slopes are 1. Shear is
-// what moves the surface along itself beyond what the pressure does, with |t|^2 / G^2 beside it.
+// what moves the surface along itself beyond what the pressure does, with |t|^2 / G^2 added.
 #pragma once
 
 #include <array>
@@ -87,7 +87,7 @@ void check_traction(const TractionGrid& grid, const TractionOptions& options);
 
 /// Constants of the problem, the same wherever it is solved.
 struct TractionWeights {
-  double prior = 0;       ///< of |p|^2 beside the squared slopes, 1 / MPa^2
+  double prior = 0;       ///< of |p|^2 relative to the squared slopes, 1 / MPa^2
   double first_step = 0;  ///< MPa^2: of cells that enter where there is no curvature to go by
 };
 TractionWeights traction_weights(const Material& material, const TractionOptions& options);

@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kMostCells = 80;      // along a row: finer ones say no more than the errors of slopes let
-constexpr double kSlopeByNormal = 1.25;  // error of n / n_z beside that of n, on average over slopes to 0.6
+constexpr double kSlopeByNormal = 1.25;  // error of n / n_z over that of n, on average over slopes to 0.6
 constexpr double kSlopeSd = 0.06;        // where the sensor file says nothing
 constexpr double kLeastSlopeSd = 5e-3, kMostSlopeSd = 0.3;
 constexpr double kDeepest = 1.0 / 3;  // of the thickness: linear elasticity ends

@@ -80,7 +80,7 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, Outputs outputs)
           "frames of 8 bits, for the sum of gradients", std::to_string(format.bit_depth) + " bits",
           "outputs without it");
   if (wants(outputs, Output::Traction)) {
-    require(wants(outputs, Output::Surface), sensor, "the output surface, beside traction", "traction alone",
+    require(wants(outputs, Output::Surface), sensor, "the output surface with traction", "traction alone",
             "asking for both");
     require(layer_of(sensor).has_value(), sensor, "an elastic layer, for traction", "none",
             "'layer' in the sensor file (young_MPa, poisson, thickness_mm), or outputs without traction");

@@ -147,7 +147,7 @@ void check_surface_reading(const Sensor& s, const Require& require) {
 
 void check_layer(const Sensor& s, const Require& require) {
   if (!s.layer) return;
-  require(has_scale(s), "layer", "a scale, pitch_mm_per_px, beside it", "none");
+  require(has_scale(s), "layer", "a scale, pitch_mm_per_px, with it", "none");
   const double least_mm = LayerCalibration::kThinnest_px * s.pitch_mm_per_px;
   require(s.layer->thickness_mm >= least_mm, "layer.thickness_mm",
           "at least 3 pixels (pitch_mm_per_px), " + number_text(least_mm) + " mm",

@@ -42,7 +42,7 @@ uvec4 inside(uint column) {
 }
 
 // What one texel gathers on its way down: each column's count of contact pixels and their gray. Sums over whole words hold the
-// even bytes' sum plus 256 times the odd bytes', modulo 2^32; the odd ones are summed beside, so that both can be told apart.
+// even bytes' sum plus 256 times the odd bytes', modulo 2^32; the odd ones are also summed alone, so that both can be told apart.
 struct Sums {
   uvec4 inside, count, gray, gray_odd;
 };

@@ -82,7 +82,7 @@ struct Sums {
 };
 
 // What the tile gathers over all its words. A word of 8-bit pixels' gray is the low lane's plus 2^16 times the high one's, modulo
-// 2^32; the high ones are summed beside, so that both can be told apart.
+// 2^32; the high ones are also summed alone, so that both can be told apart.
 struct Whole {
   uint area, k, pairs, c, ck;
   uint gray_low, gray_high, gray_k_low, gray_k_high;  // in base kGrayBase

@@ -47,7 +47,7 @@ void main() {
       rest[j][plane] = SUBTRACT == 1 ? texelFetch(rest_words, at).x : seen[j][plane];
     }
   }
-  // Copies beside the frame are of its first and last pixel.
+  // Copies outside the frame are of its first and last pixel.
   ivec4 column = clamp(ivec4(0, 1, 2, 3) + (4 * word - 16), ivec4(0), ivec4(push.width - 1));
   bvec4 hit;
   for (int k = 0; k < 4; ++k) hit[k] = bit_of(marked, ivec2(column[k] / kCell, cy));

@@ -25,7 +25,7 @@ struct TractionPush {
   uint column_block;  // rows of one that answers along columns
   uint workgroup;     // invocations
   float per_cell2;    // 1 / cell^2, 1 / mm^2
-  float prior;        // what the square of a MPa costs beside the slopes
+  float prior;        // what the square of a MPa costs relative to the slopes
   float first_step;   // of cells that enter where there is no curvature to go by
   float tolerance;    // of the residual
   float cell_mm;
@@ -56,7 +56,7 @@ struct TractionState {
   uint steps;      // since the pressure's depth was computed afresh
   uint first_row;  // rows with contact: from this one on, before the other
   uint end_row;
-  uint first_pair;  // texels of a row, and their mirror images, beside all contact
+  uint first_pair;  // texels of a row, and their mirror images, outside all contact
   uint parts;       // partial sums of the gradient's squares
 };
 

@@ -35,7 +35,7 @@ void main() {
     vec4 right = of.right - of.here, down = of.down - of.here;
     vec4 slopes2 = sees.here * (sees.right * right * right + sees.down * down * down);
     vec4 along = texelFetch(direction, int(i));
-    // Beside the contact the gradient's memory may hold anything.
+    // Outside the contact the gradient's memory may hold anything.
     vec4 falls = mix(vec4(0.0), texelFetch(gradient, int(i)), greaterThan(along * along, vec4(0.0)));
     sums += vec2(dot(along, falls), push.per_cell2 * dot(slopes2, vec4(1.0)) + push.prior * dot(along, along));
   }

@@ -96,7 +96,7 @@ TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
   };
   EXPECT_EQ(refusal(press, r.search), "");
   EXPECT_TRUE(says(refusal(r.background, r.search), "nothing is pressed"));
-  // A second ball beside the first.
+  // A second ball next to the first.
   const int away = found.center_x_px < 160 ? 110 : -110;
   const Frame two = add_moved(press, press, r.background, away, 0);
   EXPECT_NE(refusal(two, r.search), "") << "two balls";

@@ -1,4 +1,4 @@
-// A recording beside the gauge's table: another recording's, and one that begins touched, are refused.
+// A recording with a gauge's table: another recording's, and one that begins touched, are refused.
 #include "capture/calibrate/gauged_recording.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ class GaugedRecordingTest : public GpuTest {
   std::string gauge() const { return (folder_ / "gauge.csv").string(); }
   GaugedRecording measured(const MeasuredInput& input, GaugeRequest request = {}) const {
     request.gauge = gauge();
-    return measure_beside_gauge(context(), input, request, {});
+    return measure_with_gauge(context(), input, request, {});
   }
   static GaugeRequest request_of(double rate_Hz, bool one_sequence = false) {
     GaugeRequest request;

@@ -197,7 +197,7 @@ TEST(LargeStrain, QuarterIsTheWholeAndForcesFindTheirWays) {
   }
 }
 
-// A lump beside the middle: the same whichever way the block is looked at.
+// A lump off the middle: the same whichever way the block is looked at.
 TEST(LargeStrain, MirroredLumpHasTheMirroredMap) {
   fem::Scene scene = block(16);
   scene.inclusion->offset_mm = {4, -2};

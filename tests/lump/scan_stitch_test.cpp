@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-/// A solved block with a lump beside its middle, and how it answers to force: not quite in proportion.
+/// A solved block with a lump off its middle, and how it answers to force: not quite in proportion.
 const fem::Result& solved() {
   static const fem::Result result = [] {
     fem::Scene scene;

@@ -58,7 +58,7 @@ TEST(ElasticAndTraction, SolverInverts) {
       Field depth, again;
       layer.depth_by_pressure(pressure, depth);
       const std::vector<float> seen(depth.begin(), depth.end());
-      // Slopes do not know a constant; that nothing presses beside the bumps settles it.
+      // Slopes do not know a constant; that nothing presses between the bumps settles it.
       std::vector<uint8_t> contact(pressure.size());
       for (size_t i = 0; i < contact.size(); ++i) contact[i] = pressure[i] > 0 ? 1 : 0;
       TractionOptions options;

@@ -1,4 +1,4 @@
-// Transfer functions of the bonded layer beside finite elements through its thickness, which know nothing of
+// Transfer functions of the bonded layer against finite elements through its thickness, which know nothing of
 // their closed forms: the energy of a wave along the surface, minimised.
 #include "engine/pad/layer_response.h"
 

@@ -172,7 +172,7 @@ TEST(Modulus, ManyRatiosAreAStateAndNeverAWrongNumber) {
             << to_string(shape) << " 1e" << decade;
       } else {
         EXPECT_FALSE(e.reason.empty());
-        EXPECT_EQ(e.young_MPa, 0) << "a value beside " << to_string(e.state);
+        EXPECT_EQ(e.young_MPa, 0) << "a value with " << to_string(e.state);
       }
       if (decade >= 3) {
         EXPECT_EQ(e.state, ModulusState::PadLimited) << to_string(shape) << " 1e" << decade;

@@ -1,4 +1,4 @@
-// Traction from the shape of a layer's surface, beside exact solutions of bonded layers.
+// Traction from the shape of a layer's surface, against exact solutions of bonded layers.
 #include "engine/pad/traction.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Our JSON values beside nlohmann's: the same bytes out, the same values in.
+// Our JSON values against nlohmann's: the same bytes out, the same values in.
 #include "engine/base/json.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Traction of frames: the wrench of simulated presses beside their truth, and the states that it ends in.
+// Traction of frames: the wrench of simulated presses against their truth, and the states that it ends in.
 #include <gtest/gtest.h>
 
 #include <algorithm>

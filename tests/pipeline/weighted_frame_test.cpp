@@ -128,7 +128,7 @@ TEST_F(WeightedFrameTest, NothingUnknownNothingSolved) {
   EXPECT_LT(lean.memory_bytes(), full.memory_bytes());
 }
 
-// A round pad before a bright room: what is beside it moves nothing.
+// A round pad before a bright room: what is around it moves nothing.
 TEST_F(WeightedFrameTest, OutsideOfThePadDoesNotMatter) {
   Press press("press?mode=gel&size=320x240");
   const double radius = 115;

@@ -231,7 +231,7 @@ TEST_F(Export, RowsAreThoseOfTheWholeRecording) {
   EXPECT_GT(sheared, 0u);
 }
 
-// Frames as images, with the sensor and the background beside, are measured again to the same digits.
+// Frames as images, with the sensor and the background, are measured again to the same digits.
 TEST_F(Export, ImagesAreMeasuredToTheSameDigits) {
   for (const std::string& scene : {std::string("press?mode=gel"), std::string("press?bits=12")}) {
     for (const std::string format : {"png", "tiff"}) {
@@ -281,7 +281,7 @@ TEST_F(Export, FilmHoldsTheChosenFrames) {
   EXPECT_EQ(pictures, 5);
 }
 
-// A gel is at rest beside contacts that are followed from the first frame on; else depth needs nothing of the
+// A gel is at rest around contacts that are followed from the first frame on; else depth needs nothing of the
 // frames before, and the session is entered where the range begins.
 TEST_F(Export, OneFrameAloneIsThatFrame) {
   for (const char* scene : {"press?mode=gel", "press?mode=waveguide"}) {

@@ -21,7 +21,7 @@ std::vector<std::string> with(std::vector<std::string> arguments, const std::vec
   return arguments;
 }
 
-TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingBeside) {
+TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingElse) {
   const fs::path out = folder_ / "scan";
   const Ended ended = run(with(kSmall, {"--out", out.string(), "--json"}));
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
@@ -74,7 +74,7 @@ TEST_F(LumpScanCommand, RecordingsBecomeAMap) {
   const Ended recorded =
       run({"record", block + "&x=7&y=-5", "--out", session.string(), "--outputs", "force"});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
-  // Beside the session a gauge whose clock is a quarter of a second late.
+  // With the session a gauge whose clock is a quarter of a second late.
   const TissueSensor block_of(parse_tissue(block));
   std::string gauge = "time_s,force_N\n";
   for (uint64_t frame = 0; frame < *block_of.frame_count(); ++frame)

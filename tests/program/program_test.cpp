@@ -425,7 +425,7 @@ TEST_F(Program, FilmAndPicturesAreWritten) {
   EXPECT_FALSE(fs::exists(out / "pictures" / "000001.png"));
   EXPECT_TRUE(fs::exists(out / "pictures" / "000002.png"));
   EXPECT_GT(fs::file_size(out / "recording.mp4"), 1000u);
-  // A later run without a film does not leave this one beside its own measurements.
+  // A later run without a film does not leave this one with its own measurements.
   ASSERT_EQ(
       run({"process", "synthetic:press?size=160x120&mode=gel", "--out", out, "--frames", "2"}).exit_code, 0);
   EXPECT_FALSE(fs::exists(out / "recording.mp4"));

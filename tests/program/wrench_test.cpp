@@ -15,7 +15,7 @@ class WrenchProgram : public Program {};
 
 constexpr const char* kGel = "synthetic:press?mode=gel&size=320x240";
 
-TEST_F(WrenchProgram, OfASimulatedGelBesideItsTruth) {
+TEST_F(WrenchProgram, OfASimulatedGelAgainstItsTruth) {
   const Ended done = run({"wrench", kGel, "--gauge", "truth", "--out", folder_ / "out", "--json"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const Json value = Json::parse(done.out);

@@ -1,5 +1,5 @@
 // Depth of real sensors, calibrated and judged as a user would: balls found in the pictures, errors on what
-// the fit has not seen. The recordings are not part of the repository: the tests look for them beside it and
+// the fit has not seen. The recordings are not part of the repository: the tests look for them next to it and
 // say loudly when they are skipped.
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ class DepthRecordings : public RecordingsTest {
   static ShapeErrors shape_errors(const fs::path& folder, const Sensor& sensor);
 };
 
-/// True depth of the face of a shape that was pressed to `commanded_mm`; none beside the face.
+/// True depth of the face of a shape that was pressed to `commanded_mm`; none off the face.
 std::optional<double> face_depth_mm(const std::string& shape, double commanded_mm, int x, int y,
                                     double pitch) {
   if (shape == "prism")

@@ -1,5 +1,5 @@
-// Printed markers of real gels: the surface under them is as smooth as beside them. The recordings are not
-// part of the repository: the tests look for them beside it and say loudly when they are skipped.
+// Printed markers of real gels: the surface under them is as smooth as around them. The recordings are not
+// part of the repository: the tests look for them next to it and say loudly when they are skipped.
 #include <gtest/gtest.h>
 
 #include <algorithm>

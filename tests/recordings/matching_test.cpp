@@ -1,5 +1,5 @@
 // Matching on the point sets of Chui and Rangarajan, which the literature compares methods by. They are not
-// part of the repository: looked for beside it, and skipped loudly.
+// part of the repository: looked for next to it, and skipped loudly.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -58,7 +58,7 @@ class TractionRecordings : public WedgeClips {
         Output::Force | Output::Contacts | Output::Surface | Output::Gradient | Output::Traction};
     const std::filesystem::path table = std::filesystem::path(video).replace_extension(".csv");
     const GaugedRecording recording =
-        measure_beside_gauge(context(), input, {table.string(), {}, parse_alignment("none"), 0}, {});
+        measure_with_gauge(context(), input, {table.string(), {}, parse_alignment("none"), 0}, {});
     Clip found;
     const int lag = lag_of(recording);
     const auto frames = static_cast<int>(recording.frames.size());

@@ -35,8 +35,8 @@ class WedgeClips : public RecordingsTest {
                         {},
                         Output::Force | Output::Gradient};
     // The gauge is read a frame or two late.
-    return measure_beside_gauge(context(), input,
-                                {(folder() / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0}, {});
+    return measure_with_gauge(context(), input,
+                              {(folder() / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0}, {});
   }
 };
 

@@ -227,8 +227,8 @@ TEST_F(WeightedSurfaceTest, EqualsDirectSolverOnInconsistentSlopes) {
   }
 }
 
-// The whole stage on the GPU, slopes in and heights out, beside double precision on the CPU: rough slopes and
-// weights, NaN where the weight is 0.
+// The whole stage on the GPU, slopes in and heights out, against double precision on the CPU: rough slopes
+// and weights, NaN where the weight is 0.
 TEST_F(WeightedSurfaceTest, StageEqualsCpu) {
   std::mt19937 random(17);
   std::normal_distribution<float> normal(0, 1);

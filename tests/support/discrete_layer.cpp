@@ -1,5 +1,5 @@
 // A Vulkan layer for tests: shows a processor's driver as a card with memory of its own, which the host
-// cannot map, beside memory of the host. What is then written through staging buffers, read back and chosen
+// cannot map, next to memory of the host. What is then written through staging buffers, read back and chosen
 // for such a device can be tested on any machine. One instance and one device use it at a time.
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>

@@ -1,5 +1,5 @@
-// SwiftShader beside the machine's own drivers: a Vulkan implementation on the processor that shares nothing
-// with Mesa.
+// SwiftShader in addition to the machine's own drivers: a Vulkan implementation on the processor that shares
+// nothing with Mesa.
 #pragma once
 
 #include <cstdlib>

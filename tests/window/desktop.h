@@ -145,7 +145,7 @@ class WindowTest : public Program {
   fs::path config() const { return folder_ / "config" / "window.json"; }
   fs::path home() const { return folder_ / "home"; }
 
-  /// `also`: of the environment, beside the display and places of its own.
+  /// `also`: of the environment, in addition to the display and places of its own.
   void open(const std::vector<std::string>& arguments, uint32_t width = 1280, uint32_t height = 800,
             std::map<std::string, std::string> also = {}) {
     desktop_.emplace(width, height);

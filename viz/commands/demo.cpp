@@ -32,7 +32,7 @@ struct Options {
   uint64_t picture_every = 4;
 };
 
-/// Measurement of one frame beside the value of the gauge (here: the truth).
+/// Measurement of one frame and the value of the gauge (here: the truth).
 struct GaugedFrame {
   Touch touch;
   Truth truth;

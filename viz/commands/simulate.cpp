@@ -112,7 +112,7 @@ Scene open_tissue(const SyntheticOptions& synthetic, const Options& options) {
       synthetic.indenter_radius_mm != 0 || options.depth)
     throw Error(Failure::Usage,
                 "a block of tissue with --size, --rate, --repeat, --force, --noiseless, --seed",
-                "an option of the other scenes", "'tissue?d=6&h=4&ratio=8' for what it has besides");
+                "an option of the other scenes", "'tissue?d=6&h=4&ratio=8' for what else it has");
   TissueOptions tissue = parse_tissue("synthetic:" + synthetic.scene);
   tissue.width = synthetic.width;
   tissue.height = synthetic.height;

@@ -1,5 +1,5 @@
 // Zeroing in the window: the numbers shown are differences from a moment that the user chose. Recorded and
-// written measurements stay as they were measured; the zero is written beside them, as an event.
+// written measurements stay as they were measured; the zero is written as an event.
 #pragma once
 
 #include <cstdint>

@@ -28,7 +28,7 @@ struct ChartStyle {
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
 
-/// The time on the axis under a place `x` (px) of the picture; none beside the charts.
+/// The time on the axis under a place `x` (px) of the picture; none outside the charts.
 std::optional<double> time_under(float x, const ViewRect& rect, const History& history,
                                  const ChartStyle& style);
 

@@ -59,7 +59,7 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
       if (!first) first = input.sensor;
       GaugeRequest request = asked.gauge;
       request.gauge = gauged.gauges[i];
-      recordings.push_back(measure_beside_gauge(*context, input, request, watch_of(stop)));
+      recordings.push_back(measure_with_gauge(*context, input, request, watch_of(stop)));
     }
     return recordings;
   };
@@ -123,7 +123,7 @@ Outcome calibrate_pulls(const ShearAsked& asked, const std::atomic<bool>& stop) 
     if (i == 0) sensor = input.sensor;
     GaugeRequest request = asked.gauge;
     request.gauge = asked.fit.gauges[i];
-    recordings.push_back(measure_beside_gauge(*context, input, request, watch_of(stop)));
+    recordings.push_back(measure_with_gauge(*context, input, request, watch_of(stop)));
   }
   if (stop) return {};
   const ShearOutcome outcome = calibrate_shear(std::move(recordings), sensor, asked.request);

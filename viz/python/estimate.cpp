@@ -92,7 +92,7 @@ void bind_estimate(py::module_& module) {
                         return M{t[0].cast<double>(), t[1].cast<double>(), t[2].cast<std::string>(),
                                  t[3].cast<std::string>()};
                       }));
-  // An estimate beside a number, or beside another: what is not valid compares as NaN does.
+  // An estimate compared with a number or another estimate: what is not valid compares as NaN does.
   const auto compare = [&bound](const char* name, auto holds) {
     bound
         .def(

@@ -1,5 +1,5 @@
-// Workflows on recordings beside measuring: sessions, wrench, strain between frames; simulated scenes; what
-// the machine has and how fast it is.
+// Workflows on recordings other than measuring: sessions, wrench, strain between frames; simulated scenes;
+// what the machine has and how fast it is.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -23,7 +23,7 @@ struct Layout {
   ViewRect dock;     ///< settings or calibrations, left of the surface
   ViewRect player;   ///< bar of a replay, below the surface
   ViewRect charts;   ///< strip charts, below the surface
-  ViewRect profile;  ///< of the section line, beside them
+  ViewRect profile;  ///< of the section line, next to them
   ViewRect panel;    ///< measurements
   ViewRect image;    ///< raw image; inside panel, or inside surface when there is no surface
   ViewRect status;   ///< one line at the foot

@@ -103,7 +103,7 @@ struct PlotPanel {
 struct Plot {
   std::string title = {};
   std::vector<PlotPanel> panels = {};
-  uint32_t across = 1;  ///< panels beside each other
+  uint32_t across = 1;  ///< panels next to each other
   int width_px = 820, height_px = 520;
 };
 

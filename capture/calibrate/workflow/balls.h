@@ -20,7 +20,7 @@ Sensor with_background(Sensor sensor, const BallRequest& options);
 BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, const Sensor& sensor,
                        bool mask_markers, size_t least);
 
-/// Writes the sensor file with the untouched image `background` beside it, or with an empty `run.out` only
+/// Writes the sensor file with the untouched image `background` next to it, or with an empty `run.out` only
 /// names that image. `fresh`: the sensor has no name yet.
 struct KeptSensor {
   std::string background;  ///< its copy; empty: there is none

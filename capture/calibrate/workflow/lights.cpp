@@ -44,7 +44,7 @@ CalibrationReport calibrate_lights(const LightsRequest& options, const Calibrati
   calibration.halves_mm = best.halves_mm;
   std::string line = palpate::text("%zu lights, order %d, heights %.1f um RMS on bands held out",
                                    images.images.size(), best.order, 1e3 * best.bands_mm);
-  calibration.origin = origin_now(options.images.front().parent_path().filename().string() + " beside " +
+  calibration.origin = origin_now(options.images.front().parent_path().filename().string() + " with " +
                                       options.height.filename().string(),
                                   line);
   save_light_calibration(calibration, run.out);

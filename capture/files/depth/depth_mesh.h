@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// A number for each vertex beside its place.
+/// A number for each vertex, after its place.
 struct VertexValues {
   std::string name;  ///< of the property, with its unit
   std::vector<float> values;

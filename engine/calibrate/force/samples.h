@@ -18,8 +18,8 @@ namespace palpate {
 enum class LeftOut : uint8_t { Used, NoGauge, Saturated, AtBorder, Outlier };
 const char* to_string(LeftOut left_out);
 
-/// One touched frame of a calibration, beside the gauge. In order, recording after recording, all frames of a
-/// press in a row, also those left out: the branch follows from the frames before.
+/// One touched frame of a calibration, with the gauge's force. In order, recording after recording, all
+/// frames of a press in a row, also those left out: the branch follows from the frames before.
 struct ForceSample {
   ForceFeatures features;
   double force_N = 0;  ///< gauge; NaN: none

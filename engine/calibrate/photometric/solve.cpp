@@ -216,7 +216,7 @@ struct MiddleOverRim {
   }
 };
 
-// Fills the depth's errors: the normals integrated, beside the ball's own shape.
+// Fills the depth's errors: the normals integrated, against the ball's own shape.
 void judge_depth(const PhotometricPress::Ball& ball, const Patch& patch,
                  const std::vector<std::array<double, 2>>& normals, double pitch_mm_per_px,
                  HeldOutPress& held_out) {

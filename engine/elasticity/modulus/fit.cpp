@@ -165,7 +165,7 @@ bool Fit::take_flat(ModulusFit& f) {
   by_stage_ = staged >= 2 || (staged == 1 && std::isfinite(setup_.zero_sd_mm));
   if (!by_stage_ && edged == 0)
     return refuse(f, ModulusState::NotApplicable,
-                  "the sample's shortening is not seen: no approach beside a depth, no contact radius");
+                  "the sample's shortening is not seen: no approach with a depth, no contact radius");
   const bool ratio = way_ == ModulusMethod::DisplacementRatio;
   if (ratio && deep == 0)
     return refuse(f, ModulusState::NotApplicable, "the pad's displacement is not known: no depth");
@@ -216,17 +216,16 @@ bool Fit::take_ball(ModulusFit& f) {
                                 std::none_of(observations_.begin(), observations_.end(),
                                              [](const auto& o) { return o.seen == Seen::Approach; })))
     return refuse(f, ModulusState::NotApplicable,
-                  way_ == ModulusMethod::DisplacementRatio ? "no contact radius beside a depth"
+                  way_ == ModulusMethod::DisplacementRatio ? "no contact radius with a depth"
                                                            : "no contact radius, nor an approach");
   if (widest > PressModel::kWidest * sample_.radius_mm())
     return refuse(f, ModulusState::OutOfRange,
                   "the contact is wider than " + std::to_string(PressModel::kWidest).substr(0, 3) +
                       " of the ball's radius: press less hard");
   if (way_ == ModulusMethod::StressStrain && widest > kThinPad * setup_.pad.thickness_mm)
-    return refuse(
-        f, ModulusState::NotApplicable,
-        "the pad is thin beside the contact (a / H above 0.3): stress over a / R takes it as a half "
-        "space");
+    return refuse(f, ModulusState::NotApplicable,
+                  "the pad is thin for the contact (a / H above 0.3): stress over a / R takes it as a half "
+                  "space");
   return true;
 }
 

@@ -44,7 +44,7 @@ inline constexpr size_t kSeen = 7;
 /// Standard errors of those whose readings state none; 0 on entry: from the scatter about the fit.
 using ScatterErrors = std::array<double, kSeen>;
 
-/// `with_points`: also the readings beside the fit.
+/// `with_points`: also the readings with the fit.
 ModulusFit fit_modulus(ModulusMethod way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
                        const PressModel& model, const ModulusGiven& given, ScatterErrors& errors,
                        bool with_points);

@@ -23,7 +23,7 @@ constexpr double kEdgeTells = 5;  // sample over pad: beyond, a face's edge alon
 constexpr double kMostlyFound = 0.8;   // of the replicates
 constexpr double kModelError = 0.006;  // of E: measured against finite elements of pad and sample together
 // A face stiffer than the pad presses with its rim, whose light the picture puts farther out than the model:
-// flat samples come out too soft, the more the stiffer, by the edge alone sooner than beside a stage.
+// flat samples come out too soft, the more the stiffer, by the edge alone sooner than with a stage.
 constexpr double kStiffFaceError = 0.02;         // of E, for each time the pad's modulus
 constexpr double kEdgeFrom = 1, kStageFrom = 4;  // beyond so many times
 
@@ -152,7 +152,7 @@ void set(ModulusEstimate& e, ModulusState state, const std::string& reason) {
   e.reason = reason;
 }
 
-/// No value: the sample is too stiff beside the pad, or the readings are too coarse for it.
+/// No value: the sample is too stiff for the pad, or the readings are too coarse for it.
 void refuse_wide(ModulusEstimate& e, const ModulusFit& fit, const ModulusSetup& setup, double sd) {
   const double ratio = std::exp(fit.log_young) / setup.pad.material.young_MPa;
   const bool unbounded = fit.chi2_at_rigid < fit.chi2 + 2.71;

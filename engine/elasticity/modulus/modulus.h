@@ -1,7 +1,7 @@
 // Young's modulus of a sample that is pressed between the sensor's pad and a rigid table (Eq. 78 and
 // 79). The pad is known: modulus, thickness, bonded to its rigid base. Small strains, frictionless.
 //
-// What determines it. The camera sees the pad: force (by calibration, or a gauge beside it), where the
+// What determines it. The camera sees the pad: force (by calibration or a gauge), where the
 // contact ends, how deep the pad is. It does not see how far the sample gives way. That comes from
 // - the stage: approach less mean depth of the pad is a flat sample's shortening, exactly, whatever the
 //   distribution of pressure. A ball's share is that of the model. Only differences count where the zero of
@@ -11,7 +11,7 @@
 //   known too poorly to be used by itself; its growth from press to press is what counts.
 // - the contact's radius, ball: at one force a^3 ~ 1/E*, 1/E* = (1 - v^2)/E + (1 - vp^2)/Ep. An error da/a
 //   becomes 3 (1 + E/Ep) da/a in E: a ball much stiffer than the pad looks like a rigid one.
-// - depth beside radius, ball: of a^2/R the pad takes the fraction of its compliance. Needs no force.
+// - depth and radius, ball: of a^2/R the pad takes the fraction of its compliance. Needs no force.
 // Depth and force alone determine the pad, not the sample: a flat sample whose size stays and whose
 // approach is not known is refused.
 #pragma once

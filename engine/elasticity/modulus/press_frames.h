@@ -47,7 +47,7 @@ struct ModulusSetup {
 
 enum class ModulusMethod : uint8_t {
   StressStrain,       ///< Eq. 79: mean stress over axial strain; of a ball by a / R, pad as a half space
-  DisplacementRatio,  ///< Eq. 78: the sample's displacement beside the pad's; needs no force
+  DisplacementRatio,  ///< Eq. 78: the sample's displacement over the pad's; needs no force
   Hertz,              ///< contact radius against force over the press, finite pad
   Joint,              ///< everything that was measured, all frames at once
 };
@@ -59,14 +59,14 @@ enum class ModulusState : uint8_t {
   NotApplicable,  ///< this way has no meaning for the sample or lacks its readings
   TooFew,         ///< fewer readings than unknowns
   NotDetermined,  ///< the readings' errors cover the answer: only bounds, if any
-  PadLimited,     ///< the sample is too stiff beside the pad: only a lower bound
+  PadLimited,     ///< the sample is too stiff for the pad: only a lower bound
   OutOfRange,     ///< contact too wide, strain beyond small ones, ratio of moduli beyond the model
   DoesNotFit,  ///< readings, or two methods' intervals, contradict each other or the model by more than their
                ///< errors
 };
 const char* to_string(ModulusState state);
 
-/// One reading beside what the fit makes of it.
+/// One reading and what the fit makes of it.
 struct ModulusPoint {
   uint32_t frame = 0;
   const char* quantity = "";  ///< with its unit; what `measured` and `fitted` are

@@ -186,7 +186,7 @@ void PressModel::tabulate_ball() {
       table_[kBall].push_back(std::log(own * ball.young_MPa));
     }
   }
-  // Half a ball on its equator beside the half space: the difference is as a point load's.
+  // Half a ball on its equator against the half space: the difference is as a point load's.
   const double nu = std::min(sample_.poisson, kMostPoisson);
   const FaceCompliance half =
       face_compliance(half_sphere_mesh(1, graded(0, 0.4, 36, 1), 0.011), nu, Support::Sliding);

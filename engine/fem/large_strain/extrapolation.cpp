@@ -13,7 +13,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kRestDoubt = 0.5;        // of what extrapolation adds beside the rim's part
+constexpr double kRestDoubt = 0.5;        // of what extrapolation adds to the rim's part
 constexpr double kUnmeasuredDoubt = 0.6;  // of what it adds where the rim is not measured
 constexpr uint32_t kLeastCommon = 12;  // cells along x and y of the grid whose cells are chosen; half along z
 

@@ -10,7 +10,7 @@ namespace {
 using Place = std::array<double, 3>;
 
 constexpr long kAbove = 2;  // least layers of cells above a lump: what the plate feels passes through them
-constexpr double kMiddle = 0.25;  // cells that a lump may lie beside the block's middle and have cells in it
+constexpr double kMiddle = 0.25;  // cells that a lump may lie off the block's middle and have cells in it
 
 /// Axes of a lump's round faces; all three of a ball.
 std::array<bool, 3> round_axes(InclusionShape shape) {

@@ -11,7 +11,7 @@ enum class Output : uint32_t {
   Surface = 2,     ///< height map on the GPU, depth
   Confidence = 4,  ///< confidence of each pixel; the surface then weights each by it
   /// Several contacts separated and followed; with Force. A colour gel's (SurfaceReading::Photometric, 8
-  /// bits) are told by the change over its own noise, and its Surface is then at rest beside them.
+  /// bits) are found by the change over its own noise, and its Surface is then at rest around them.
   Contacts = 8,
   Skin = 16,      ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
   Gradient = 32,  ///< Touch::gradient_sum, of frames of 8 bits

@@ -294,7 +294,7 @@ PALPATE_API uint32_t shadow_gray(const Sensor& sensor);
 PALPATE_API uint32_t dead_gray(const Sensor& sensor);
 
 /// Whether contacts (Output::Contacts) are told by the change over its own noise, and the surface is at rest
-/// beside them: colour gels, and with printed markers those in colour that nobody has calibrated as well.
+/// around them: colour gels, and with printed markers those in colour that nobody has calibrated as well.
 /// Both then depend on the frames before.
 PALPATE_API bool has_gel_contacts(const Sensor& sensor);
 

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// How far a number may be trusted. Shown to the user beside the number, never dropped.
+/// How far a number may be trusted. Shown to the user with the number, never dropped.
 enum class Validity : uint8_t {
   Valid,
   NotCalibrated,  ///< the sensor file has no calibration for this quantity
@@ -146,7 +146,7 @@ struct SurfaceSummary {
       false;              ///< false: no untouched tile, rest level is the mean over the whole frame
   double volume_mm3 = 0;  ///< indented volume below rest level, of touched tiles
   /// Area dented: the pad that lies below its rest level, clear of the noise of its heights there. Wider than
-  /// the area in contact (Touch::area_mm2) by what the object draws down beside it. Of colour gels
+  /// the area in contact (Touch::area_mm2) by what the object draws down around it. Of colour gels
   /// (has_gel_contacts()) with Output::Contacts; none where too little of the pad is at rest.
   std::optional<double> dented_mm2;
   /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it.
@@ -197,8 +197,8 @@ struct LightSummary {
 
 /// Pixels of a colour gel under printed markers (SkinKind::Markers), with a rim around them.
 struct MarkerSummary {
-  uint64_t filled_px = 0;   ///< continued from what is seen beside them
-  uint64_t unknown_px = 0;  ///< with nothing beside them to continue from: as untouched, of confidence 0
+  uint64_t filled_px = 0;   ///< continued from what is seen around them
+  uint64_t unknown_px = 0;  ///< with nothing around them to continue from: as untouched, of confidence 0
 };
 
 /// Measurements of one frame; parts that were not measured are empty. Pixel coordinates are of pixel centres:

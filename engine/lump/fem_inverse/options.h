@@ -13,7 +13,7 @@ struct DirectInversionOptions {
   /// Where a search starts; its shape and axis stay as given.
   struct Start {
     Case::Lump lump;
-    double odds = 1;  ///< how likely this shape is before it is fitted, beside the others
+    double odds = 1;  ///< how likely this shape is before it is fitted, relative to the others
   };
   /// Each is searched from: shapes that fit as well widen the best one's intervals. Empty: a sphere at the
   /// place of the bump.

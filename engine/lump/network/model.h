@@ -81,7 +81,7 @@ struct SplitNormal {
 /// principal components to differ from it; their likeliest weights are what the network sees.
 struct InverseNetwork {
   static constexpr Eigen::Index kOthers =
-      9;  ///< inputs besides: size, thickness, place, loads, noise, pattern
+      9;  ///< further inputs: size, thickness, place, loads, noise, pattern
   /// The network also sees the posterior variance of this many first principal components.
   static constexpr Eigen::Index kOpen = 10;
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kSmooth_mm = 1.2;    // Gaussian: less than any lump's bump is wide
 constexpr double kLeastWeight = 0.6;  // of a whole neighbourhood: less, and a node lies at the edge
-constexpr double kLeastHeight = 0.1;  // of the higher top: ground beside a steep bump sinks and swells less
+constexpr double kLeastHeight = 0.1;  // of the higher top: ground around a steep bump sinks and swells less
 constexpr double kLeastFall = 0.1;    // of it: the two ends of one stiff long lump make less
 constexpr double kLeastNoises = 6;
 

@@ -18,8 +18,9 @@ constexpr size_t kFewestNodes = 100;
 constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
 constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
 constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
-constexpr double kLoadPattern = 0.1;  // variance of a pattern that is each load's own, beside the common one
-constexpr double kPatternCost = 4;    // of a pattern beyond the largest, by the square of its logarithm
+constexpr double kLoadPattern =
+    0.1;  // variance of a pattern that is each load's own, relative to the common one
+constexpr double kPatternCost = 4;  // of a pattern beyond the largest, by the square of its logarithm
 
 std::string quantity_text(double value, const char* unit) {
   return text("%.3g%s%s", value, *unit ? " " : "", unit);

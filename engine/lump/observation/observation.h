@@ -14,7 +14,7 @@ namespace palpate::lump {
 /// Standard error of a window's place in the block, along x and along y, where nothing else is known, mm.
 inline constexpr double kPlaceSd_mm = 0.2;
 
-/// Pressure maps of one block at rising loads, all of the same window, and what is known besides.
+/// Pressure maps of one block at rising loads, all of the same window, and what else is known.
 struct Observation {
   /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
   /// square of the pitch around it. The window's middle lies at `window_mm` from the block's middle. NaN: not

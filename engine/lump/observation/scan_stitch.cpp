@@ -230,7 +230,7 @@ PressureMap empty_map(const Grid& grid, float value) {
           std::vector<float>(size_t{grid.width} * grid.height, value)};
 }
 
-/// Results of the blending besides the maps.
+/// Results of the blending other than the maps.
 struct Blend {
   double variance = 0;                         // of a blended value by the presses' noise, summed
   double between = 0, freedom = 0, noise = 0;  // squares between presses; their number; what noise makes
@@ -395,7 +395,7 @@ void warn_of(const PressPlace& place, double log_gain, double saturated_fraction
                        text("%.2f mm from where it was said to be", shift));
   if (std::abs(log_gain) > 3 * options.gain_sd)
     warnings.push_back("press '" + place.name + "' reads " +
-                       text("%+.1f %% beside the others", 100 * (place.gain - 1)));
+                       text("%+.1f %% off the others", 100 * (place.gain - 1)));
   if (saturated_fraction > 0)
     warnings.push_back("press '" + place.name + "' was saturated in " +
                        text("%.2g %% of its window", 100 * saturated_fraction));

@@ -97,7 +97,7 @@ class Surface {
       coarse_pass_, coarse_cycle_;
 };
 
-/// Evidence beside an answer.
+/// Evidence of how good an answer is.
 struct SurfaceStatistics {
   double residual = 0;  ///< RMS of what the normal equations leave, relative to the RMS of their right side
   /// RMS of the differences of height that the gradients ask for and no height map gives, relative to the RMS

@@ -25,7 +25,7 @@ class Commands;
 class Context;
 }  // namespace gpu
 
-/// Evidence beside the heights.
+/// Evidence of how good the heights are.
 struct WeightedStatistics {
   double residual = 0;  ///< RMS of what the normal equations leave, relative to their right side's
   double unexplained =

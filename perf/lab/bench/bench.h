@@ -19,7 +19,7 @@ class Bench {
 
   // Contact (bench_contact.cpp).
   void contact(const Size& size);
-  /// Several contacts separated and followed, beside OpenCV's; and beside ours without that.
+  /// Several contacts separated and followed, against OpenCV's and ours without that.
   void regions(const Size& size);
   /// Contact alone, of frames that lie in a camera driver's buffers: read in place by the device, and copied
   /// to it by the processor.
@@ -30,12 +30,12 @@ class Bench {
 
   // Solvers (bench_solvers.cpp).
   void surface(const Size& size);
-  /// Slopes of which a tenth is unknown, to heights: beside the solver without weights, and beside Eigen's
+  /// Slopes of which a tenth is unknown, to heights: against the solver without weights, and against Eigen's
   /// direct one.
   void weighted(const Size& size);
   /// Pressure to deflection on a bonded layer, as the waveguide scenes have it.
   void elastic(const Size& size);
-  /// The forward model's equations, device beside processor.
+  /// The forward model's equations, device against processor.
   void forward(uint32_t along);
 
   // Whole frames (bench_frames.cpp).
@@ -43,7 +43,7 @@ class Bench {
   /// Cost of weights for products of colours and of degree 2 in place, over the same frame with 3 x 3
   /// weights.
   void place_weights(const Size& size);
-  /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
+  /// A gray gel's depth by table, frame to depth, against OpenCV's difference, filter and table.
   void lookup(const Size& size);
   /// Frames a second with several frames in flight, as `palpate process` runs.
   void throughput(const Size& size, SyntheticMode mode);

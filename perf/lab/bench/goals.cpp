@@ -263,8 +263,8 @@ class Goals {
                      q.median >= wanted, "wall time, three in flight"});
   }
 
-  /// A round pad's outline, and a highlight within it that only the frame has, beside the plain solve. Errors
-  /// are against the exact solve of the same frame, where the pad is.
+  /// A round pad's outline, and a highlight within it that only the frame has, against the plain solve.
+  /// Errors are against the exact solve of the same frame, where the pad is.
   void outline(const Size& size, bool live) {
     Scene scene = scene_for(size, SyntheticMode::Gel);
     Sensor round = scene.sensor;

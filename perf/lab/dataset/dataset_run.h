@@ -20,7 +20,7 @@ struct DatasetProgress {
 struct DatasetJob {
   Sweep sweep;
   std::string program;         ///< name and version: files of another are not gone on with
-  std::filesystem::path file;  ///< *.h5; beside it, while it is made, *.h5.part
+  std::filesystem::path file;  ///< *.h5; while it is made, also *.h5.part
   uint32_t first = 0, count = 0;
   uint32_t threads = 0;        ///< of each process; 0: one per core, under mpirun 1
   bool assemble_only = false;  ///< press nothing: write what is done

@@ -10,7 +10,7 @@
 
 namespace palpate::lump {
 
-/// A file beside a data set that is being made: a head that names sweep and program, then a record of one
+/// A file next to a data set that is being made: a head that names sweep and program, then a record of one
 /// length per case with a check sum, whole when append() returns whatever kills the process, on the disk
 /// within 0.2 s of the next case. A record that is cut off or damaged is one that is not there. Only one
 /// process has it open.

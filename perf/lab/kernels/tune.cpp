@@ -239,7 +239,7 @@ class Search {
     return c;
   }
 
-  /// One turn: every candidate beside the present value, scene by scene.
+  /// One turn: every candidate against the present value, scene by scene.
   void turn(Candidate& present, std::vector<Candidate*>& others) {
     std::vector<double> logs(others.size(), 0);
     for (size_t run = 0; run < present.runs.size(); ++run) {

@@ -130,7 +130,7 @@ double model_s(double case_s, const Serial& serial, double start_s, double worke
 /// Columns of workers and cases a minute.
 using Curve = std::vector<std::vector<double>>;
 
-/// Runs all methods in turn, on 1 and 2 workers each. With `processes` by processes besides threads.
+/// Runs all methods in turn, on 1 and 2 workers each. With `processes` also by processes.
 std::vector<Way> run_ways(const std::string& program, bool processes, const fs::path& folder) {
   std::vector<Way> methods = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
                               {"threads", 2, "", std::string(kQuick) + " --threads 2"}};

@@ -1,4 +1,4 @@
-// Matching beside a plain Coherent Point Drift, on bent characters with known partners.
+// Matching against a plain Coherent Point Drift, on bent characters with known partners.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Thin-plate splines beside the textbook solution: the dense saddle system, solved and summed by Eigen.
+// Thin-plate splines against the textbook solution: the dense saddle system, solved and summed by Eigen.
 #pragma once
 
 #include <string>

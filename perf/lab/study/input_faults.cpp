@@ -175,7 +175,7 @@ std::vector<NamedFault> geometry_faults() {
          return displaced(p, {5, 0});
        },
        small},
-      {"window 40 x 30 mm told 3 mm beside",
+      {"window 40 x 30 mm stated 3 mm off",
        [](const Press& p) { return told(p.read(), [](Observation& o) {
                               o.window_mm = {3, 0};
                             }); }},

@@ -27,7 +27,7 @@ void take_table(BallRequest& options) {
   if (table == options.other_balls.end()) return;
   if (options.other_balls.size() > 1)
     throw Error(Failure::Usage, "one table of presses, or RECORDING=RADIUS_MM of each further ball",
-                "'" + *table + "' beside others", "--balls presses_5mm=2.5");
+                "'" + *table + "' with others", "--balls presses_5mm=2.5");
   options.balls = *table;
   options.other_balls.clear();
 }

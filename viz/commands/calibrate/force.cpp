@@ -87,7 +87,7 @@ Report force(const Common& common, Options options) {
     found.outputs = force_outputs(found, options.signal);
     if (first.input.empty()) first = found;
     request.gauge = gauge;
-    return measure_beside_gauge(*context, found, request, run_watch(common));
+    return measure_with_gauge(*context, found, request, run_watch(common));
   };
   std::vector<GaugedRecording> recordings;
   for (size_t i = 0; i < options.inputs.size(); ++i)

@@ -28,10 +28,10 @@ Report shear(const Common& common, const Options& options) {
     found.outputs = shear_outputs(found, options.request.signal);
     if (i == 0) sensor = found.sensor;
     recordings.push_back(
-        measure_beside_gauge(*context, found,
-                             {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align),
-                              options.rate_Hz, options.one_sequence},
-                             run_watch(common)));
+        measure_with_gauge(*context, found,
+                           {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align),
+                            options.rate_Hz, options.one_sequence},
+                           run_watch(common)));
   }
   if (interrupted()) return interrupted_report();
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);

@@ -260,7 +260,7 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
   command
       ->add_option("--cells", o->cells,
                    "Cells of the tissue along x, y, z, even numbers (default 40 40 20); half as many are "
-                   "solved besides and extrapolated with")
+                   "also solved and extrapolated with")
       ->expected(3);
   CommandOption* force = add_press_options(*command, *o);
   command->add_option("--threads", o->threads, "Threads; 0: one per core")

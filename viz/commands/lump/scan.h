@@ -27,7 +27,7 @@ json::Value scan_json(const ScanReport& report);
 
 /// Writes pressure_Pa.npy (loads x height x width), disagreement_Pa.npy, map.csv, presses.csv, outline.csv
 /// (of two bumps also outline_2.csv), scan.json, the plots map and profile (PNG and SVG) and report.html,
-/// which needs nothing beside it. Returns their names in words.
+/// which needs nothing else. Returns their names in words.
 std::string write_scan(const ScanReport& report, const std::filesystem::path& folder);
 
 }  // namespace palpate

@@ -32,7 +32,7 @@ struct BlockChoice {
 /// Watches presses where a block is known: from `choice`, or because the input is the synthetic one. Null
 /// where it is not. A gauge's table that counts time is brought together with a recording, which is read once
 /// for that. `round`: frames after which the numbers of a looped recording begin anew; 0: never. Throws
-/// Error(Failure::Usage) on a block without a modulus and on a gauge beside a camera, and what measure_press
+/// Error(Failure::Usage) on a block without a modulus and on a gauge with a camera, and what measure_press
 /// throws.
 std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const MeasuredInput& input,
                                               const Frame& background, uint64_t round = 0);

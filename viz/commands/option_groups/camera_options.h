@@ -26,7 +26,7 @@ struct CameraChoice {
   void add_to(CommandLine& command);
   /// "camera:..." where --camera is given, else `input`. Throws Error(Failure::Usage) where both are, where
   /// options of a camera come without one, or a value makes no sense. An `input` that is a camera itself
-  /// takes no options beside it.
+  /// takes no options with it.
   std::string input(const std::string& input) const;
 
  private:

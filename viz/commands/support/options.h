@@ -25,7 +25,7 @@ namespace palpate {
 /// Name of the group of options that every command has.
 inline constexpr const char* kCommonGroup = "Every command";
 
-/// A rule for an option's value, which help names beside it; a value that breaks it is a usage error.
+/// A rule for an option's value, which help names with it; a value that breaks it is a usage error.
 class Check {
  public:
   explicit Check(CLI::Validator validator);

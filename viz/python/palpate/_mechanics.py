@@ -188,7 +188,7 @@ class WrenchSeries:
     """2 (x, y) x rows x columns; None where no skin is followed."""
     cell_mm: float
     check: dict[str, float] | None
-    """Beside a gauge: mean_error_N, coverage of the 95 % interval, ..."""
+    """Against a gauge: mean_error_N, coverage of the 95 % interval, ..."""
     notes: tuple[str, ...]
 
 

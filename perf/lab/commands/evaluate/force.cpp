@@ -65,7 +65,7 @@ ForceCalibration calibration_on(gpu::Context& context, SyntheticMode mode, size_
     const SyntheticOptions options = object(mode, false, random);
     MeasuredInput input{to_string(options), synthetic_sensor(options), std::nullopt, {}};
     input.outputs = outputs_of(input.sensor);
-    recordings.push_back(measure_beside_gauge(context, input, {"truth", {}, {}, 0}, watch));
+    recordings.push_back(measure_with_gauge(context, input, {"truth", {}, {}, 0}, watch));
   }
   return calibrate_force(std::move(recordings), {}).choice.calibration;
 }

@@ -43,7 +43,7 @@ Report table_report(const Common& common, const std::vector<lump::ScoreRow>& row
   return report;
 }
 
-/// The same readings by cell of what varies, beside the score.
+/// The same readings by cell of what varies, with the score.
 void add_cells(const Common& common, const Options& o, const std::vector<lump::Judged>& judged,
                Report& report) {
   const judge::Cases cases = lump::cases_of(judged);
