@@ -42,7 +42,6 @@ TEST(Indentation, ClosedFormsOnTheHalfSpace) {
   const Indentation cone = PadIndenter(deep, {IndenterShape::Cone, 1, angle}).at_depth(0.6);
   EXPECT_NEAR(cone.force_N, 2 / kPi * modulus * 0.36 * std::tan(angle), 1e-13);
   EXPECT_NEAR(cone.radius_mm, 2 / kPi * 0.6 * std::tan(angle), 1e-13);
-  EXPECT_NEAR(cone_depth_mm(cone_force_N(0.6, modulus, angle), modulus, angle), 0.6, 1e-14);
   // Sneddon's sphere by hand: d = a/2 ln((R+a)/(R-a)), F = E* ((a^2+R^2)/2 ln((R+a)/(R-a)) - a R).
   const PadIndenter sphere(deep, {IndenterShape::Sphere, 5});
   for (const double a : {1e-3, 0.09, 0.11, 1.0, 3.0, 4.9}) {

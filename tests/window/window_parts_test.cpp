@@ -268,8 +268,6 @@ TEST(Words, StatesAreToldApartWithoutColour) {
       }
     }
   }
-  EXPECT_EQ(newtons_text({0.5, 0.01, Validity::Valid}), "+0.500 \xc2\xb1 0.010 N");
-  EXPECT_EQ(newtons_text({0.5, 0.01, Validity::NoContact}), "-");
   EXPECT_EQ(time_text(75.25), "1:15.2 min");
 }
 

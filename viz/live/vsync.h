@@ -7,7 +7,6 @@
 namespace palpate::viz {
 
 enum class Vsync : int { On, Mailbox, Off };  ///< FIFO; newest picture at each refresh; at once (may tear)
-const char* to_string(Vsync vsync);
 /// As the command line spells them.
 inline const std::map<std::string, Vsync> kVsyncNames = {
     {"on", Vsync::On}, {"mailbox", Vsync::Mailbox}, {"off", Vsync::Off}};

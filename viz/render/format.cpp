@@ -74,11 +74,6 @@ Verdict slip_verdict(Slip slip) {
   }
 }
 
-std::string newtons_text(const Estimate& e, int digits) {
-  if (!has_value(e)) return "-";
-  return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
-}
-
 bool saturation_matters(const Touch& t) {
   if (t.force_N.validity == Validity::Saturated) return true;
   if (t.surface && t.surface->validity == Validity::Saturated) return true;

@@ -28,8 +28,6 @@ bool saturation_matters(const Touch& touch);
 /// The same of one contact, whose touch has a surface or not.
 bool saturation_matters(const ContactTouch& contact, const Touch& touch);
 
-/// "+0.123 ± 0.004 N"; "-" where there is none. `digits`: after the point.
-std::string newtons_text(const Estimate& estimate, int digits = 3);
 /// "0.42 ± 0.02 mm" and why it may be wrong.
 std::string depth_text(const SurfaceSummary& surface);
 /// As much of `whole` as fits into `width` px of the present font, with dots where something is missing.

@@ -297,9 +297,4 @@ double cone_force_N(double depth_mm, double effective_modulus_MPa, double half_a
   return 2 / kPi * effective_modulus_MPa * depth_mm * depth_mm * std::tan(half_angle_rad);
 }
 
-double cone_depth_mm(double force_N, double effective_modulus_MPa, double half_angle_rad) {
-  require(force_N >= 0 && std::isfinite(force_N), "a force >= 0 N", force_N);
-  return std::sqrt(force_N / cone_force_N(1, effective_modulus_MPa, half_angle_rad));
-}
-
 }  // namespace palpate

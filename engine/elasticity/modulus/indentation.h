@@ -81,6 +81,5 @@ HertzErrors hertz_errors(const Pad& pad, const Indenter& indenter, const Indenta
 
 /// Sneddon's cone on a half space: F = (2/pi) E* d^2 tan(theta), contact radius (2/pi) d tan(theta).
 double cone_force_N(double depth_mm, double effective_modulus_MPa, double half_angle_rad);
-double cone_depth_mm(double force_N, double effective_modulus_MPa, double half_angle_rad);
 
 }  // namespace palpate

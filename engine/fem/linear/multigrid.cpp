@@ -113,10 +113,6 @@ const Stiffness& Multigrid::finest() const {
   return levels_.front()->stiffness;
 }
 
-uint32_t Multigrid::levels() const {
-  return static_cast<uint32_t>(levels_.size());
-}
-
 uint64_t Multigrid::bytes() const {
   uint64_t sum = coarsest_->values * (sizeof(double) + sizeof(int)) + coarsest_->unknown.size() * sizeof(int);
   for (const auto& level : levels_)

@@ -26,7 +26,6 @@ class Multigrid {
   void precondition(const float* residual, float* correction);
 
   const Stiffness& finest() const;
-  uint32_t levels() const;
   uint64_t bytes() const;
 
  private:

@@ -274,10 +274,6 @@ LinearFit BlockHypotheses::linear(const Eigen::MatrixXd& columns) const {
   return fit;
 }
 
-LinearFit BlockHypotheses::gain() const {
-  return linear(plain_);
-}
-
 LinearFit BlockHypotheses::tilt() const {
   Eigen::MatrixXd columns(plain_.size(), 2);
   for (Eigen::Index n = 0; n < plain_.size(); ++n) {

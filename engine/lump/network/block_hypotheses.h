@@ -53,8 +53,6 @@ class BlockHypotheses {
   ChangeFit best_pitch() const;
   ChangeFit best_shift() const;
   ChangeFit best_thickness() const;
-  /// Maps that are more than force and modulus make, as a share.
-  LinearFit gain() const;
   /// Pressure that rises along x and y, as a share at the rim.
   LinearFit tilt() const;
 
