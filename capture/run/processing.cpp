@@ -172,7 +172,7 @@ class Recorder {
       pictures_->follow(touch);
       return;
     }
-    pictures_->draw(frame, touch, surface_of(result), result.traction,
+    pictures_->draw(frame, touch, result,
                     to_file ? out_ / "pictures" / numbered_name(sequence, "png") : std::filesystem::path(),
                     to_film);
   }

@@ -48,8 +48,8 @@ class RecordingPictures {
   /// A frame that is measured but not drawn.
   virtual void follow(const Touch& touch) = 0;
   /// `png`: the picture's file, empty for none. Throws Error(Failure::Output), as finish().
-  virtual void draw(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
-                    const TractionMaps& traction, const std::filesystem::path& png, bool to_film) = 0;
+  virtual void draw(const Frame& frame, const Touch& touch, const Result& result,
+                    const std::filesystem::path& png, bool to_film) = 0;
   /// Ends the film.
   virtual void finish() = 0;
 };

@@ -36,6 +36,27 @@ def test_it_is_what_the_program_makes(press, tmp_path, program):
         assert max(t.depth_mm.max() for t in stream) > 0.2
 
 
+def test_what_calibration_never_saw_is_a_map(press, tmp_path):
+    pitch = pp.Sensor.load(press / "sensor.json").pitch_mm_per_px
+    gel = tmp_path / "gel.json"
+    pp.setup(press / "frames", gel, background=press / "background.png", pitch_mm_per_px=pitch, ball_radius_mm=5)
+    sensor = json.loads(gel.read_text())
+    seen = sensor["surface"]["photometric"]
+    # As if all presses had been at the left edge: there nothing is left of what the touches in the middle show.
+    for made in seen["presses"]:
+        made[0] = -0.9
+    gel.write_text(json.dumps(sensor))
+    outputs = ["force", "surface", "contacts"]
+    found = pp.measure(press / "frames", sensor=gel, outputs=outputs, keep=["depth_mm", "extrapolated"])
+    marked = found["extrapolated"]
+    assert marked.shape == found["depth_mm"].shape and marked.dtype == bool
+    at = int(found["depth_max_mm"].argmax())
+    assert marked[at].sum() == found["extrapolated_px"][at] > 500
+    assert found["depth_mm"][at][marked[at]].min() > 0
+    with pp.open("synthetic:press?size=64x48", drop=False) as stream, pytest.raises(pp.SensorError, match="presses of its calibration"):
+        next(stream).extrapolated
+
+
 def test_a_check_is_what_the_program_says(press, tmp_path, program):
     pitch = pp.Sensor.load(press / "sensor.json").pitch_mm_per_px
     own = tmp_path / "gel.json"

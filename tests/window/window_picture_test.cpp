@@ -59,7 +59,7 @@ class WindowPicture : public GpuTest {
       if (k < last)
         renderer.follow(result.touch);
       else
-        run = {renderer.render(frame, result.touch, surface_of(result), result.traction), result.touch};
+        run = {renderer.render(frame, result.touch, result), result.touch};
     }
     return run;
   }

@@ -101,7 +101,7 @@ bool Display::draw(bool is_new, bool still) {
   d.times = current_->times;
   scene_.record(window_.cmd(), window_.extent(),
                 {current_->captured->frame, current_->result.touch, surface_of(current_->result),
-                 current_->result.traction, still},
+                 current_->result.traction, current_->result.extrapolated, still},
                 still ? MeshGovernor::kFinest : governor_.columns(), &stats_, [&] {
                   handle_input();  // between ImGui's begin and end, while its input is fresh
                   window_.begin_pass();

@@ -64,12 +64,12 @@ PictureRenderer::PictureRenderer(gpu::Context& context, const Sensor& sensor, co
     : impl_(std::make_unique<Impl>(context, sensor, options, background)) {}
 PictureRenderer::~PictureRenderer() = default;
 
-RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
-                                 const TractionMaps& traction) {
+RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const Result& result) {
   Impl& i = *impl_;
   i.scene.follow(touch);
   i.target.begin();
-  i.scene.record(i.target.cmd(), i.target.extent(), {frame, touch, surface, traction},
+  i.scene.record(i.target.cmd(), i.target.extent(),
+                 {frame, touch, surface_of(result), result.traction, result.extrapolated},
                  i.software ? i.options.mesh_columns : 0, nullptr, [&] { i.target.begin_pass(); });
   return i.target.finish();
 }
@@ -85,9 +85,8 @@ double PictureRenderer::draw_ms() const {
 std::function<void(const Frame&, const Result&)> timed_drawer(gpu::Context& context, const Sensor& sensor) {
   PictureOptions look;
   const auto renderer = std::make_shared<PictureRenderer>(context, sensor, look);
-  return [renderer](const Frame& frame, const Result& result) {
-    renderer->render(frame, result.touch, surface_of(result), result.traction);
-  };
+  return
+      [renderer](const Frame& frame, const Result& result) { renderer->render(frame, result.touch, result); };
 }
 
 void write_png(const RgbImage& image, const std::filesystem::path& file) {

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 
-#include "engine/pipeline/surface_map.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
@@ -48,9 +47,9 @@ class PictureRenderer {
                   const Frame* background = nullptr);
   ~PictureRenderer();
 
-  /// Waits for the picture. `surface.buffer` may be null: then the raw image is drawn large. Not thread safe.
-  RgbImage render(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
-                  const TractionMaps& traction = {});
+  /// Waits for the picture of a frame's `touch` and the maps of `result`; without a surface the raw image is
+  /// drawn large. Not thread safe.
+  RgbImage render(const Frame& frame, const Touch& touch, const Result& result);
   /// A frame that is measured but not drawn: the charts follow it.
   void follow(const Touch& touch);
   /// Host time of the last picture from submission to fence.

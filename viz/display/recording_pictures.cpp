@@ -12,9 +12,9 @@ class DrawnRecording : public RecordingPictures {
 
   void follow(const Touch& touch) override { renderer_.follow(touch); }
 
-  void draw(const Frame& frame, const Touch& touch, const SurfaceMap& surface, const TractionMaps& traction,
-            const std::filesystem::path& png, bool to_film) override {
-    const RgbImage image = renderer_.render(frame, touch, surface, traction);
+  void draw(const Frame& frame, const Touch& touch, const Result& result, const std::filesystem::path& png,
+            bool to_film) override {
+    const RgbImage image = renderer_.render(frame, touch, result);
     if (!png.empty()) write_png(image, png);
     if (!to_film) return;
     if (!film_) film_.emplace(setting_.film, image.width, image.height, setting_.film_rate_Hz);

@@ -103,6 +103,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   content.traction = shown.traction;
+  content.extrapolated = shown.extrapolated;
   content.separate = hud_.timeline().separate;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);

@@ -25,6 +25,7 @@ struct Shown {
   const Touch& touch;
   SurfaceMap surface;  ///< buffer null: only the raw image is shown
   TractionMaps traction = {};
+  ExtrapolatedCells extrapolated = {};
   bool still = false;  ///< no other picture follows soon: the mesh may take its time
 };
 

@@ -95,7 +95,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
                   low.y + static_cast<float>(layout.image.height) + 1},
                  IM_COL32(70, 78, 90, 255));
   draw_touch(under, layout.image, shown, content.frame.format,
-             {state.contacts, state.skin, full_shear_N_, scale});
+             {state.contacts, state.skin, full_shear_N_, scale, content.extrapolated});
   if (content.live && content.live->press && content.live->press->last)
     draw_lump(under, layout.image, *content.live->press->last, content.sensor, content.frame.format, scale);
   if (content.strain) draw_strain_bar(under, layout.image, *content.strain, state, scale);

@@ -28,7 +28,8 @@ struct HudContent {
   std::pair<uint32_t, uint32_t> mesh{0, 0};
   const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
   TractionMaps traction = {};
-  bool separate = false;  ///< a picture by itself: nothing has moved
+  ExtrapolatedCells extrapolated = {};  ///< over the raw image
+  bool separate = false;                ///< a picture by itself: nothing has moved
 };
 
 /// `shown`: the touch less the zero that `state` holds.

@@ -54,7 +54,7 @@ struct Measured {
   FrameFormat format;
   std::vector<std::string> rows;
   Stack<float> depth, pressure, shear;
-  Stack<uint8_t> image;
+  Stack<uint8_t> image, extrapolated;
   Stack<uint16_t> confidence;
   py::ssize_t cell_rows = 0, cell_columns = 0;
 };
@@ -64,6 +64,7 @@ void collect(const Kept& kept, const Result& result, const Frame& frame, Measure
   if (kept.depth && result.touch.surface) all.depth.add(result.depth_mm());
   if (kept.image) all.image.add({frame.pixels(), frame.format.frame_bytes()});
   if (kept.confidence && result.touch.confidence) all.confidence.add(result.confidence());
+  if (kept.extrapolated) all.extrapolated.add(pixels_of(result.extrapolated, frame.format));
   if (!kept.traction) return;
   const TractionMaps& maps = result.traction;
   if (!maps.pressure_kPa.empty()) {
@@ -77,8 +78,9 @@ void collect(const Kept& kept, const Result& result, const Frame& frame, Measure
 }
 
 py::dict measure(const RunSettings& request, const std::filesystem::path& out, const std::string& device,
-                 bool keep_depth, bool keep_image, bool keep_confidence, bool keep_traction) {
-  const Kept kept{keep_depth, keep_image, keep_confidence, keep_traction};
+                 bool keep_depth, bool keep_image, bool keep_confidence, bool keep_traction,
+                 bool keep_extrapolated) {
+  const Kept kept{keep_depth, keep_image, keep_confidence, keep_traction, keep_extrapolated};
   ProcessRequest process;
   static_cast<RunSettings&>(process) = request;
   process.rows = !out.empty();
@@ -115,6 +117,7 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
         f.channels == 1 ? image.attr("reshape")(-1, height, width) : image.attr("transpose")(0, 2, 3, 1);
   }
   if (kept.confidence) maps["confidence"] = all->confidence.array({height, width});
+  if (kept.extrapolated) maps["extrapolated"] = all->extrapolated.array({height, width}).attr("view")("bool");
   if (kept.traction) {
     maps["pressure_kPa"] = all->pressure.array({all->cell_rows, all->cell_columns});
     maps["shear_kPa"] = all->shear.array({2, all->cell_rows, all->cell_columns});
@@ -218,7 +221,7 @@ py::dict modulus(const std::optional<RunSettings>& recording, const std::filesys
 void bind_recordings(py::module_& module) {
   module.def("measure", &measure, py::arg("settings"), py::arg("out"), py::arg("device"),
              py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
-             py::arg("keep_traction"));
+             py::arg("keep_traction"), py::arg("keep_extrapolated"));
   module.def("modulus", &modulus, py::arg("recording"), py::arg("table"), py::arg("gauge"),
              py::arg("approach"), py::arg("stage_sd_mm"), py::arg("sample"), py::arg("poisson"),
              py::arg("size_sd"), py::arg("bonded"), py::arg("rubber"), py::arg("pad_kPa"),

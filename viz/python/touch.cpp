@@ -265,11 +265,37 @@ py::object PyTouch::shear_kPa() {
   return shear_;
 }
 
+std::vector<uint8_t> pixels_of(const ExtrapolatedCells& map, const FrameFormat& format) {
+  std::vector<uint8_t> pixels;
+  if (map.cells.empty()) return pixels;
+  pixels.reserve(size_t{format.width} * format.height);
+  for (uint32_t y = 0; y < format.height; ++y)
+    for (uint32_t x = 0; x < format.width; ++x)
+      pixels.push_back(map.cells[size_t{y / map.cell_px} * map.width + x / map.cell_px]);
+  return pixels;
+}
+
+py::object PyTouch::extrapolated() {
+  if (!touch().surface || !touch().surface->extrapolated_px)
+    throw Refusal{
+        "SensorError", "extrapolated", "a sensor file that holds no presses of its calibration",
+        "a colour gel calibrated by palpate setup, and outputs=[\"force\", \"surface\", \"contacts\"]"};
+  return once(
+      extrapolated_, "extrapolated",
+      [](const Pipeline&, const Result& result, const Frame& frame) {
+        return pixels_of(result.extrapolated, frame.format);
+      },
+      [this](std::vector<uint8_t> pixels) {
+        return hand_out(std::move(pixels), shape()).attr("view")("bool");
+      });
+}
+
 void PyTouch::keep(const Kept& kept) {
   if (kept.depth) depth_mm();
   if (kept.image) image();
   if (kept.confidence) confidence();
   if (kept.traction) read_traction("pressure_kPa");
+  if (kept.extrapolated) extrapolated();
 }
 
 void bind_touch(py::module_& module) {
@@ -297,8 +323,8 @@ void bind_touch(py::module_& module) {
       .def_property_readonly("image", &PyTouch::image)
       .def_property_readonly("confidence", &PyTouch::confidence)
       .def("_keep",
-           [](PyTouch& t, bool depth, bool image, bool confidence, bool traction) {
-             t.keep({depth, image, confidence, traction});
+           [](PyTouch& t, bool depth, bool image, bool confidence, bool traction, bool extrapolated) {
+             t.keep({depth, image, confidence, traction, extrapolated});
            })
       .def("__repr__", &described)
       .def("_repr_html_", &as_html);
@@ -306,6 +332,7 @@ void bind_touch(py::module_& module) {
       .def_property_readonly("skin_points", [](const PyTouch& t) { return skin_points_of(t.touch()); })
       .def_property_readonly("pressure_kPa", &PyTouch::pressure_kPa)
       .def_property_readonly("shear_kPa", &PyTouch::shear_kPa)
+      .def_property_readonly("extrapolated", &PyTouch::extrapolated)
       .def_property_readonly("wrench", [](const PyTouch& t) { return PyWrench{t.shared()}; });
   module.def("quantities", &quantities);
 }

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "viz/python/stream.h"
 
@@ -13,7 +14,7 @@ namespace palpate::python {
 
 /// Maps of a frame that are read at once when it is handed out.
 struct Kept {
-  bool depth = false, image = false, confidence = false, traction = false;
+  bool depth = false, image = false, confidence = false, traction = false, extrapolated = false;
 };
 
 /// A frame's maps and pixels once they were read.
@@ -31,6 +32,7 @@ class PyTouch {
   pybind11::object confidence();
   pybind11::object pressure_kPa();
   pybind11::object shear_kPa();
+  pybind11::object extrapolated();
 
  private:
   template <typename Read, typename Make>
@@ -39,8 +41,11 @@ class PyTouch {
   std::vector<pybind11::ssize_t> shape() const { return {held_->format().height, held_->format().width}; }
 
   std::shared_ptr<HeldFrame> held_;
-  pybind11::object depth_, image_, confidence_, pressure_, shear_;
+  pybind11::object depth_, image_, confidence_, pressure_, shear_, extrapolated_;
 };
+
+/// The cells' pixels, row by row, 1: extrapolated; none where there is no map.
+std::vector<uint8_t> pixels_of(const ExtrapolatedCells& map, const FrameFormat& format);
 
 void bind_touch(pybind11::module_& module);
 

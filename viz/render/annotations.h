@@ -41,14 +41,16 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
 
 /// Options of the marks over the raw image.
 struct ImageMarks {
-  bool contacts = true;     ///< outlines, ids, centroids, shear
-  bool skin = true;         ///< followed places of the skin and how far they have moved
-  double full_shear_N = 1;  ///< tangential force of an arrow of full length
-  float scale = 1;          ///< of text and lines
+  bool contacts = true;                 ///< outlines, ids, centroids, shear
+  bool skin = true;                     ///< followed places of the skin and how far they have moved
+  double full_shear_N = 1;              ///< tangential force of an arrow of full length
+  float scale = 1;                      ///< of text and lines
+  ExtrapolatedCells extrapolated = {};  ///< hatched
 };
 
 /// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch
-/// where contacts are not separated), places of the skin, what reaches the border and what is saturated.
+/// where contacts are not separated), places of the skin, what reaches the border, what is saturated, and
+/// hatched what calibration never saw.
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
                 const ImageMarks& marks);
 

@@ -112,6 +112,15 @@ void draw_skin(ImDrawList* list, const Place& place, const Touch& touch, float s
                 text("skin shift x%g", longer));
 }
 
+/// A stroke through each cell.
+void draw_extrapolated(ImDrawList* list, const Place& place, const ExtrapolatedCells& map, float scale) {
+  for (uint32_t y = 0; y < map.height; ++y)
+    for (uint32_t x = 0; x < map.width; ++x)
+      if (map.cells[size_t{y} * map.width + x])
+        list->AddLine(place.at(x * map.cell_px - 0.5, (y + 1) * map.cell_px - 0.5),
+                      place.at((x + 1) * map.cell_px - 0.5, y * map.cell_px - 0.5), kWarning, scale);
+}
+
 }  // namespace
 
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
@@ -121,6 +130,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   const ImVec2 high{low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)};
   const Place place{low, static_cast<double>(rect.width) / format.width};
   list->PushClipRect(low, high, true);
+  if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, place, marks.extrapolated, scale);
   if (marks.skin && touch.skin) draw_skin(list, place, touch, scale);
   if (marks.contacts && touch.regions) {
     for (const ContactTouch& c : touch.contacts) {
@@ -146,6 +156,8 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   if (saturation_matters(touch))
     warnings += text("%sSATURATED %llu px", warnings.empty() ? "" : "  ",
                      static_cast<unsigned long long>(touch.saturated_px));
+  if (touch.surface && touch.surface->validity == Validity::Extrapolated)
+    warnings += std::string(warnings.empty() ? "" : "  ") + "EXTRAPOLATED (hatched)";
   if (touch.regions && touch.regions->overflow)
     warnings += std::string(warnings.empty() ? "" : "  ") + "TOO MANY REGIONS";
   if (!warnings.empty()) {

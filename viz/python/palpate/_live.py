@@ -19,7 +19,7 @@ Wrench = _palpate.Wrench
 
 Path = Union[str, "os.PathLike[str]"]
 
-MAPS = ("depth_mm", "image", "confidence", "pressure_kPa", "shear_kPa")
+MAPS = ("depth_mm", "image", "confidence", "pressure_kPa", "shear_kPa", "extrapolated")
 
 
 def names_of(given: Iterable[str] | str | None) -> list[str]:
@@ -29,7 +29,7 @@ def names_of(given: Iterable[str] | str | None) -> list[str]:
     return [given] if isinstance(given, str) else list(given)
 
 
-def kept_maps(keep: Iterable[str] | str | None) -> tuple[bool, bool, bool, bool]:
+def kept_maps(keep: Iterable[str] | str | None) -> tuple[bool, bool, bool, bool, bool]:
     """Which maps of a frame are read at once."""
     names = names_of(keep)
     for name in names:
@@ -40,6 +40,7 @@ def kept_maps(keep: Iterable[str] | str | None) -> tuple[bool, bool, bool, bool]
         "image" in names,
         "confidence" in names,
         "pressure_kPa" in names or "shear_kPa" in names,
+        "extrapolated" in names,
     )
 
 
@@ -107,7 +108,7 @@ def open(
             ``stream.dropped``, and recordings come at their own pace.  ``False``: every frame, as fast as
             it is asked for.
         keep: maps that are read at once and stay: ``depth_mm``, ``image``, ``confidence``,
-            ``pressure_kPa``.  Others can be read until the next touch is asked for.
+            ``pressure_kPa``, ``extrapolated``.  Others can be read until the next touch is asked for.
         fixed_light: a colour gel's light is not followed.
         sequence: images without a rate follow each other; otherwise each is a press of its own, and what only
             a sequence shows (shift, shear, slip, the skin's motion) is not measured.

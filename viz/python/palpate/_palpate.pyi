@@ -22,6 +22,7 @@ def open_stream(
     keep_image: bool,
     keep_confidence: bool,
     keep_traction: bool,
+    keep_extrapolated: bool,
 ) -> Stream: ...
 def run_settings() -> list[tuple[str, str]]: ...
 def measure(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
@@ -197,6 +198,9 @@ class Touch(_Shape):
     def shear_kPa(self) -> NDArray[np.float32] | None:
         """2 (x, y) x rows x columns of cells; None where no skin is followed, and without contact."""
     @property
+    def extrapolated(self) -> NDArray[np.bool_]:
+        """rows x columns, True where the pad is dented at a place or with a colour that its calibration never saw."""
+    @property
     def wrench(self) -> Wrench: ...
     @property
     def skin_points(self) -> NDArray[np.float32]:
@@ -205,7 +209,7 @@ class Touch(_Shape):
     def truth(self) -> Truth | None: ...
     def keep(self, *names: str) -> Touch:
         """Reads maps now, so that they stay; without names depth and image.  Gives the touch itself."""
-    def _keep(self, arg0: bool, arg1: bool, arg2: bool, arg3: bool) -> None: ...
+    def _keep(self, arg0: bool, arg1: bool, arg2: bool, arg3: bool, arg4: bool) -> None: ...
     def _repr_html_(self) -> str: ...
 
 class Stream:

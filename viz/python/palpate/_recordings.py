@@ -149,7 +149,7 @@ def measure(
     Args:
         source, sensor, background, outputs, solver, fixed_light, sequence, rate_Hz, device, seed: as of :func:`open`.
         keep: maps to keep of every frame: ``depth_mm`` (frames x rows x columns, float32), ``image``,
-            ``confidence``, ``pressure_kPa``, ``shear_kPa``.
+            ``confidence``, ``pressure_kPa``, ``shear_kPa``, ``extrapolated``.
         frames: stop after that many.
         out: a folder for ``measurements.csv``, ``contacts.csv``, ``summary.csv`` and ``summary.json``; by
             default no file is written.
