@@ -110,6 +110,7 @@ void Context::reopen() {
 
 // Memory that a device that hangs may still use is left to the end of the process.
 void Context::close() {
+  compiled_.clear();
   if (!hung_) {
     if (pipeline_cache_) vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
     if (device_) vkDestroyDevice(device_, nullptr);
@@ -320,6 +321,28 @@ void Context::save_pipeline_cache() const {
     if (!out) return;
   }
   std::filesystem::rename(temporary, file, ignored);
+}
+
+std::shared_ptr<const CompiledKernel> Context::compiled(
+    const std::string& bytes, const std::function<std::shared_ptr<const CompiledKernel>()>& compile) {
+  {
+    const std::lock_guard lock(compiled_mutex_);
+    if (const auto found = compiled_.find(bytes); found != compiled_.end()) return found->second;
+  }
+  std::shared_ptr<const CompiledKernel> made = compile();  // others may compile meanwhile
+  constexpr size_t kMostKept = 256;                        // all kernels of a run are some 60
+  const std::lock_guard lock(compiled_mutex_);
+  if (compiled_.size() >= kMostKept) drop_unused();
+  return compiled_.try_emplace(bytes, std::move(made)).first->second;
+}
+
+void Context::drop_unused_kernels() {
+  const std::lock_guard lock(compiled_mutex_);
+  drop_unused();
+}
+
+void Context::drop_unused() {
+  std::erase_if(compiled_, [](const auto& kept) { return kept.second.use_count() == 1; });
 }
 
 void Context::submit(const VkSubmitInfo2& info, VkFence fence) {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "engine/gpu/physical_device.h"
@@ -26,6 +27,8 @@ struct Spirv {
   std::span<const uint32_t> texels;
   std::span<const uint32_t> storage;
 };
+
+struct CompiledKernel;
 
 class Context {
  public:
@@ -101,6 +104,13 @@ class Context {
   VkDescriptorType texel_descriptor() const {
     return storage_texels_ ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
   }
+  /// The kernel that was compiled from the same bytes (SPIR-V and interface), or else what `compile` makes of
+  /// them: kept as long as the device, since drivers compile each as if it were the first. Safe from several
+  /// threads.
+  std::shared_ptr<const CompiledKernel> compiled(
+      const std::string& bytes, const std::function<std::shared_ptr<const CompiledKernel>()>& compile);
+  /// Frees the compiled kernels that nothing uses.
+  void drop_unused_kernels();
   /// The form of a shader that this device runs.
   std::span<const uint32_t> form(const Spirv& spirv) const {
     return storage_texels_ ? spirv.storage : spirv.texels;
@@ -138,6 +148,7 @@ class Context {
                                                    void* self);
 
   void close();
+  void drop_unused();  ///< under compiled_mutex_
 
   ContextOptions options_;
   std::unique_ptr<Device> handle_;
@@ -169,6 +180,8 @@ class Context {
   PFN_vkCmdBeginDebugUtilsLabelEXT begin_label_ = nullptr;
   PFN_vkCmdEndDebugUtilsLabelEXT end_label_ = nullptr;
   std::mutex queue_mutex_;
+  std::mutex compiled_mutex_;
+  std::unordered_map<std::string, std::shared_ptr<const CompiledKernel>> compiled_;
   mutable std::mutex message_mutex_;
   std::vector<std::string> messages_;
 };

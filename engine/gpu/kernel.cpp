@@ -3,8 +3,9 @@
 #include <spirv_cross/spirv_cross_c.h>
 
 #include <algorithm>
+#include <span>
+#include <string>
 #include <type_traits>
-#include <utility>
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -166,17 +167,16 @@ VkDescriptorType descriptor_type(const Context& context, Binding binding) {
   return VK_DESCRIPTOR_TYPE_MAX_ENUM;
 }
 
-// Built on the default constructor, so that the destructor frees what was made before a failure.
-Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& interface) : Kernel() {
-  context_ = &context;
-  name_ = shader.name;
-  interface_ = interface;
-  context.tell_of(shader, interface);
+namespace {
+
+std::shared_ptr<const CompiledKernel> compile(Context& context, const Shader& shader,
+                                              std::span<const uint32_t> spirv,
+                                              const KernelInterface& interface) {
   const bool storage = context.storage_texels();
-  const std::span<const uint32_t> spirv = context.form(shader.spirv);
+  auto compiled = std::make_shared<CompiledKernel>(context);
   Reflection reflection(shader, spirv);
   reflection.compare(interface, storage);
-  access_ = reflection.access(interface);
+  compiled->access = reflection.access(interface);
   compare_limits(shader, interface, storage, context.properties().limits);
 
   std::vector<VkDescriptorSetLayoutBinding> bindings;
@@ -189,16 +189,17 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
   if (context.push_descriptors()) set_info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
   set_info.bindingCount = static_cast<uint32_t>(bindings.size());
   set_info.pBindings = bindings.data();
-  check(vkCreateDescriptorSetLayout(context.device(), &set_info, nullptr, &set_layout_), shader.name);
+  check(vkCreateDescriptorSetLayout(context.device(), &set_info, nullptr, &compiled->set_layout),
+        shader.name);
 
   const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, interface.push_bytes};
   VkPipelineLayoutCreateInfo layout_info{};
   layout_info.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
   layout_info.setLayoutCount = 1;
-  layout_info.pSetLayouts = &set_layout_;
+  layout_info.pSetLayouts = &compiled->set_layout;
   layout_info.pushConstantRangeCount = interface.push_bytes ? 1 : 0;
   layout_info.pPushConstantRanges = &push;
-  check(vkCreatePipelineLayout(context.device(), &layout_info, nullptr, &layout_), shader.name);
+  check(vkCreatePipelineLayout(context.device(), &layout_info, nullptr, &compiled->layout), shader.name);
 
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
@@ -220,31 +221,66 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
   info.stage.module = module;
   info.stage.pName = "main";
   info.stage.pSpecializationInfo = &specialization;
-  info.layout = layout_;
+  info.layout = compiled->layout;
   if (context.statistics()) info.flags = VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
-  const VkResult result =
-      vkCreateComputePipelines(context.device(), context.pipeline_cache(), 1, &info, nullptr, &pipeline_);
+  const VkResult result = vkCreateComputePipelines(context.device(), context.pipeline_cache(), 1, &info,
+                                                   nullptr, &compiled->pipeline);
   vkDestroyShaderModule(context.device(), module, nullptr);
   check(result, shader.name);
-  context.set_name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(pipeline_), shader.name);
+  context.set_name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(compiled->pipeline), shader.name);
+  return compiled;
+}
+
+/// All that a compiled kernel depends on, lengths included.
+std::string bytes_of(std::span<const uint32_t> spirv, const KernelInterface& interface) {
+  std::string bytes;
+  const auto add = [&](const auto& values) {
+    const auto raw = std::as_bytes(std::span(values));
+    bytes += std::to_string(raw.size()) + ' ';
+    bytes.append(reinterpret_cast<const char*>(raw.data()), raw.size());
+  };
+  add(spirv);
+  add(interface.bindings);
+  add(std::array{interface.push_bytes});
+  add(interface.local_size);
+  add(interface.constants);
+  return bytes;
+}
+
+}  // namespace
+
+Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& interface)
+    : name_(shader.name), interface_(interface) {
+  context.tell_of(shader, interface);
+  const std::span<const uint32_t> spirv = context.form(shader.spirv);
+  compiled_ = context.compiled(bytes_of(spirv, interface),
+                               [&] { return compile(context, shader, spirv, interface); });
+}
+
+CompiledKernel::~CompiledKernel() {
+  if (context.hung()) return;
+  vkDestroyPipeline(context.device(), pipeline, nullptr);
+  vkDestroyPipelineLayout(context.device(), layout, nullptr);
+  vkDestroyDescriptorSetLayout(context.device(), set_layout, nullptr);
 }
 
 std::map<std::string, double> Kernel::statistics() const {
+  const Context& context = compiled_->context;
   const auto load = [&](auto& function, const char* name) {
     function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(
-        vkGetDeviceProcAddr(context_->device(), name));
+        vkGetDeviceProcAddr(context.device(), name));
   };
   PFN_vkGetPipelineExecutableStatisticsKHR read = nullptr;
-  if (context_->statistics()) load(read, "vkGetPipelineExecutableStatisticsKHR");
+  if (context.statistics()) load(read, "vkGetPipelineExecutableStatisticsKHR");
   if (!read) return {};
   VkPipelineExecutableInfoKHR info{};  // a compute pipeline is one executable
   info.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR;
-  info.pipeline = pipeline_;
+  info.pipeline = compiled_->pipeline;
   uint32_t count = 0;
-  check(read(context_->device(), &info, &count, nullptr), name_);
+  check(read(context.device(), &info, &count, nullptr), name_);
   std::vector<VkPipelineExecutableStatisticKHR> found(
       count, {VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR, nullptr, {}, {}, {}, {}});
-  check(read(context_->device(), &info, &count, found.data()), name_);
+  check(read(context.device(), &info, &count, found.data()), name_);
   std::map<std::string, double> values;
   for (const auto& one : found) {
     const auto& value = one.value;
@@ -254,23 +290,6 @@ std::map<std::string, double> Kernel::statistics() const {
                            : static_cast<double>(value.u64);
   }
   return values;
-}
-
-Kernel::~Kernel() {
-  if (!context_ || context_->hung()) return;
-  vkDestroyPipeline(context_->device(), pipeline_, nullptr);
-  vkDestroyPipelineLayout(context_->device(), layout_, nullptr);
-  vkDestroyDescriptorSetLayout(context_->device(), set_layout_, nullptr);
-}
-
-void Kernel::swap(Kernel& other) noexcept {
-  std::swap(context_, other.context_);
-  std::swap(name_, other.name_);
-  std::swap(interface_, other.interface_);
-  std::swap(access_, other.access_);
-  std::swap(set_layout_, other.set_layout_);
-  std::swap(layout_, other.layout_);
-  std::swap(pipeline_, other.pipeline_);
 }
 
 }  // namespace palpate::gpu

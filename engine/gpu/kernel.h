@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,38 +41,42 @@ struct KernelInterface {
   std::vector<uint32_t> constants;               ///< specialisation constants 3, 4, ...
 };
 
+/// What the driver made of a shader for one interface. Freed with its last user; never where the device
+/// hangs.
+struct CompiledKernel {
+  explicit CompiledKernel(Context& owner) : context(owner) {}
+  ~CompiledKernel();
+  CompiledKernel(const CompiledKernel&) = delete;
+  CompiledKernel& operator=(const CompiledKernel&) = delete;
+
+  Context& context;
+  std::vector<BindingAccess> access;
+  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  VkPipeline pipeline = VK_NULL_HANDLE;
+};
+
+/// Compiled once a context: the same shader with the same interface again costs nothing (Context::compiled).
 class Kernel {
  public:
   Kernel() = default;
   /// Throws Error(Failure::Device) naming shader and binding where the shader's interface differs.
   Kernel(Context& context, const Shader& shader, const KernelInterface& interface);
-  ~Kernel();
-  Kernel(Kernel&& other) noexcept { swap(other); }
-  Kernel& operator=(Kernel&& other) noexcept {
-    swap(other);
-    return *this;
-  }
 
-  VkPipeline pipeline() const { return pipeline_; }
-  VkPipelineLayout layout() const { return layout_; }
+  VkPipeline pipeline() const { return compiled_ ? compiled_->pipeline : VK_NULL_HANDLE; }
+  VkPipelineLayout layout() const { return compiled_->layout; }
   const KernelInterface& interface() const { return interface_; }
   const char* name() const { return name_; }
-  const BindingAccess& access(size_t binding) const { return access_[binding]; }
+  const BindingAccess& access(size_t binding) const { return compiled_->access[binding]; }
   /// The driver's compiler statistics, by the driver's own names ("VGPRs"); empty unless the context
   /// asked for it (ContextOptions::statistics).
   std::map<std::string, double> statistics() const;
-  VkDescriptorSetLayout set_layout() const { return set_layout_; }
+  VkDescriptorSetLayout set_layout() const { return compiled_->set_layout; }
 
  private:
-  void swap(Kernel& other) noexcept;
-
-  Context* context_ = nullptr;
   const char* name_ = "";
   KernelInterface interface_;
-  std::vector<BindingAccess> access_;
-  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
-  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  std::shared_ptr<const CompiledKernel> compiled_;
 };
 
 }  // namespace palpate::gpu

@@ -159,6 +159,34 @@ TEST_F(Gpu, KernelsAreCheckedAgainstTheirShader) {
   EXPECT_EQ(right.pipeline(), VK_NULL_HANDLE);  // NOLINT: what a move leaves is the point
 }
 
+// The same again is the driver's same pipeline; what differs in anything is another, and what is in use
+// stays.
+TEST_F(Gpu, KernelsAreCompiledOnce) {
+  Context& gpu = context();
+  gpu.drop_unused_kernels();
+  const KernelInterface interface = rest_level_interface();
+  const Kernel first(gpu, kShader, interface);
+  KernelInterface wide = interface;
+  wide.local_size[0] = 128;
+  EXPECT_NE(Kernel(gpu, kShader, wide).pipeline(), first.pipeline());
+  const auto form = gpu.form(k_rest_level);
+  std::vector<uint32_t> other(form.begin(), form.end());
+  ++other[2];  // the generator's version
+  EXPECT_NE(Kernel(gpu, {"other", {other, other}}, interface).pipeline(), first.pipeline());
+  gpu.drop_unused_kernels();
+  EXPECT_EQ(Kernel(gpu, kShader, interface).pipeline(), first.pipeline());
+  // Further ones, unused: those in use are none the less the same afterwards.
+  for (uint32_t size = 8; size <= 128; size += 8)
+    for (uint32_t version = 0; version < 17; ++version) {
+      wide.local_size[0] = size;
+      other[2] = version;
+      const Kernel kernel(gpu, {"other", {other, other}}, wide);
+      EXPECT_EQ(Kernel(gpu, {"other", {other, other}}, wide).pipeline(), kernel.pipeline());
+    }
+  EXPECT_EQ(Kernel(gpu, kShader, interface).pipeline(), first.pipeline());
+  gpu.drop_unused_kernels();
+}
+
 TEST_F(Gpu, BuffersAreVisibleWhereTheyPromise) {
   DeviceBuffer upload(context(), "up", 1024, Memory::Upload),
       readback(context(), "down", 1024, Memory::Readback);
