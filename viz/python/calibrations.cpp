@@ -166,7 +166,7 @@ py::dict written(CalibrationReport (*calibrate)(const Request&, const Calibratio
   });
   py::dict d;
   d["text"] = report.text;
-  d["report"] = report.json;
+  d["report"] = report.json.dump(2, json::Utf8::Replace);
   d["sensor"] = report.sensor;
   return d;
 }

@@ -140,7 +140,7 @@ CalibrationReport report_of(const UntouchedRecording& look, const Sensor& sensor
   for (const std::string& warning : {found.warning, doubt})
     if (!warning.empty()) all += "WARNING: " + warning + "\n";
   all += "written: " + run.out.string() + " and " + image.string();
-  return {all, value.dump(2)};
+  return {all, value};
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ CalibrationReport calibrate_flat(const FlatRequest& options, const CalibrationRu
   if (sensor.force || sensor.reading != SurfaceReading::None)
     all += "WARNING: gray changes with the field: calibrate force and surface again\n";
   all += "written: " + run.out.string() + " and " + image.string();
-  return {all, value.dump(2)};
+  return {all, value};
 }
 
 }  // namespace palpate

@@ -68,7 +68,7 @@ CalibrationReport calibrate_lights(const LightsRequest& options, const Calibrati
                              {"explained_y", calibration.stack.explained_y},
                              {"bands_rms_mm", best.bands_mm},
                              {"halves_rms_mm", best.halves_mm}};
-  return {text + line + run.out.string(), value.dump(2, json::Utf8::Replace)};
+  return {text + line + run.out.string(), value};
 }
 
 }  // namespace palpate

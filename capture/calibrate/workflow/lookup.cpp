@@ -66,7 +66,7 @@ CalibrationReport report_of(const BallPresses& found, const LookupFitResult& res
       palpate::text("all: depth %.4f mm RMS, held out %s; %zu points up to %.1f gray and %.3f mm\n",
                     result.depth_rmse_mm, result.by_press ? "press by press" : "by sectors of the one press",
                     points.size(), points.back()[0], points.back()[1]);
-  return {text + all + kept.line, value.dump(2)};
+  return {text + all + kept.line, value};
 }
 
 }  // namespace

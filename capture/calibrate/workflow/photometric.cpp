@@ -281,7 +281,7 @@ CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const Pr
   }
   if (!kept.background.empty()) value["background"] = kept.background;
   if (!kept.line.empty()) text += "\n" + kept.line;
-  return {text, value.dump(2)};
+  return {text, value};
 }
 
 }  // namespace

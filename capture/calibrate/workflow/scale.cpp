@@ -247,7 +247,7 @@ CalibrationReport calibrate_scale(const ScaleRequest& options, const Calibration
         "WARNING: force, shear, surface and flat field were calibrated at another scale: calibrate them "
         "again\n";
   all += kept.line;
-  return {all, value.dump(2), false, std::move(sensor)};
+  return {all, value, false, std::move(sensor)};
 }
 
 }  // namespace palpate

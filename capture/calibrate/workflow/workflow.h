@@ -11,6 +11,7 @@
 #include "capture/calibrate/ball_size.h"
 #include "capture/calibrate/scale.h"
 #include "capture/run/run_watch.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "palpate/sensor.h"
 
@@ -24,9 +25,10 @@ struct CalibrationRun {
   const RunWatch& watch;
 };
 
-/// Lines for people, and the same as JSON. `stopped`: the watch ended it, and nothing was written.
+/// The report for people, and as JSON. `stopped`: the watch ended it, and nothing was written.
 struct CalibrationReport {
-  std::string text{}, json{};
+  std::string text{};
+  json::Value json{};
   bool stopped = false;
   Sensor sensor{};  ///< of scale, photometric and lookup: as calibrated
 };

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "capture/calibrate/workflow/workflow.h"
-#include "engine/base/json.h"
 #include "viz/commands/command.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
@@ -24,7 +23,7 @@ Report report_of(CalibrationReport (*calibrate)(const Request&, const Calibratio
   const RunWatch watch = run_watch(common);
   const CalibrationReport report = calibrate(request, {common.out, watch});
   if (report.stopped) return interrupted_report();
-  return {report.text, json::parse(report.json)};
+  return {report.text, report.json};
 }
 
 /// Each adds one command to the group `calibrate`.
