@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import palpate as pp
 import pytest
+from palpate import _program
 
 GOOD = np.zeros((8, 9), np.float32)
 POINTS = np.random.default_rng(1).uniform(0, 10, (12, 2))
@@ -95,6 +96,40 @@ def test_an_error_that_quotes_another_keeps_its_parts():
     assert error.wanted == "a synthetic block that can be built"
     assert error.found.startswith("one that is refused (wanted ") and error.found.endswith("; try a value in that range)")
     assert error.remedy.startswith("size=")
+
+
+@pytest.fixture
+def failing(tmp_path, monkeypatch):
+    """Stands in for the program: writes lines to stderr and ends with a code."""
+
+    def replace(code, *lines):
+        (tmp_path / "lines").write_text("\n".join(lines) + "\n")
+        script = tmp_path / "palpate"
+        script.write_text(f"#!/bin/sh\ncat '{tmp_path}/lines' >&2\nexit {code}\n")
+        script.chmod(0o755)
+        monkeypatch.setattr(_program, "program", lambda: str(script))
+
+    return replace
+
+
+def test_all_that_the_program_wrote_is_in_the_error(failing):
+    error = "palpate: wanted a pad; found one (wanted a file; found none; try ls); try --pad-kPa 200"
+    failing(3, "palpate: frame 7 is lost", error, "driver: 2 leaks")
+    with pytest.raises(pp.InputError) as failure:
+        _program.run_program(["profile"], "a profile")
+    assert failure.value.wanted == "a pad"
+    assert failure.value.found == "one (wanted a file; found none; try ls) (and on stderr: palpate: frame 7 is lost; driver: 2 leaks)"
+    assert failure.value.remedy == "pad_kPa=200"
+
+
+def test_a_program_that_crashes_is_quoted_whole(failing):
+    failing(134, "terminate called after throwing an instance of 'std::length_error'", "  what():  vector::reserve")
+    with pytest.raises(pp.Error) as failure:
+        _program.run_program(["profile"], "a profile")
+    assert failure.value.found == "terminate called after throwing an instance of 'std::length_error'; what():  vector::reserve"
+    failing(134)
+    with pytest.raises(pp.Error, match="exit code 134 of palpate profile"):
+        _program.run_program(["profile"], "a profile")
 
 
 def test_options_of_the_command_line_read_as_arguments(tmp_path):

@@ -32,13 +32,17 @@ def program() -> str:
 
 
 def _failure(code: int, said: str, wanted: str, command: str) -> _errors.Error:
-    """Of the program's last line: "palpate: wanted ...; found ...; try ..."."""
-    line = said.strip().splitlines()[-1] if said.strip() else ""
-    parts = re.fullmatch(r"palpate: wanted (.*); found (.*?); try (.*)", line)
+    """Error of all that the program wrote to stderr: its line "palpate: wanted ...; found ...; try ...", and other lines."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
     kind: type[_errors.Error] = getattr(_errors, _FAILURES.get(code, "Error"))
-    if parts:
-        return kind(*(_palpate.as_arguments(part) for part in parts.groups()))
-    return kind(wanted, line or f"exit code {code} of palpate {command}", f"palpate {command} in a terminal")
+    for i in reversed(range(len(lines))):
+        # An error that is quoted in another is in what was found.
+        parts = re.fullmatch(r"palpate: wanted (.*?); found (.*); try (.*)", lines[i])
+        if parts:
+            others = "; ".join(lines[:i] + lines[i + 1 :])
+            found = parts[2] + (f" (and on stderr: {others})" if others else "")
+            return kind(*(_palpate.as_arguments(part) for part in (parts[1], found, parts[3])))
+    return kind(wanted, "; ".join(lines) or f"exit code {code} of palpate {command}", f"palpate {command} in a terminal")
 
 
 def run_program(words: Sequence[str], wanted: str) -> str:
