@@ -140,10 +140,11 @@ ReadNormals read_normals(const PhotometricPress& p, const PhotometricCalibration
   return read;
 }
 
-// Depth from the slopes of one patch, as integrate_patch; the equations are factored once.
+// Depth from the slopes of one patch, as integrate_patch; the equations are factored once. With `bridged` the
+// slopes go on, linear, across what is not inside, along row and column: a ball's do under a marker.
 class Patch {
  public:
-  Patch(std::span<const uint8_t> inside, uint32_t width);
+  Patch(std::span<const uint8_t> inside, uint32_t width, bool bridged);
   std::vector<double> depth(std::span<const double> slope_x, std::span<const double> slope_y,
                             double pitch_mm_per_px) const;
 
@@ -159,25 +160,31 @@ class Patch {
   int unknowns_ = 0;
 };
 
-Patch::Patch(std::span<const uint8_t> inside, uint32_t width) : index_(inside.size(), -1) {
+Patch::Patch(std::span<const uint8_t> inside, uint32_t width, bool bridged) : index_(inside.size(), -1) {
   for (size_t i = 0; i < inside.size(); ++i)
     if (inside[i]) index_[i] = unknowns_++;
   if (unknowns_ == 0) return;
   std::vector<sparse::Entry> entries;
   entries.reserve(static_cast<size_t>(unknowns_) * 9);
-  // One equation for each pair of neighbours: the step between them is the mean of their slopes.
-  const auto link = [&](size_t a, size_t b, bool across) {
+  // One equation for each pair of neighbours: the step between them is the mean of their slopes, times their
+  // distance, which it is as uncertain as.
+  const auto link = [&](size_t a, size_t b, double length, bool across) {
     const int i = index_[a], j = index_[b];
-    entries.emplace_back(i, i, 1.0);
-    entries.emplace_back(j, j, 1.0);
-    entries.emplace_back(i, j, -1.0);
-    entries.emplace_back(j, i, -1.0);
+    entries.emplace_back(i, i, 1 / length);
+    entries.emplace_back(j, j, 1 / length);
+    entries.emplace_back(i, j, -1 / length);
+    entries.emplace_back(j, i, -1 / length);
     steps_.push_back({i, j, a, b, across});
+  };
+  // The next pixel inside, `count` of them `stride` apart.
+  const auto link_next = [&](size_t from, size_t stride, size_t count, bool across) {
+    for (size_t n = 1; n <= (bridged ? count : std::min<size_t>(count, 1)); ++n)
+      if (inside[from + n * stride]) return link(from, from + n * stride, static_cast<double>(n), across);
   };
   for (size_t i = 0; i < inside.size(); ++i) {
     if (!inside[i]) continue;
-    if ((i + 1) % width != 0 && inside[i + 1]) link(i, i + 1, true);
-    if (i + width < inside.size() && inside[i + width]) link(i, i + width, false);
+    link_next(i, 1, width - 1 - i % width, true);
+    link_next(i, width, (inside.size() - 1 - i) / width, false);
     // Heights are known up to a constant; this much pulls each part's mean to 0 and changes nothing else.
     entries.emplace_back(index_[i], index_[i], 1e-9);
   }
@@ -306,7 +313,7 @@ std::vector<Validation> validate(std::span<const PhotometricPress> presses,
   for (const PhotometricPress& p : presses) {
     const Moments others = sums_of([&](const PhotometricPress& other) { return &other != &p; });
     std::optional<Patch> patch;
-    if (!p.ball.depth_mm.empty()) patch.emplace(p.ball.inside, p.ball.width);
+    if (!p.ball.depth_mm.empty()) patch.emplace(p.ball.inside, p.ball.width, true);
     const auto judged = [&](const Model& model, ErrorSums& sums) {
       return judge(p, model.weights, patch ? &*patch : nullptr, pitch_mm_per_px, sums);
     };
@@ -479,7 +486,7 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
 
 std::vector<double> integrate_patch(std::span<const double> slope_x, std::span<const double> slope_y,
                                     std::span<const uint8_t> inside, uint32_t width, double pitch_mm_per_px) {
-  return Patch(inside, width).depth(slope_x, slope_y, pitch_mm_per_px);
+  return Patch(inside, width, false).depth(slope_x, slope_y, pitch_mm_per_px);
 }
 
 }  // namespace palpate
