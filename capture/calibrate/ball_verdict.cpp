@@ -49,7 +49,7 @@ double wider_mm(const RefusedPress& press, const Sensor& sensor) {
 /// The usual change of colour a pixel; 0 for gray gels.
 double usual_ramp(const BallPresses& found) {
   std::vector<double> ramps;
-  for (const BallPress& p : found.presses) ramps.push_back(p.ball.ramp_gray_per_px);
+  for (const BallPress& p : found.presses) ramps.push_back(p.ball.ramp_per_px);
   return median(ramps);
 }
 
@@ -97,7 +97,7 @@ void refuse_contradictions(const BallPresses& found, const Sensor& sensor, const
     ++wide;
     widest_mm = std::max(widest_mm, wider_mm(r, sensor));
     radius_mm = r.ball_radius_mm;
-    const double ratio = ramp > 0 ? r.ball.ramp_gray_per_px / ramp : 0;
+    const double ratio = ramp > 0 ? r.ball.ramp_per_px / ramp : 0;
     same += ratio < kSameRamp && ratio > 1 / kSameRamp;
   }
   const size_t fitting = found.frames_with_ball, all = fitting + wide;

@@ -77,7 +77,7 @@ void refuse_unlike(BallPresses& found) {
   for (const BallPress& p : found.presses) balls.push_back(p.ball);
   const std::vector<double> usual = usual_ramps(balls, found.format);
   for (size_t i = found.presses.size(); i-- > 0;) {
-    const double ratio = found.presses[i].ball.ramp_gray_per_px / usual[i];
+    const double ratio = found.presses[i].ball.ramp_per_px / usual[i];
     if (ratio < kUnlikeOthers && ratio > 1 / kUnlikeOthers) continue;
     const std::string line =
         text("its colour changes %.2f times as fast as the others': another ball", ratio);

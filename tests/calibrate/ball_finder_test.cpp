@@ -157,6 +157,27 @@ TEST(BallFinder, MaskedPixelsDoNotMatter) {
   EXPECT_NEAR(with.radius_px, found.radius_px, 0.03 * found.radius_px);
 }
 
+// Under a lamp of less light both the untouched picture and what a press changes in it are darker.
+TEST(BallFinder, DimLightIsNoOtherBall) {
+  Recording r;
+  Frame press;
+  FoundBall bright;
+  while (bright.radius_px < 25 || !bright.good()) {
+    ASSERT_TRUE(r.source->next(press));
+    bright = find_ball(press, r.background, {}, r.search);
+  }
+  const auto dimmed = [](Frame frame) {
+    const FrameFormat& f = frame.format;
+    for (uint32_t c = 0; c < f.channels; ++c)
+      for (uint32_t y = 0; y < f.height; ++y)
+        for (uint32_t x = 0; x < f.width; ++x) frame.set(c, x, y, (frame.at(c, x, y) + 1) / 2);
+    return frame;
+  };
+  const FoundBall dim = find_ball(dimmed(press), dimmed(r.background), {}, r.search);
+  ASSERT_TRUE(dim.good()) << dim.refusal;
+  EXPECT_NEAR(dim.ramp_per_px, bright.ramp_per_px, 0.05 * bright.ramp_per_px);
+}
+
 TEST(BallFinder, LightThatFallsOffIsNoOtherBall) {
   const FrameFormat format{320, 240, 3, 8};
   std::vector<FoundBall> balls;
@@ -165,13 +186,13 @@ TEST(BallFinder, LightThatFallsOffIsNoOtherBall) {
     ball.center_x_px = 30 + 52 * (i % 6);
     ball.center_y_px = 30 + 60 * (i / 6);
     const double x = 2 * ball.center_x_px / format.width - 1;
-    ball.ramp_gray_per_px = 2 * std::exp(-0.9 * x * x);
+    ball.ramp_per_px = 2 * std::exp(-0.9 * x * x);
   }
   std::vector<FoundBall> others = balls;
-  for (const size_t i : {3u, 14u}) others[i].ramp_gray_per_px *= 0.5;
+  for (const size_t i : {3u, 14u}) others[i].ramp_per_px *= 0.5;
   const std::vector<double> usual = usual_ramps(others, format);
   for (size_t i = 0; i < balls.size(); ++i)
-    EXPECT_NEAR(usual[i], balls[i].ramp_gray_per_px, 0.03 * balls[i].ramp_gray_per_px) << i;
+    EXPECT_NEAR(usual[i], balls[i].ramp_per_px, 0.03 * balls[i].ramp_per_px) << i;
   others.resize(5);
   EXPECT_EQ(usual_ramps(others, format).front(), usual_ramps(others, format).back());  // too few for a place
 }

@@ -96,10 +96,10 @@ TEST(BallVerdict, WithoutShadingHalfTheRadiusIsOnlyNamed) {
 /// as fast.
 BallPresses some_presses(size_t fitting, size_t wider, double ramp) {
   BallPresses found;
-  const auto ball = [](double radius_px, double ramp_gray_per_px) {
+  const auto ball = [](double radius_px, double ramp_per_px) {
     FoundBall one;
     one.radius_px = radius_px;
-    one.ramp_gray_per_px = ramp_gray_per_px;
+    one.ramp_per_px = ramp_per_px;
     return one;
   };
   for (size_t i = 0; i < fitting; ++i) {

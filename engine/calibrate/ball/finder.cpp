@@ -236,8 +236,20 @@ BallFit fit_ball(const Frame& frame, const Frame& background, std::span<const ui
   return b;
 }
 
+// Mean gray of the untouched contact; never so dark that a ratio to it were noise.
+double brightness(const Frame& background, const std::vector<Sample>& samples, const FoundBall& found) {
+  constexpr double kDarkest = 4.0 / 255;  // of full scale
+  double sum = 0, values = 0;
+  for (const Sample& s : samples) {
+    if (std::hypot(s.x - found.center_x_px, s.y - found.center_y_px) > found.radius_px) continue;
+    for (uint32_t c = 0; c < 3; ++c)
+      sum += background.at(c, static_cast<uint32_t>(s.x), static_cast<uint32_t>(s.y)), ++values;
+  }
+  return std::max(values > 0 ? sum / values : 0, kDarkest * background.format.max_gray());
+}
+
 // Fills what the model leaves of the change, and the standard errors that follow from it.
-void judge_fit(const BallFit& b, FoundBall& found) {
+void judge_fit(const BallFit& b, const Frame& background, FoundBall& found) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Sample& s : b.samples) mean += s.change / static_cast<double>(b.samples.size());
   double spread = 0, left = 0, weight = 0;
@@ -248,8 +260,8 @@ void judge_fit(const BallFit& b, FoundBall& found) {
   }
   found.explained = spread > 0 ? 1 - left / spread : 0;
   const auto& linear = b.fitted.linear;
-  found.ramp_gray_per_px =
-      std::sqrt(linear.row(1).squaredNorm() + linear.row(2).squaredNorm()) / found.radius_px;
+  found.ramp_per_px = std::sqrt(linear.row(1).squaredNorm() + linear.row(2).squaredNorm()) /
+                      (found.radius_px * brightness(background, b.samples, found));
   const double per_value = left / (3 * weight - 16),
                factor = correlation_factor(b.samples, b.fitted, found.radius_px);
   const Matrix4 covariance = Matrix4(dense::Ldlt(b.normal).solve(Eigen::MatrixXd(Matrix4::Identity()))) *
@@ -301,7 +313,7 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
     if (found.good()) found.refuse(BallRefusal::TooSmall, "too few pixels change around it");
     return found;
   }
-  judge_fit(fit, found);
+  judge_fit(fit, background, found);
   const auto [inside2, outside2] = change_beside(change, f.width, found, level2);
   ball::check_coverage(found, frame, background, mask);
   if (!found.good()) return found;

@@ -32,9 +32,9 @@ struct FoundBall {
   double radius_px = 0;     ///< of the contact, where the pad leaves the ball
   double center_sd_px = 0;  ///< standard error along x or y, from the fit's residuals
   double radius_sd_px = 0;
-  double explained = 0;         ///< fraction of the change around the contact that one ball explains, 0 to 1
-  double ramp_gray_per_px = 0;  ///< colour: how fast the change grows across the contact; the same for every
-                                ///< press of one ball where the light is even
+  double explained = 0;    ///< fraction of the change around the contact that one ball explains, 0 to 1
+  double ramp_per_px = 0;  ///< colour: how fast the change grows across the contact, over the untouched
+                           ///< brightness there, for a lamp shines on both: much alike for one ball
   BallRefusal why = BallRefusal::None;
   std::string refusal;  ///< the same in words; empty: it is a press of one ball
 

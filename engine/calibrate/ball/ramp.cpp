@@ -19,7 +19,7 @@ constexpr double kLeastRamp = 1e-9;
 
 std::vector<double> usual_ramps(std::span<const FoundBall> balls, const FrameFormat& format) {
   std::vector<double> ramps;
-  for (const FoundBall& ball : balls) ramps.push_back(std::max(ball.ramp_gray_per_px, kLeastRamp));
+  for (const FoundBall& ball : balls) ramps.push_back(std::max(ball.ramp_per_px, kLeastRamp));
   if (ramps.size() < kEnoughForPlace) {
     if (!ramps.empty()) ramps.assign(ramps.size(), median(ramps));
     return ramps;

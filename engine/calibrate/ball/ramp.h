@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// The ramp (FoundBall::ramp_gray_per_px) to expect at each ball's place: the median of all or, of 18 or
+/// The ramp (FoundBall::ramp_per_px) to expect at each ball's place: the median of all or, of 18 or
 /// more, a quadratic in place through their logarithms by least absolute differences, as light falls off over
 /// the pad.
 std::vector<double> usual_ramps(std::span<const FoundBall> balls, const FrameFormat& format);
