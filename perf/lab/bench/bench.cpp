@@ -141,9 +141,11 @@ Files study_on_device(gpu::Context& context, const Options& options, const std::
   Bench bench(context, options.repetitions);
   if (options.forward)
     for (const uint32_t along : {32u, 64u, 96u}) bench.forward(along);
-  else
+  else {
+    if (options.gels) time_size(bench, options, {320, 240, 320, 240});
     for (const Size& size : {Size{640, 480, 640, 480}, Size{1392, 1042, 1400, 1050}})
       time_size(bench, options, size);
+  }
   Files files = {{options.table(), bench.csv()}};
   if (options.all()) files["throughput.csv"] = bench.throughput_csv();
   return files;

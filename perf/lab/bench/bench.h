@@ -40,8 +40,7 @@ class Bench {
 
   // Whole frames (bench_frames.cpp).
   void frame(const Size& size, SyntheticMode mode);
-  /// Cost of weights for products of colours and of degree 2 in place, over the same frame with 3 x 3
-  /// weights.
+  /// Cost of each model's weights, over the same frame with linear ones.
   void place_weights(const Size& size);
   /// A gray gel's depth by table, frame to depth, against OpenCV's difference, filter and table.
   void lookup(const Size& size);

@@ -1,10 +1,16 @@
 // Whole frames: to height and depth, against OpenCV and FFTW, and frames per second.
 #include "perf/lab/bench/bench.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "engine/base/text.h"
+#include "engine/calibrate/photometric/fit.h"
+#include "engine/calibrate/photometric/polynomial.h"
 #include "engine/gpu/commands.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "perf/lab/say.h"
@@ -25,13 +31,17 @@ void Bench::frame(const Size& size, SyntheticMode mode) {
 void Bench::place_weights(const Size& size) {
   Scene scene = scene_for(size, SyntheticMode::Gel);
   Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
-  for (NormalWeights* weights : {&scene.sensor.photometric.wx, &scene.sensor.photometric.wy}) {
-    weights->resize(9);
-    for (std::vector<double>& row : *weights) row.resize(6, 0.01);
+  for (const NormalOrder& order : std::span(kNormalOrders).subspan(1)) {
+    const int terms = photometric::places_of(std::max(order.colours, order.products));
+    for (NormalWeights* weights : {&scene.sensor.photometric.wx, &scene.sensor.photometric.wy}) {
+      weights->resize(order.products < 0 ? 3 : photometric::kColours);
+      for (std::vector<double>& row : *weights) row.resize(static_cast<size_t>(terms), 0.01);
+    }
+    Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare(std::string("weights: ") + order.name, size.text(),
+                {order.name, [&] { with.process(scene.next()); }},
+                {"linear", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
   }
-  Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
-  add(compare("weights of 9 colours x 6 terms", size.text(), {"9 x 6", [&] { with.process(scene.next()); }},
-              {"3 x 3", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
 }
 
 void Bench::lookup(const Size& size) {
