@@ -38,6 +38,8 @@ const char* name_of(BallRefusal why) {
       return "not one ball";
     case BallRefusal::Unlike:
       return "unlike the others";
+    case BallRefusal::Foreign:
+      return "of another pad or light";
   }
   return "";
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "capture/calibrate/markers.h"
+#include "capture/calibrate/pad_match.h"
 #include "capture/files/csv_table.h"
 #include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
@@ -163,6 +164,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
                                sensor.channels == 3 ? kLeastInFrame : 1};
 
   RestCheck rest_check(found.background, sensor);
+  PadMatch match(found.background, sensor);
   Frame frame;
   uint64_t looked = 0;
   for (uint64_t n = 0; source->next(frame); ++n) {
@@ -172,6 +174,10 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
     BallPress press;
     press.label = images ? images->files()[n].filename().string() : "frame #" + std::to_string(n);
     press.ball_radius_mm = search.ball_radius_mm;
+    if (std::string why = match.look_at(frame); !why.empty()) {
+      found.refused.push_back({press.label, std::move(why), BallRefusal::Foreign, {}, search.ball_radius_mm});
+      continue;
+    }
     press.mask = rest_mask;
     if (!rest_mask.empty()) press.mask = either(find_markers(frame, sensor), rest_mask);
     press.ball = sensor.channels == 3
@@ -188,6 +194,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
           {press.label, press.ball.refusal, press.ball.why, press.ball, search.ball_radius_mm});
     }
   }
+  match.refuse_most(input);
   found.warning = rest_check.warning();
   if (sensor.channels == 3) refuse_unlike(found);
   if (search.judge) search.judge(found);

@@ -157,5 +157,43 @@ TEST_F(CheckCommand, WhatShowsNothingIsNotTaken) {
   expect_refusal({"check", own, at("none")}, 2, {"none"});
 }
 
+TEST_F(CheckCommand, PicturesThatAreNotOfThisPadAreCounted) {
+  int n = 0;
+  const std::string some = changed([&](cv::Mat& image) {
+    if (n++ % 5 == 0) cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
+  });
+  const Json found = check(some, 3, "");
+  EXPECT_EQ(state(found, "same pad"), "as calibrated");
+  EXPECT_EQ(state(found, "pictures"), "changed");
+  EXPECT_NEAR(row(found, "pictures").at("value").get<double>(), 20, 8);
+  const std::string sentence = found.at("sentence");
+  EXPECT_TRUE(sentence.starts_with("cannot be judged by this recording: ")) << sentence;
+  EXPECT_NE(sentence.find("colours exchanged"), std::string::npos) << sentence;
+}
+
+TEST_F(CheckCommand, SetupRefusesTheUntouchedImageOfAnotherLightOrCameraMode) {
+  cv::Mat rest = cv::imread(first_of("today"), cv::IMREAD_COLOR), bright, small;
+  rest.convertTo(bright, -1, 1.3);
+  cv::resize(rest, small, {}, 0.5, 0.5);
+  cv::imwrite(at("bright.png"), bright);
+  cv::imwrite(at("small.png"), small);
+  const std::string setup = "setup " + frames("today") + " --ball-radius-mm 8 --pitch 0.05 --quiet --json" +
+                            " --out '" + at("again.json") + "' --background ";
+  ASSERT_EQ(TypedProgram::run(setup + "'" + at("bright.png") + "'"), 0) << text("stderr");
+  const Json found = parse_json(text("stdout"));
+  for (const Json& step : found.at("steps")) {
+    if (step.at("step") == "touch") {
+      EXPECT_FALSE(step.at("known").get<bool>());
+      EXPECT_NE(step.at("missing").get<std::string>().find("another exposure"), std::string::npos) << step;
+    }
+    if (step.at("step") == "surface") {
+      EXPECT_FALSE(step.at("known").get<bool>());
+    }
+  }
+  EXPECT_EQ(TypedProgram::run(setup + "'" + at("small.png") + "'"), 3);
+  EXPECT_NE(text("stderr").find("wanted a --background of 320 x 240 px"), std::string::npos)
+      << text("stderr");
+}
+
 }  // namespace
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/ball_reading.h"
 #include "capture/calibrate/pad_change.h"
+#include "capture/calibrate/pad_match.h"
 #include "capture/calibrate/untouched_recording.h"
 #include "capture/calibrate/workflow/balls.h"
 #include "capture/open_source.h"
@@ -25,12 +26,13 @@ using State = CheckRow::State;
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kBrightness = 5, kColour = 4;  // per cent of a colour's level
-constexpr double kAlike = 50;                   // per cent of the picture, as LightTrust::kSureInliers
-constexpr double kElsewhere_gray = 3;           // beyond one light
-constexpr double kMarkers = 2;                  // per cent of their spacing
-constexpr double kGain = 0.15, kSigmas = 2;     // of a ball's depth
-constexpr double kFewGain = 1;                  // of fewer presses, whose places may be the worst
+constexpr double kBrightness = 100 * PadMatch::kBrightness, kColour = 100 * PadMatch::kColour;
+constexpr double kForeign = 5;               // per cent of the pictures
+constexpr double kAlike = 50;                // per cent of the picture, as LightTrust::kSureInliers
+constexpr double kElsewhere_gray = 3;        // beyond one light
+constexpr double kMarkers = 2;               // per cent of their spacing
+constexpr double kGain = 0.15, kSigmas = 2;  // of a ball's depth
+constexpr double kFewGain = 1;               // of fewer presses, whose places may be the worst
 constexpr size_t kFew = 3;
 constexpr double kSpecks = 1e-3;        // of the picture
 constexpr uint64_t kMostPictures = 60;  // that the light is read from
@@ -56,6 +58,8 @@ struct Today {
   std::optional<UntouchedImage> rest;
   std::string why;              ///< there is none
   std::vector<PadLight> light;  ///< of pictures, against the calibration's untouched image
+  double foreign = kNaN;        ///< share of the pictures that do not go with that image
+  std::string others{};         ///< what is foreign in them
 };
 
 class Check {
@@ -103,9 +107,10 @@ class Check {
       const uint64_t every = source->frame_count().value_or(0) / kMostPictures + 1;
       const auto goes_on = more("comparing the light");
       Frame frame;
-      for (uint64_t n = 0; day.light.size() < kMostPictures && source->next(frame); ++n) {
+      PadMatch match(*calibrated_, sensor_);
+      for (uint64_t n = 0; match.pictures() < kMostPictures && source->next(frame); ++n) {
         if (n % every != 0) continue;
-        day.light.push_back(light_between(*calibrated_, frame, sensor_));
+        match.look_at(frame);
         if (separate &&
             evident_touch_px(frame, *calibrated_, clear_threshold(sensor_.threshold_gray, format_)) == 0) {
           untouched.emplace_back().reshape(format_);
@@ -113,6 +118,9 @@ class Check {
         }
         if (!goes_on(n)) return day;
       }
+      day.light = match.lights();
+      day.foreign = static_cast<double>(match.foreign()) / static_cast<double>(match.pictures());
+      day.others = match.describe();
     }
     if (separate && !given) {
       // Pictures of presses that are alike are no pad at rest.
@@ -140,6 +148,10 @@ class Check {
     if (watch_.stopped()) return;
     rest_seen_ = day.rest.has_value();
     judge_light(day);
+    // Where most are foreign the light's rows say so.
+    if (day.foreign < 0.5)
+      add(row("pictures", 100 * day.foreign, "%", 0, kForeign,
+              day.others.empty() ? "of the recording do not go with the untouched image" : day.others));
     judge_pattern(day);
     judge_noise(day);
   }
@@ -258,6 +270,7 @@ class Check {
 
   /// A light or a pad that has changed takes with it what was read by them.
   void list_remedies() {
+    if (changed("pictures")) return;  // nothing is to be made again by these
     const std::string rest = !request_.background.empty() ? in_quotes(request_.background.string())
                              : rest_seen_                 ? in_quotes(request_.input)
                                                           : std::string("PICTURE_AT_REST");
@@ -295,6 +308,10 @@ class Check {
           "cannot be judged: the sensor file names no untouched image, and no ball was pressed; press one of "
           "known size: palpate check " +
           in_quotes(request_.sensor.string()) + " PRESSES --ball-radius-mm RADIUS";
+    } else if (changed("pictures")) {
+      const auto foreign = std::ranges::find(check_.rows, std::string("pictures"), &CheckRow::name);
+      check_.sentence = "cannot be judged by this recording: " + foreign->what +
+                        "; record this pad alone, as the camera gives it";
     } else {
       std::string steps, commands;
       for (const CheckRemedy& remedy : check_.again) {

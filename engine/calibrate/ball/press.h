@@ -22,7 +22,8 @@ enum class BallRefusal {
   TooWide,      ///< the contact is wider than the ball: its radius or the scale is wrong, or another object
   Covered,      ///< too much is saturated, black or under markers
   MoreThanOne,  ///< something else is pressed too, or what is pressed is no ball
-  Unlike        ///< it changes the picture unlike the other presses: another ball
+  Unlike,       ///< it changes the picture unlike the other presses: another ball
+  Foreign       ///< the picture is of another pad or light than the untouched image
 };
 
 /// A ball's contact, px of the rectified frame. With a refusal the numbers are what the search ended with.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/calibrate/pad_corners.h"
+#include "capture/calibrate/pad_match.h"
 #include "capture/calibrate/untouched_recording.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
@@ -82,6 +83,23 @@ void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source&
                     text("the light fills %.0f %% of the picture; if that is the pad: --corners %s (or auto)",
                          100 * found->share, corners.c_str());
   }
+}
+
+/// Refuses an untouched image of another camera mode than the recording's.
+void refuse_other_mode(const SetupInputs& inputs) {
+  if (inputs.background.empty() || is_camera(inputs.recording)) return;
+  const auto mode_of = [](const std::string& input) {
+    return open_source(input, bare_sensor(input))->format();
+  };
+  const FrameFormat wanted = mode_of(inputs.recording), found = mode_of(inputs.background.string());
+  const auto described = [](const FrameFormat& f) {
+    return text("%u x %u px, %u bits", f.width, f.height, f.bit_depth);
+  };
+  if (found.width == wanted.width && found.height == wanted.height && found.bit_depth == wanted.bit_depth)
+    return;
+  throw Error(Failure::Input, "a --background of " + described(wanted) + ", as " + inputs.recording,
+              described(found) + " in " + inputs.background.string(),
+              "an untouched picture by the same camera mode, neither scaled nor cropped since");
 }
 
 /// The circles in a calibration's report.
@@ -163,6 +181,7 @@ Facts SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
 SetupStep SensorSetup::frame(const SetupInputs& inputs) {
   SetupStep step;
   step.done = true;
+  refuse_other_mode(inputs);
   Sensor sensor = bare_sensor(inputs.recording);
   sensor.name = inputs.name.empty() ? out_.stem().string() : inputs.name;
   const std::unique_ptr<Source> source = open_source(inputs.recording, sensor);
@@ -206,9 +225,18 @@ SetupStep SensorSetup::touch(const SetupInputs& inputs) {
     return step;
   }
   Sensor sensor = load_sensor(out_);
-  const auto judge = [&](const std::string& input) {
-    return judge_touches(input, sensor, [](uint64_t) { return !palpate::interrupted(); });
-  };
+  const auto goes_on = [](uint64_t) { return !palpate::interrupted(); };
+  if (!inputs.background.empty() && sensor.channels == 3) {
+    colour_ = false;
+    const std::string foreign = foreign_pictures(inputs.recording, sensor, goes_on);
+    if (!foreign.empty()) {
+      step.missing = foreign +
+                     ": a --background of this pad, taken as the recording was: exposure, white "
+                     "balance and camera mode fixed";
+      return step;
+    }
+  }
+  const auto judge = [&](const std::string& input) { return judge_touches(input, sensor, goes_on); };
   UntouchedRecording found = judge(inputs.recording);
   if (found.touched_frames == 0 && !inputs.balls.empty() && inputs.ball_table.empty())
     found = judge(inputs.balls.string());
