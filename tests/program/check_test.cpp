@@ -40,7 +40,7 @@ class CheckCommand : public TypedProgram {
     made_ = folder_;
   }
   void simulate(const std::string& name, int seed) {
-    ASSERT_EQ(TypedProgram::run("simulate palpation --mode gel --size 320x240 --rate 6 --quiet --seed " +
+    ASSERT_EQ(TypedProgram::run("simulate palpation --mode gel --size 320x240 --rate 2 --quiet --seed " +
                                 std::to_string(seed) + " --out '" + at(name) + "'"),
               0)
         << text("stderr");

@@ -32,7 +32,7 @@ class SetupCommand : public TypedProgram {
 };
 
 TEST_F(SetupCommand, APadThatLightsUpIsKnownFromOneRecording) {
-  const std::string frames = simulated("rig --rate 10");
+  const std::string frames = simulated("rig --rate 5");
   const Table truth(text("rec/truth.csv"));
   std::ofstream gauge(at("gauge.csv"));
   gauge << "frame,force_N\n";
@@ -76,7 +76,7 @@ TEST_F(SetupCommand, APadThatLightsUpIsKnownFromOneRecording) {
 }
 
 TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
-  const std::string frames = simulated("palpation --mode gel --rate 6");
+  const std::string frames = simulated("palpation --mode gel --rate 2");
   const double pitch = load_sensor(folder_ / "rec/sensor.json").pitch_mm_per_px;
   ASSERT_EQ(run("setup " + frames + " --ball-mm 8 --pitch " + std::to_string(pitch) + " --json --out '" +
                 at("own.json") + "'"),
@@ -128,7 +128,7 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
 
 // What the pictures do not show comes from the kind of sensor; depth does not.
 TEST_F(SetupCommand, AKindOfSensorGivesItsScaleAndNoDepth) {
-  const std::string frames = simulated("palpation --mode gel --rate 6"), own = at("own.json");
+  const std::string frames = simulated("palpation --mode gel --rate 2"), own = at("own.json");
   ASSERT_EQ(run("setup " + frames + " --like gelsight_mini --json --quiet --out '" + own + "'"), 0)
       << text("stderr");
   const Json setup = parse_json(text("stdout"));
