@@ -6,6 +6,7 @@
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 #include "tests/support/recordings.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
@@ -42,18 +43,19 @@ TEST_F(CheckOfRecordings, TwoPadsOfOneKindDiffer) {
   make("setup " + data(a + "ball_6.31mm") + " --background " + data(a + "background.png") +
            " --ball-diameter-mm 6.31 --like gelsight_mini",
        "a.json");
-  make("setup " + data(b + "ball_5mm") + " --background " + data(b + "background.png") +
-           " --ball-diameter-mm 5 --like gelsight_mini_markers",
-       "b.json");
   // A ball that the calibration has not seen.
   expect(true, "a.json", data(a + "ball_9.5mm") + " --ball-diameter-mm 9.5");
   expect(true, "a.json", data(a + "ball_6.31mm") + " --background " + data(a + "background.png"));
-  expect(true, "b.json", data(b + "ball_5mm") + " --background " + data(b + "background.png"));
   expect(false, "a.json", data(b + "ball_5mm"));
   expect(false, "a.json", data(a + "ball_9.5mm") + " --background " + data(b + "background.png"));
-  expect(false, "b.json", data(a + "ball_9.5mm"));
   // A diameter as the radius is a depth twice too large.
   expect(false, "a.json", data(a + "ball_6.31mm") + " --ball-radius-mm 6.31");
+  if (!thorough()) return;
+  make("setup " + data(b + "ball_5mm") + " --background " + data(b + "background.png") +
+           " --ball-diameter-mm 5 --like gelsight_mini_markers",
+       "b.json");
+  expect(true, "b.json", data(b + "ball_5mm") + " --background " + data(b + "background.png"));
+  expect(false, "b.json", data(a + "ball_9.5mm"));
 }
 
 TEST_F(CheckOfRecordings, AnotherDayOfTheWedgeIsNotTheFirst) {
@@ -62,7 +64,7 @@ TEST_F(CheckOfRecordings, AnotherDayOfTheWedgeIsNotTheFirst) {
            shipped_sensor("gelsight_wedge").string() + "'",
        "first.json");
   expect(true, "first.json", data(first + "purple_ball_hardest_2.avi"));
-  expect(true, "first.json", data(first + "foam_brick_1.avi"));
+  if (thorough()) expect(true, "first.json", data(first + "foam_brick_1.avi"));
   expect(false, "first.json", data(other + "golf_ball.avi"));
 }
 

@@ -11,6 +11,8 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/files/gauge.h"
 #include "capture/open_source.h"
@@ -65,7 +67,7 @@ class GelContactRecordings : public WedgeClips {
 TEST_F(GelContactRecordings, OneObjectIsOneContact) {
   Counts all;
   size_t followed = 0, few_ids = 0;
-  for (const fs::path& file : both_days()) {
+  for (const fs::path& file : both_days(3)) {
     const Counts c = follow(file);
     std::printf(
         "%-32s one contact in %3zu of %3zu frames above 1 N, %zu ids, wrong in %zu of %zu untouched\n",
@@ -89,10 +91,11 @@ TEST_F(GelContactRecordings, OneObjectIsOneContactHoweverClear) {
   constexpr double kClearer = 1.5;
   const Sensor sensor = load_sensor(shipped_sensor("gelsight_wedge"));
   size_t pressed = 0, several = 0;
-  for (const char* name :
-       {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_press/foam_brick_1",
-        "gelsight_wedge_press/green_ball_softer_2", "gelsight_wedge_press/orange_ball_softest_1",
-        "gelsight_wedge_press/purple_ball_hardest_1"}) {
+  for (const char* name : part_of<const char*>(
+           {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_press/foam_brick_1",
+            "gelsight_wedge_press/green_ball_softer_2", "gelsight_wedge_press/orange_ball_softest_1",
+            "gelsight_wedge_press/purple_ball_hardest_1"},
+           2)) {
     fs::path file = folder() / ".." / (std::string(name) + ".avi");
     if (!fs::exists(file)) continue;
     const std::unique_ptr<Source> source = open_source(file.string(), sensor);
@@ -199,16 +202,19 @@ TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
     return both;
   };
   size_t pressed = 0, two = 0;
-  for (const auto& [a, b] :
-       {std::pair{"gelsight_wedge_press/golf_ball_1", "gelsight_wedge_press/purple_ball_hardest_1"},
-        {"gelsight_wedge_press/green_ball_softer_2", "gelsight_wedge_press/golf_ball_2"},
-        {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_day2/green_ball_softer"},
-        {"gelsight_wedge_day2/golf_ball", "gelsight_wedge_day2/purple_ball_hardest"},
-        {"gelsight_wedge_press/golf_ball_1", "gelsight_wedge_press/golf_ball_2"},
-        {"gelsight_wedge_press/purple_ball_hardest_2", "gelsight_wedge_press/golf_ball_2"},
-        {"gelsight_wedge_press/foam_brick_2", "gelsight_wedge_press/purple_ball_hardest_1"},
-        {"gelsight_wedge_press/orange_ball_softest_1", "gelsight_wedge_press/golf_ball_1"},
-        {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_day2/golf_ball"}}) {
+  using Pair = std::pair<const char*, const char*>;
+  for (const auto& [a, b] : part_of(
+           std::vector<Pair>{
+               {"gelsight_wedge_press/golf_ball_1", "gelsight_wedge_press/purple_ball_hardest_1"},
+               {"gelsight_wedge_press/green_ball_softer_2", "gelsight_wedge_press/golf_ball_2"},
+               {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_day2/green_ball_softer"},
+               {"gelsight_wedge_day2/golf_ball", "gelsight_wedge_day2/purple_ball_hardest"},
+               {"gelsight_wedge_press/golf_ball_1", "gelsight_wedge_press/golf_ball_2"},
+               {"gelsight_wedge_press/purple_ball_hardest_2", "gelsight_wedge_press/golf_ball_2"},
+               {"gelsight_wedge_press/foam_brick_2", "gelsight_wedge_press/purple_ball_hardest_1"},
+               {"gelsight_wedge_press/orange_ball_softest_1", "gelsight_wedge_press/golf_ball_1"},
+               {"gelsight_wedge_day2/rigid_strawberry", "gelsight_wedge_day2/golf_ball"}},
+           4)) {
     if (!fs::exists(folder() / ".." / (std::string(b) + ".avi"))) continue;
     Clip left = open(a), right = open(b);
     const Frame background = side_by_side(left.background, right.background);
@@ -240,7 +246,7 @@ TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
   const double margin_px = 3 / sensor.pitch_mm_per_px;
   constexpr double kNoise_mm = 0.01;  // of a press that is hardly seen
   size_t judged = 0;
-  for (const fs::path& clip : both_days()) {
+  for (const fs::path& clip : both_days(4)) {
     const std::string name = clip.stem();
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
     Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),

@@ -95,11 +95,19 @@ class TractionRecordings : public WedgeClips {
 
 TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
   std::map<std::string, Clip> first, second;
-  for (const std::filesystem::path& video : both_days()) {
+  for (const std::filesystem::path& video : both_days(3)) {
     const bool day2 = video.parent_path().filename() == "gelsight_wedge_day2";
     (day2 ? second : first)[video.stem().string()] = clip(video);
   }
-  if (second.size() < 8) GTEST_SKIP() << "no recordings of the second day";
+  if (second.size() < of_sweep<size_t>(8, 3)) GTEST_SKIP() << "no recordings of the second day";
+  Clips day1;
+  for (const auto& [name, one] : first) day1.push_back(&one);
+  double across = 0;
+  for (const auto& [name, one] : second)
+    across += error(one, scale_of(day1)) / static_cast<double>(second.size());
+  std::printf("day 1 -> day 2: mean error %.1f %% of full scale\n", 100 * across);
+  EXPECT_LT(across, 0.15);
+  if (!thorough()) return;
   std::vector<std::string> names;
   for (const auto& [name, one] : second) {
     names.push_back(name);
@@ -148,7 +156,7 @@ TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
   for (const auto& [name, one] : first)
     if (name.ends_with("_1")) trials.push_back(&one);
   const double scale = scale_of(trials);
-  double pooled = 0, own = 0, across = 0;
+  double pooled = 0, own = 0;
   for (const auto& [name, one] : first) {
     if (!name.ends_with("_2")) continue;
     const double by_own = error(one, scale_of({&first[name.substr(0, name.size() - 1) + "1"]}));
@@ -159,13 +167,8 @@ TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
         "%%\n",
         name.c_str(), scale_of({&one}), 100 * error(one, scale), 100 * by_own);
   }
-  Clips day1;
-  for (const auto& [name, one] : first) day1.push_back(&one);
-  for (const auto& [name, one] : second) across += error(one, scale_of(day1)) / 8;
-  std::printf(
-      "day 1, first trials -> second: %.1f %% (each object by its own first: %.1f %%); day 1 -> day 2: %.1f "
-      "%%\n",
-      100 * pooled, 100 * own, 100 * across);
+  std::printf("day 1, first trials -> second: %.1f %% (each object by its own first: %.1f %%)\n",
+              100 * pooled, 100 * own);
   std::printf(
       "modulus: %.0f kPa by day 1, %.0f kPa by day 2 (nominal 150)\n", 150 * scale_of(day1), 150 * [&] {
         Clips all;
@@ -173,7 +176,6 @@ TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
         return scale_of(all);
       }());
   EXPECT_LT(mean, 0.10);
-  EXPECT_LT(across, 0.15);
   EXPECT_LT(own, 0.12);
   // The intervals of objects that the modulus was not found with.
   size_t held = 0, count = 0;

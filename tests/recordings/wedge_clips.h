@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/calibrate/force.h"
 #include "tests/support/recordings.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 
@@ -17,15 +19,17 @@ class WedgeClips : public RecordingsTest {
   explicit WedgeClips(const char* unchecked) : RecordingsTest(unchecked, "gelsight_wedge_press") {}
 
   static std::filesystem::path folder() { return recordings_folder() / "gelsight_wedge_press"; }
-  /// The clips of both days, where they are there.
-  static std::vector<std::filesystem::path> both_days() {
+  /// The clips of both days, where they are there; by default every `step`-th of each day.
+  static std::vector<std::filesystem::path> both_days(size_t step = 1) {
     std::vector<std::filesystem::path> files;
     for (const std::filesystem::path& day : {folder(), folder() / "../gelsight_wedge_day2"}) {
       if (!std::filesystem::is_directory(day)) continue;
-      const auto first = static_cast<std::ptrdiff_t>(files.size());
+      std::vector<std::filesystem::path> of_day;
       for (const auto& entry : std::filesystem::directory_iterator(day))
-        if (entry.path().extension() == ".avi") files.push_back(entry.path());
-      std::sort(files.begin() + first, files.end());
+        if (entry.path().extension() == ".avi") of_day.push_back(entry.path());
+      std::ranges::sort(of_day);
+      of_day = part_of(std::move(of_day), step);
+      files.insert(files.end(), of_day.begin(), of_day.end());
     }
     return files;
   }

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdlib>
+#include <vector>
 
 namespace palpate {
 
@@ -17,6 +18,15 @@ inline bool thorough() {
 template <typename T>
 T of_sweep(T all, T some) {
   return thorough() ? all : some;
+}
+
+/// `all` in a thorough run, otherwise the first of them and every `step`-th after it.
+template <typename T>
+std::vector<T> part_of(std::vector<T> all, size_t step) {
+  if (thorough()) return all;
+  std::vector<T> some;
+  for (size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
+  return some;
 }
 
 }  // namespace palpate
