@@ -1,7 +1,11 @@
 // palpate-lab tune: the kernels' constants for one device, measured once and kept.
 #include <spdlog/spdlog.h>
 
+#include <filesystem>
+#include <system_error>
+
 #include "engine/base/json.h"
+#include "engine/base/readable.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
@@ -103,6 +107,12 @@ Report tune(const Common& common, const Options& options) {
   if (!options.dry_run && file.empty())
     throw Error(Failure::Output, "a cache folder for the tuning", "neither XDG_CACHE_HOME nor HOME is set",
                 "setting one of them, or --dry-run");
+  // Measuring takes half a minute: a place that cannot be written is named before.
+  std::error_code failed;
+  if (!options.dry_run) std::filesystem::create_directories(file.parent_path(), failed);
+  if (failed)
+    throw Error(Failure::Output, "a folder " + file.parent_path().string(), system_words(failed),
+                "another XDG_CACHE_HOME, or --dry-run");
 
   request.say = [](const std::string& what) { spdlog::info("measuring: {}", what); };
   const perf::Tuned tuned = perf::measure_tuning(*context, request);
