@@ -10,6 +10,7 @@
 #include "tests/support/pipelines.h"
 #include "tests/support/pits.h"
 #include "tests/support/test_folder.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
@@ -59,7 +60,7 @@ TEST_F(MarkedGel, DimplesHaveNoPits) {
   for (const std::string name : {"press", "fingers", "drag"}) {
     SyntheticRun marked(name + "?size=320x240&mode=gel&skin=markers"), plain(name + "?size=320x240&mode=gel");
     const std::vector<uint8_t> markers = markers_of(marked, plain);
-    for (const uint64_t k : {marked.count() / 2, 2 * marked.count() / 3}) {
+    for (const uint64_t k : part_of<uint64_t>({marked.count() / 2, 2 * marked.count() / 3}, 2)) {
       const Frame frame = marked.frame(k);
       const Truth truth = marked.truth(k);
       ASSERT_TRUE(truth.contact);
