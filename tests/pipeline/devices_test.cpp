@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/pipeline/surface_map.h"
@@ -14,13 +15,14 @@
 #include "tests/scenes/synthetic_run.h"
 #include "tests/support/pipelines.h"
 #include "tests/support/second_driver.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
 
 struct Way {
   std::string name;
-  gpu::ContextOptions options;
+  std::unique_ptr<gpu::Context> context;
 };
 
 /// Results of a few frames.
@@ -30,10 +32,10 @@ struct Measured {
 };
 
 Measured measure(gpu::Context& context, SyntheticRun& scene, const PipelineOptions& options) {
-  constexpr uint64_t kFrames = 3;
+  const uint64_t frames = of_sweep<uint64_t>(3, 2);
   Pipeline pipeline = scene.pipeline(context, options);
   Measured measured;
-  for (uint64_t k = scene.count() / 2; k < scene.count() / 2 + kFrames; ++k) {
+  for (uint64_t k = scene.count() / 2; k < scene.count() / 2 + frames; ++k) {
     EXPECT_TRUE(pipeline.submit(scene.frame(k)));
     const std::optional<Result> result = pipeline.wait();
     measured.touches.push_back(result->touch);
@@ -81,40 +83,41 @@ void expect_same_skin(const Touch& a, const Touch& b, const std::string& what) {
 
 class Devices : public testing::Test {
  protected:
-  /// Every usable device as it is, then without what some devices lack.
-  static std::vector<Way> ways() {
-    std::vector<Way> found;
+  /// Every usable device as it is, then without what some devices lack: opened once, since each compiles its
+  /// kernels.
+  static void SetUpTestSuite() {
+    const WithSecondDriver second;
     for (const gpu::DeviceReport& device : gpu::list_devices()) {
       if (!device.refusals.empty()) continue;
       gpu::ContextOptions usual;
       usual.device = std::to_string(device.index);
       usual.validation = true;
-      found.push_back({device.name, usual});
+      const gpu::Context& plain =
+          *ways_.emplace_back(Way{device.name, std::make_unique<gpu::Context>(usual)}).context;
       for (bool gpu::ContextOptions::*feature :
            {&gpu::ContextOptions::push_descriptors, &gpu::ContextOptions::texel_buffers}) {
-        Way way{device.name +
-                    (feature == &gpu::ContextOptions::texel_buffers ? ", storage buffers" : ", plain sets"),
-                usual};
-        way.options.*feature = false;
-        const gpu::Context plain(usual), without(way.options);
+        gpu::ContextOptions options = usual;
+        options.*feature = false;
+        auto without = std::make_unique<gpu::Context>(options);
         const bool differs =
-            (plain.push_descriptors() != nullptr) != (without.push_descriptors() != nullptr) ||
-            plain.storage_texels() != without.storage_texels();
-        if (differs) found.push_back(way);
+            (plain.push_descriptors() != nullptr) != (without->push_descriptors() != nullptr) ||
+            plain.storage_texels() != without->storage_texels();
+        const char* lacks =
+            feature == &gpu::ContextOptions::texel_buffers ? ", storage buffers" : ", plain sets";
+        if (differs) ways_.push_back({device.name + lacks, std::move(without)});
       }
     }
-    return found;
   }
+  static void TearDownTestSuite() { ways_.clear(); }
 
   static void expect_agreement(const std::string& text, const PipelineOptions& options, double surface) {
-    const WithSecondDriver second;
     SyntheticRun scene(text);
     std::optional<Measured> first;
-    for (const Way& way : ways()) {
-      gpu::Context context(way.options);
-      const Measured found = measure(context, scene, options);
-      for (const std::string& message : context.validation_messages())
-        ADD_FAILURE() << way.name << ": " << message;
+    for (const Way& way : ways_) {
+      const size_t seen = way.context->validation_messages().size();
+      const Measured found = measure(*way.context, scene, options);
+      const std::vector<std::string> messages = way.context->validation_messages();
+      for (size_t i = seen; i < messages.size(); ++i) ADD_FAILURE() << way.name << ": " << messages[i];
       if (!first) {
         first = found;
         EXPECT_TRUE(first->touches.front().contact) << text;
@@ -136,12 +139,13 @@ class Devices : public testing::Test {
       EXPECT_LT(worst, surface) << text << " on " << way.name;
     }
   }
+
+  static inline std::vector<Way> ways_;
 };
 
 TEST_F(Devices, ThereAreTwo) {
-  const WithSecondDriver second;
   std::string names;
-  for (const Way& way : ways()) names += "\n  " + way.name;
+  for (const Way& way : ways_) names += "\n  " + way.name;
   std::printf("devices:%s\n", names.c_str());
   if (second_driver().empty())
     GTEST_SKIP() << "*** ONE VULKAN DRIVER ONLY: SwiftShader (package chromium-common) is not installed ***";
