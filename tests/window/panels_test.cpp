@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/measure/quantities.h"
@@ -278,6 +279,38 @@ TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
   for (const char* row : {"0.50, 0.50, 0.50 N", "+28.65 \xc2\xb1 5.73 deg", "25 % of the area"})
     EXPECT_NE(words.find(row), std::string::npos) << row << ": " << words;
   EXPECT_EQ(count(words, "stick or slip"), 1u) << words;
+}
+
+TEST_F(PanelTest, NoRowOfATouchIsCutOffAtTheFoot) {
+  const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
+  Frame image;
+  image.reshape({640, 480, 3, 8});
+  constexpr Estimate kKnown{0.5, 0.1, Validity::Valid};
+  Touch touch;  // of a gel with markers and a layer
+  touch.contact = true;
+  touch.slip = Slip::Stick;
+  touch.force_N = touch.shear_x_N = touch.shear_y_N = kKnown;
+  touch.surface.emplace().volume_mm3 = 1;
+  touch.surface->dented_mm2 = 2;
+  touch.regions = {0, true};
+  touch.contacts.resize(1);
+  touch.skin = {10, 2, 5, kKnown, kKnown, kKnown, kKnown};
+  TractionSummary& traction = touch.traction.emplace();
+  traction.fx_N = traction.fy_N = traction.fz_N = kKnown;
+  traction.mx_Nmm = traction.my_Nmm = traction.mz_Nmm = kKnown;
+  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
+  for (const VkExtent2D extent : {VkExtent2D{1280, 720}, VkExtent2D{1920, 1080}}) {
+    const Layout layout = make_layout(extent, 1, image.format, true);
+    describe(
+        1, [&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); }, extent);
+    const auto& windows = ImGui::GetCurrentContext()->Windows;
+    const auto* const numbers = std::find_if(windows.begin(), windows.end(), [](const ImGuiWindow* w) {
+      return std::string_view(w->Name).find("/numbers_") != std::string_view::npos;
+    });
+    ASSERT_NE(numbers, windows.end());
+    EXPECT_GT((*numbers)->ContentSize.y, 320) << "rows of everything";
+    EXPECT_EQ((*numbers)->ScrollMax.y, 0) << extent.width << " x " << extent.height;
+  }
 }
 
 TEST_F(PanelTest, RatesAndLatencyAreBehindAKey) {

@@ -21,16 +21,38 @@ ImVec4 colour(const Verdict& v) {
   return ImGui::ColorConvertU32ToFloat4(IM_COL32(v.red, v.green, v.blue, 255));
 }
 
-void row(const char* label, const std::string& value, const ImVec4* tint = nullptr) {
-  ImGui::TableNextRow();
-  ImGui::TableNextColumn();
-  ImGui::TextDisabled("%s", label);
-  ImGui::TableNextColumn();
-  const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(value.c_str()).x;
-  if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
-  if (tint) ImGui::PushStyleColor(ImGuiCol_Text, *tint);
-  ImGui::TextWrapped("%s", value.c_str());  // in a narrow panel nothing is cut off
-  if (tint) ImGui::PopStyleColor();
+/// A label, and what it is.
+struct Row {
+  const char* label;
+  std::string words;
+  std::optional<ImVec4> tint{};
+};
+using Rows = std::vector<Row>;
+
+/// As close to each other as the room needs.
+void draw_rows(const Rows& rows) {
+  if (rows.empty()) return;
+  const ImVec2 padding = ImGui::GetStyle().CellPadding;
+  const float room = ImGui::GetContentRegionAvail().y / static_cast<float>(rows.size());
+  const float spare = std::floor((room - ImGui::GetTextLineHeight()) / 2);
+  ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {padding.x, std::clamp(spare, 0.0f, padding.y)});
+  if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
+    for (const Row& row : rows) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextDisabled("%s", row.label);
+      ImGui::TableNextColumn();
+      const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(row.words.c_str()).x;
+      if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
+      if (row.tint) ImGui::PushStyleColor(ImGuiCol_Text, *row.tint);
+      ImGui::TextWrapped("%s", row.words.c_str());  // in a narrow panel nothing is cut off
+      if (row.tint) ImGui::PopStyleColor();
+    }
+    ImGui::EndTable();
+  }
+  ImGui::PopStyleVar();
 }
 
 std::string percentiles_text(const Percentiles& p) {
@@ -217,18 +239,16 @@ bool says_nothing(const QuantityValue& value) {
 }
 
 /// The deepest point, or, where nothing touches, how uneven the surface is.
-void depth_rows(const Touch& t) {
+Rows depth_rows(const Touch& t) {
   const SurfaceSummary& s = *t.surface;
-  if (t.picture != PictureFault::None) return row("deepest", "-");
-  if (!t.contact && s.validity != Validity::LightUnknown) {
-    row("deepest", "-");
-    // Whatever the sensor: a gel that creeps back, or a pad's noise.
-    return row("surface at rest", text("uneven by %.3f mm", s.depth_max_mm));
-  }
+  if (t.picture != PictureFault::None) return {{"deepest", "-"}};
+  // Whatever the sensor: a gel that creeps back, or a pad's noise.
+  if (!t.contact && s.validity != Validity::LightUnknown)
+    return {{"deepest", "-"}, {"surface at rest", text("uneven by %.3f mm", s.depth_max_mm)}};
   const bool doubtful = s.validity != Validity::Valid && s.validity != Validity::NoContact &&
                         s.validity != Validity::NotCalibrated;
-  const ImVec4 tint = colour(force_verdict(s.validity));
-  row("deepest", depth_text(s), doubtful ? &tint : nullptr);
+  if (!doubtful) return {{"deepest", depth_text(s)}};
+  return {{"deepest", depth_text(s), colour(force_verdict(s.validity))}};
 }
 
 /// One system of coordinates: from the middle, x to the right, y downwards, as the axes of the surface have
@@ -257,9 +277,9 @@ void mark(std::string_view name, const Touch& t, const HudContent& content, cons
   }
 }
 
-/// The quantities of one label, as one row.
-void quantity_row(std::vector<const MeasuredQuantity<Touch>*> parts, const Touch& t,
-                  const HudContent& content, const ViewState& state) {
+/// The quantities of one label, as one row; nothing where it would say nothing.
+std::optional<Row> quantity_row(std::vector<const MeasuredQuantity<Touch>*> parts, const Touch& t,
+                                const HudContent& content, const ViewState& state) {
   // Millimetres rather than pixels, where there are both.
   std::erase_if(parts,
                 [last = std::string_view(parts.back()->unit)](const auto* q) { return q->unit != last; });
@@ -268,21 +288,21 @@ void quantity_row(std::vector<const MeasuredQuantity<Touch>*> parts, const Touch
   bool some = false;
   for (const MeasuredQuantity<Touch>* q : parts) {
     const bool there = !q->in_table || q->in_table(t);
-    if (!there && (t.contacts.size() > 1 || first.row.only_if_some)) return;  // each contact has its own
+    if (!there && (t.contacts.size() > 1 || first.row.only_if_some)) return {};  // each contact has its own
     const QuantityValue value = there ? q->value(t) : QuantityValue{};
-    if (first.row.only_if_some && says_nothing(value)) return;
+    if (first.row.only_if_some && says_nothing(value)) return {};
     const std::string part = number_text(*q, value, parts.size() == 1);
     some |= part != "-";
     words += (words.empty() ? "" : ", ") + part;
   }
-  words = some ? words + unit_text(first) : "-";
-  std::optional<ImVec4> tint;
-  mark(first.name, t, content, state, words, tint);
-  row(first.row.label, words, tint ? &*tint : nullptr);
+  Row row{first.row.label, some ? words + unit_text(first) : "-"};
+  mark(first.name, t, content, state, row.words, row.tint);
+  return row;
 }
 
 /// Rows of what this sensor and its outputs measure.
-void quantity_rows(const Touch& t, const HudContent& content, const ViewState& state) {
+Rows quantity_rows(const Touch& t, const HudContent& content, const ViewState& state) {
+  Rows all;
   MeasuredColumns columns = MeasuredColumns::of(content.sensor, Output::Force, content.separate);
   columns.groups &= Groups::kOfTouch;
   if (t.skin && !content.separate) columns.groups |= Groups::Slipping;
@@ -312,11 +332,12 @@ void quantity_rows(const Touch& t, const HudContent& content, const ViewState& s
     }
     for (const auto& parts : rows) {
       if (parts.front()->name == std::string_view("depth_max_mm"))
-        depth_rows(t);
-      else
-        quantity_row(parts, t, content, state);
+        for (Row& row : depth_rows(t)) all.push_back(std::move(row));
+      else if (std::optional<Row> row = quantity_row(parts, t, content, state))
+        all.push_back(std::move(*row));
     }
   }
+  return all;
 }
 
 }  // namespace
@@ -356,17 +377,13 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   if (content.live && content.live->press)
     press_lines(*content.live->press, 1e-9 * static_cast<double>(t.time_ns));
   if (t.regions && t.contacts.size() > 1) contact_table(t, tare, scaled);
-  if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
-    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
-    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
-    quantity_rows(t, content, state);
-    if (state.rates && content.live && content.live->to_measured.count > 0) {
-      row("latency", "50 / 95 / 99 %");
-      row("to measured", percentiles_text(content.live->to_measured));
-      row("to shown", percentiles_text(content.live->to_shown));
-    }
-    ImGui::EndTable();
+  Rows rows = quantity_rows(t, content, state);
+  if (state.rates && content.live && content.live->to_measured.count > 0) {
+    rows.push_back({"latency", "50 / 95 / 99 %"});
+    rows.push_back({"to measured", percentiles_text(content.live->to_measured)});
+    rows.push_back({"to shown", percentiles_text(content.live->to_shown)});
   }
+  draw_rows(rows);
   if (content.has_surface) ImGui::EndChild();
   ImGui::End();
 }
