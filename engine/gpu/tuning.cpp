@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <fstream>
 #include <optional>
+#include <sstream>
 
 #include "engine/base/json.h"
 #include "engine/base/readable.h"

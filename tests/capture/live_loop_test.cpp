@@ -1,6 +1,7 @@
 // Ends of the live loop: a camera that stays away, a recording that is damaged, and who waits for whom.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <thread>
 
 #include "capture/live/live.h"

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "capture/files/npy.h"
 #include "tests/support/json.h"
