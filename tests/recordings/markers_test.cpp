@@ -11,16 +11,12 @@
 #include <set>
 
 #include "capture/calibrate/markers.h"
-#include "capture/calibrate/presses.h"
-#include "capture/calibrate/workflow/workflow.h"
 #include "capture/open_source.h"
 #include "palpate/pipeline.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/pipelines.h"
 #include "tests/support/pits.h"
 #include "tests/support/recordings.h"
-#include "tests/support/sphere.h"
-#include "tests/support/test_folder.h"
 #include "tests/support/text_file.h"
 
 namespace palpate {
@@ -135,60 +131,6 @@ TEST_F(MarkedGelRecordings, GelSlimIsAsSmoothUnderMarkersAsBeside) {
     EXPECT_LT(squares[1][part].at_markers_mm, 1.25 * squares[1][part].elsewhere_mm);
     EXPECT_LT(squares[1][part].elsewhere_mm, squares[0][part].elsewhere_mm);
   }
-}
-
-// A GelSight Mini of which only the scale is known: calibrated on every second press of a ball, its depth in
-// the others' contacts, each level and upright.
-TEST_F(MarkedGelRecordings, MiniReadsTheBallsOfTheOtherHalf) {
-  const fs::path data = recordings_folder() / "gelsight_mini/pad_b", folder = test_folder("marked-mini");
-  constexpr double kBall_mm = 2.5, kPitch_mm = 0.0634, kInner = 0.7;
-  std::vector<fs::path> pictures;
-  for (const auto& entry : fs::directory_iterator(data / "ball_5mm")) pictures.push_back(entry.path());
-  std::sort(pictures.begin(), pictures.end());
-  ASSERT_EQ(pictures.size(), 26u);
-  const std::array<fs::path, 2> halves{folder / "even", folder / "odd"};
-  for (const fs::path& half : halves) fs::create_directory(half);
-  for (size_t i = 0; i < pictures.size(); ++i) fs::copy(pictures[i], halves[i % 2] / pictures[i].filename());
-  for (const size_t half : {size_t{0}, size_t{1}}) {
-    PhotometricRequest request;
-    request.input = halves[half].string();
-    request.background = data / "background.png";
-    request.ball.radius_mm = kBall_mm;
-    request.pitch_mm_per_px = kPitch_mm;
-    const RunWatch watch;
-    const Sensor sensor = calibrate_photometric(request, {{}, watch}).sensor;
-    ASSERT_TRUE(sensor.skin);
-    EXPECT_NEAR(sensor.skin->spacing_px, 31.3, 0.5);
-    PressSearch search;
-    search.ball_radius_mm = kBall_mm;
-    const BallPresses others = find_presses(halves[1 - half].string(), sensor, search, 10);
-    Pipeline pipeline(
-        context(), for_rectified_frames(sensor), others.format,
-        {.outputs = Output::Force | Output::Surface, .solver = SurfaceSolver::Best, .separate = true});
-    pipeline.set_background(others.background);
-    double squares = 0, radii = 0;
-    for (const BallPress& press : others.presses) {
-      const std::vector<float> map = depth_map(pipeline.process(press.frame));
-      std::vector<double> depth;
-      std::vector<std::array<double, 2>> at;
-      for (uint32_t y = 0; y < press.frame.format.height; ++y)
-        for (uint32_t x = 0; x < press.frame.format.width; ++x) {
-          const double dx = x - press.ball.center_x_px, dy = y - press.ball.center_y_px;
-          if (std::hypot(dx, dy) > kInner * press.ball.radius_px) continue;
-          depth.push_back(double{map[size_t{y} * press.frame.format.width + x]});
-          at.push_back({dx * kPitch_mm, dy * kPitch_mm});
-        }
-      const double error = sphere_error_mm(depth, at, kBall_mm);
-      squares += error * error;
-      radii += sphere_radius_mm(depth, at);
-    }
-    const auto n = static_cast<double>(others.presses.size());
-    std::printf("%.0f presses of the other half: depth %.4f mm RMS, sphere of %.2f mm, true %.1f\n", n,
-                std::sqrt(squares / n), radii / n, kBall_mm);
-    EXPECT_LT(std::sqrt(squares / n), 0.025);
-    EXPECT_NEAR(radii / n, kBall_mm, 0.08 * kBall_mm);
-  }
-  fs::remove_all(folder);
 }
 
 }  // namespace

@@ -30,6 +30,8 @@ namespace fs = std::filesystem;
 // factor, and by so many times the usual scatter. And the least number of presses for that decision.
 constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
 constexpr size_t kEnoughToCompare = 6;
+// So many presses unlike the others are looked at one by one; more are another ball.
+constexpr size_t kFewUnlike = 4;
 
 std::string fixed(double value, int digits) {
   const std::string line = palpate::text("%.*f", digits, value);
@@ -71,9 +73,10 @@ std::string gain_text(const PhotometricFitResult& result, const BallPresses& fou
 }
 
 PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading,
-                                 const PhotometricRequest& options) {
+                                 const PhotometricRequest& options, std::optional<size_t> without = {}) {
   PhotometricFit fit(found.format, reading.pitch_mm_per_px);
   for (size_t i = 0; i < found.presses.size(); ++i) {
+    if (i == without) continue;
     const BallPress& p = found.presses[i];
     fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px,
                  p.ball_radius_mm, p.label, p.mask);
@@ -81,23 +84,36 @@ PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading
   return fit.solve(options.rest_weight, options.model);
 }
 
+/// Whether the others are read better without press `i`: they are without another ball, but not without a
+/// press at the pad's dim edge, which is read unlike them as well.
+bool misleads(size_t i, const PhotometricFitResult& result, const BallPresses& found, const Sensor& reading,
+              const PhotometricRequest& options) {
+  double squares = 0;
+  for (size_t k = 0; k < result.presses.size(); ++k)
+    if (k != i) squares += std::pow(result.presses[k].depth_rmse_mm, 2);
+  const double with_mm = std::sqrt(squares / static_cast<double>(result.presses.size() - 1));
+  return fit_presses(found, reading, options, i).depth_rmse_mm < with_mm;
+}
+
 /// Takes out presses whose depth is read unlike the others'; true where there are any.
-bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) {
+bool refuse_other_balls(const PhotometricFitResult& result, const Sensor& reading,
+                        const PhotometricRequest& options, BallPresses& found) {
   if (result.presses.size() < kEnoughToCompare) return false;
   std::vector<double> gains, apart;
   for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
   const double usual = median(gains);
   for (const double gain : gains) apart.push_back(std::abs(gain - usual));
   const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median(apart));
-  bool any = false;
-  for (size_t i = gains.size(); i-- > 0;) {
-    if (apart[i] <= limit) continue;
-    any = true;
+  std::vector<size_t> unlike;
+  for (size_t i = gains.size(); i-- > 0;)
+    if (apart[i] > limit) unlike.push_back(i);
+  if (unlike.size() <= kFewUnlike)
+    std::erase_if(unlike, [&](size_t i) { return !misleads(i, result, found, reading, options); });
+  for (const size_t i : unlike)
     refuse_press(
         found, i,
         "reads " + fixed(std::exp(gains[i] - usual), 2) + " times the depth that others do: another ball");
-  }
-  return any;
+  return !unlike.empty();
 }
 
 Sensor checked_sensor(const PhotometricRequest& options) {
@@ -127,8 +143,9 @@ Fitted fit_found(BallPresses found, const Sensor& reading, const PhotometricRequ
   fitted.result = fit_presses(fitted.found, reading, options);
   // Each round sees the rest more clearly.
   constexpr int kRounds = 3;
-  for (int round = 0;
-       round < kRounds && options.balls.empty() && refuse_other_balls(fitted.result, fitted.found); ++round)
+  for (int round = 0; round < kRounds && options.balls.empty() &&
+                      refuse_other_balls(fitted.result, reading, options, fitted.found);
+       ++round)
     fitted.result = fit_presses(fitted.found, reading, options);
   refuse_contradictions(fitted.found, reading, options.input);
   return fitted;
