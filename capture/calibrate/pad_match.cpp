@@ -9,11 +9,12 @@
 #include "capture/open_source.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
-#include "engine/measure/light_change.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
+
+constexpr size_t kEnough = 3;  // pictures, one of which shows kSureShare of the pad
 
 std::string light_text(const PadLight& light, bool coloured) {
   std::string words = text("brightness %+.0f %%", 100 * light.brightness);
@@ -52,8 +53,8 @@ std::string PadMatch::look_at(const Frame& frame) {
 }
 
 bool PadMatch::known_pad() const {
-  return std::ranges::any_of(lights_,
-                             [](const PadLight& light) { return light.share >= LightTrust::kSureInliers; });
+  return lights_.size() < kEnough ||
+         std::ranges::any_of(lights_, [](const PadLight& light) { return light.share >= kSureShare; });
 }
 
 size_t PadMatch::other_pads() const {

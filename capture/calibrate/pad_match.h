@@ -19,6 +19,7 @@ class PadMatch {
  public:
   static constexpr double kBrightness = 0.05, kColour = 0.04;  ///< of a colour's level: another light
   static constexpr double kLeastShare = 0.2;  ///< of the picture under one light: below, another pad
+  static constexpr double kSureShare = 0.4;   ///< of one picture at least, of several
 
   PadMatch(const Frame& untouched, const Sensor& sensor);
 
@@ -28,7 +29,7 @@ class PadMatch {
   size_t pictures() const { return lights_.size() + damaged_; }
   /// Light of the pictures that are as the camera gave them.
   const std::vector<PadLight>& lights() const { return lights_; }
-  /// Pictures that do not go with it: all of them where not one has half of itself in common with it.
+  /// Pictures that do not go with it: all of several where not one has kSureShare.
   size_t foreign() const;
   /// "13 of 28 pictures are not of the untouched image's pad (20 % of a picture in common)"; empty: all are.
   std::string describe() const;
