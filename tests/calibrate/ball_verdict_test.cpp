@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 
+#include "capture/calibrate/ball_stretch.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
 
@@ -46,6 +47,40 @@ TEST(BallVerdict, ShadingGivesTheRadiusWhateverWasStated) {
     EXPECT_NEAR(e.shading, std::pow(stated_mm / kRadius_mm, 2), 0.25 * e.shading);
     EXPECT_LT(e.widest_share, 0.98 * kRadius_mm / stated_mm);
   }
+}
+
+/// Three rows of four, each between two of the frame's.
+Frame squashed(const Frame& frame) {
+  FrameFormat f = frame.format;
+  f.height = f.height * 3 / 4;
+  Frame out;
+  out.reshape(f);
+  for (uint32_t c = 0; c < f.channels; ++c)
+    for (uint32_t y = 0; y < f.height; ++y) {
+      const double at = (y + 0.5) * 4 / 3 - 0.5;
+      const auto row = static_cast<uint32_t>(at);
+      const double next = at - row;
+      for (uint32_t x = 0; x < f.width; ++x)
+        out.set(
+            c, x, y,
+            static_cast<uint32_t>((1 - next) * frame.at(c, x, row) + next * frame.at(c, x, row + 1) + 0.5));
+    }
+  return out;
+}
+
+TEST(BallVerdict, ContactsOfPicturesThatWereScaledUnevenlyAreNoCircles) {
+  Presses presses = Presses::of(kRadius_mm);
+  presses.found.presses.resize(2);
+  const BallStretch round = stretch_of(presses.found, presses.sensor);
+  std::printf("as they are: %.2f is left of what no ball explains\n", round.left);
+  EXPECT_FALSE(round.evident());
+  BallPresses flat = presses.found;
+  for (BallPress& press : flat.presses) press.frame = squashed(press.frame);
+  for (Frame& background : flat.backgrounds) background = squashed(background);
+  const BallStretch tall = stretch_of(flat, presses.sensor);
+  std::printf("squashed: %.2f\n", tall.left);
+  EXPECT_TRUE(tall.evident());
+  EXPECT_GT(tall.factor, 1.2);
 }
 
 TEST(BallVerdict, ADiameterIsRefusedUnlessItIsSaidToBeARadius) {

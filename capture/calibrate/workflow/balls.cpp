@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/calibrate/background.h"
+#include "capture/calibrate/ball_stretch.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -113,6 +114,16 @@ PressVerdict judge_presses(const BallPresses& found, const BallRequest& options,
   const BallDoubt doubt = doubt_of(verdict.evidence, options.ball);
   refuse_doubtful(doubt, verdict.evidence, options.ball, options.input);
   verdict.doubt = doubt.line;
+  const BallStretch stretch = stretch_of(found, sensor);
+  if (stretch.evident())
+    verdict.doubt +=
+        std::string(verdict.doubt.empty() ? "" : "; ") +
+        text(
+            "the contacts are ellipses: in pictures about %.2f times as tall a ball leaves %.0f %% of what "
+            "it "
+            "leaves unexplained in these; pixels that are not square, or pictures scaled by other factors "
+            "along x and y, make depth wrong",
+            stretch.factor, 100 * stretch.left);
   if (verdict.selection.minority())
     verdict.doubt += std::string(verdict.doubt.empty() ? "" : "; ") +
                      "the error is that of the lesser part of what was pressed: most was left out";
