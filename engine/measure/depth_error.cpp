@@ -71,7 +71,7 @@ bool DepthError::saw_place(double x_px, double y_px) const {
   std::vector<double> directions;
   for (size_t i = 0; i < places_.size(); ++i) {
     const double dx = places_[i].x - at.x, dy = places_[i].y - at.y;
-    if (std::hypot(dx, dy) <= presses_[i].radius + kReach) return true;
+    if (std::hypot(dx, dy) <= presses_[i].radius + kSeen) return true;
     directions.push_back(std::atan2(dy, dx));
   }
   // Between presses there are some in every half of the compass.
@@ -80,6 +80,21 @@ bool DepthError::saw_place(double x_px, double y_px) const {
   for (size_t i = 1; i < directions.size(); ++i)
     if (directions[i] - directions[i - 1] >= std::numbers::pi) return false;
   return true;
+}
+
+DepthError::SeenPart DepthError::seen_part() const {
+  double seen = 0;
+  uint32_t left = format_.width, top = format_.height, right = 0, bottom = 0;
+  for (uint32_t i = 0; i < saw_cell_.size(); ++i) {
+    if (saw_cell_[i] == 0) continue;
+    const uint32_t x = i % cells_x_, y = i / cells_x_;
+    const uint32_t wide = pixels_of(x, format_.width), tall = pixels_of(y, format_.height);
+    seen += static_cast<double>(wide * tall);
+    left = std::min(left, x * kSide), right = std::max(right, x * kSide + wide);
+    top = std::min(top, y * kSide), bottom = std::max(bottom, y * kSide + tall);
+  }
+  if (seen <= 0) return {};
+  return {seen / static_cast<double>(size_t{format_.width} * format_.height), {left, top, right - left, bottom - top}};
 }
 
 bool DepthError::saw_colour(const std::array<double, 3>& change) const {

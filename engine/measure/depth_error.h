@@ -22,6 +22,7 @@ namespace palpate {
 class DepthError {
  public:
   static constexpr double kReach = 0.25;  ///< halves of the frame's width
+  static constexpr double kSeen = 0.18;   ///< from a contact's rim that was pressed, likewise
   static constexpr size_t kFewest = 4;   ///< presses that state an error: the variance of fewer is not finite
   static constexpr double kMuch = 0.25;  ///< of the dented pixels, from which a depth counts as extrapolated
 
@@ -35,8 +36,14 @@ class DepthError {
   uint32_t cells_y() const { return static_cast<uint32_t>(saw_cell_.size() / cells_x_); }
   /// Standard error of a depth over that depth; 0: not stated.
   double relative(double x_px, double y_px) const;
-  /// Presses reached as far: within kReach of a contact, or between contacts.
+  /// Presses reached as far: within kSeen of a contact, or between contacts.
   bool saw_place(double x_px, double y_px) const;
+  /// Part of the picture whose places calibration saw: a share of it, inside this rectangle.
+  struct SeenPart {
+    double share = 0;
+    PixelRect around;
+  };
+  SeenPart seen_part() const;
   /// Some pixel of a press had this change of red, green and blue (units of full scale), or one that
   /// lies no further from it than a bin is wide.
   bool saw_colour(const std::array<double, 3>& change) const;

@@ -112,7 +112,7 @@ TEST_F(DepthErrorTest, IntervalsHoldTheDepthOfOtherPresses) {
   use(sensor);
   EXPECT_EQ(sensor.photometric.presses.size(), 20u);
   constexpr int kPresses = 40;
-  int held = 0, extrapolated = 0;
+  int held = 0, extrapolated = 0, seen = 0;
   double inside = 0, inside_held = 0, error = 0, stated = 0;
   std::uniform_real_distribution<double> contact(20, 32);
   for (int i = 0; i < kPresses; ++i) {
@@ -121,8 +121,12 @@ TEST_F(DepthErrorTest, IntervalsHoldTheDepthOfOtherPresses) {
     const SurfaceSummary& s = *result.touch.surface;
     held += holds(result, p);
     extrapolated += s.validity == Validity::Extrapolated;
-    error += std::pow(s.depth_max_mm - p.depth_mm(0), 2) / kPresses;
-    stated += s.depth_sd_mm * s.depth_sd_mm / kPresses;
+    // What is extrapolated in part widens the error by that part.
+    if (s.extrapolated_px == 0u) {
+      ++seen;
+      error += std::pow(s.depth_max_mm - p.depth_mm(0), 2);
+      stated += s.depth_sd_mm * s.depth_sd_mm;
+    }
     const std::span<const float> depth_mm = result.depth_mm();
     for (uint32_t y = 0; y < kFormat.height; ++y)
       for (uint32_t x = 0; x < kFormat.width; ++x) {
@@ -136,11 +140,13 @@ TEST_F(DepthErrorTest, IntervalsHoldTheDepthOfOtherPresses) {
   }
   std::printf(
       "held: %d of %d deepest, %.1f %% of the pixels; RMS error %.4f mm, stated %.4f mm; %d extrapolated\n",
-      held, kPresses, 100 * inside_held / inside, std::sqrt(error), std::sqrt(stated), extrapolated);
+      held, kPresses, 100 * inside_held / inside, std::sqrt(error / seen), std::sqrt(stated / seen),
+      extrapolated);
+  EXPECT_GE(seen, kPresses / 4);
   EXPECT_GE(held, kPresses * 9 / 10);
   EXPECT_GE(inside_held, 0.9 * inside);
   EXPECT_LT(stated, 4 * error);
-  EXPECT_EQ(extrapolated, 0);
+  EXPECT_LE(extrapolated, kPresses / 10) << "next to the outermost presses";
 }
 
 TEST_F(DepthErrorTest, WherePressesWereNotIsExtrapolated) {
@@ -230,6 +236,15 @@ TEST(DepthErrorOfPresses, PlacesBetweenAndNearThemWereSeen) {
   EXPECT_TRUE(corner.saw_place(100, 80));
   EXPECT_TRUE(corner.saw_place(0, 0)) << "near one";
   EXPECT_FALSE(corner.saw_place(280, 210));
+  // One press alone: a circle of a tenth of the half width and what it reaches.
+  c.presses.assign(1, press(-0.5, 0, 0.1));
+  const DepthError::SeenPart seen = DepthError(c, kFormat).seen_part();
+  EXPECT_NEAR(seen.share, 3.1416 * 45 * 45 / (320 * 240), 0.01);
+  EXPECT_NEAR(seen.around.x, 80 - 45, 8);
+  EXPECT_NEAR(seen.around.x + seen.around.width, 80 + 45, 8);
+  EXPECT_NEAR(seen.around.y, 120 - 45, 8);
+  EXPECT_NEAR(seen.around.y + seen.around.height, 120 + 45, 8);
+  EXPECT_EQ(DepthError({}, kFormat).seen_part().share, 1) << "of presses that are not known";
 }
 
 TEST(DepthErrorOfPresses, ColoursWithinABinWereSeen) {

@@ -92,7 +92,7 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
   // The sentences say what the file holds, how the error scatters and what was left out.
   const std::string surface = step(setup, "surface").at("what").get<std::string>(),
                     touch = step(setup, "touch").at("what").get<std::string>();
-  for (const char* word : {"% of the caps", "depth gain", " px) to ", "presses"})
+  for (const char* word : {"% of the caps", "depth gain", " px) to ", "presses saw "})
     EXPECT_NE(surface.find(word), std::string::npos) << word << " in: " << surface;
   const std::string threshold = palpate::text("threshold %.1f gray", sensor.threshold_gray);
   EXPECT_NE(touch.find(threshold), std::string::npos) << threshold << " in: " << touch;
@@ -127,6 +127,24 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
 }
 
 // What the pictures do not show comes from the kind of sensor; depth does not.
+TEST_F(SetupCommand, PrintedMarkersAndThePartThatWasPressedAreSaid) {
+  const std::string frames = simulated("palpation --mode gel --skin markers --rate 3");
+  ASSERT_EQ(run("setup " + frames + " --ball-radius-mm 8 --pitch " +
+                std::to_string(load_sensor(folder_ / "rec/sensor.json").pitch_mm_per_px) + " --json --out '" +
+                at("own.json") + "'"),
+            0)
+      << text("stderr");
+  const Json surface = step(parse_json(text("stdout")), "surface");
+  const Sensor sensor = load_sensor(folder_ / "own.json");
+  ASSERT_TRUE(sensor.skin);
+  const std::string what = surface.at("what"),
+                    apart = palpate::text("%.1f px (%.2f mm) apart", sensor.skin->spacing_px,
+                                          sensor.skin->spacing_px * sensor.pitch_mm_per_px);
+  for (const std::string& word : {std::string("printed markers, "), apart, std::string("filled under them"),
+                                  std::string("presses saw ")})
+    EXPECT_NE(what.find(word), std::string::npos) << word << " in: " << what;
+}
+
 TEST_F(SetupCommand, AKindOfSensorGivesItsScaleAndNoDepth) {
   const std::string frames = simulated("palpation --mode gel --rate 2"), own = at("own.json");
   ASSERT_EQ(run("setup " + frames + " --like gelsight_mini --json --quiet --out '" + own + "'"), 0)

@@ -18,6 +18,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/calibrate/photometric/fit.h"
+#include "engine/measure/depth_error.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 
@@ -187,6 +188,24 @@ json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string&
           {"depth_gain", p.depth_gain}};
 }
 
+/// What the presses saw of the pad.
+struct PressedPart {
+  double share = 0;
+  std::string text;
+  bool little() const { return share < kLittle; }
+  static constexpr double kLittle = 0.6;
+};
+
+PressedPart pressed_part(const Sensor& sensor, const FrameFormat& format) {
+  const DepthError::SeenPart seen = DepthError(sensor.photometric, format).seen_part();
+  return {
+      seen.share,
+      palpate::text("presses saw %.0f %% of the picture, within x %u to %u, y %u to %u px; depth elsewhere "
+                    "is extrapolated",
+                    100 * seen.share, seen.around.x, seen.around.x + seen.around.width, seen.around.y,
+                    seen.around.y + seen.around.height)};
+}
+
 /// "model: quadratic, slopes fitted to 90 % of each circle; the simplest that ... (linear 0.0435, quadratic
 /// 0.0151 mm)".
 std::string models_text(const PhotometricFitResult& result) {
@@ -289,9 +308,16 @@ CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const Pr
                 {"depth_share_of_caps", result.cap_rms_mm > 0 ? result.depth_rmse_mm / result.cap_rms_mm : 0},
                 {"depth_gain_held_out", result.depth_gain}});
   if (const SkinPattern* markers = filled_markers(sensor); markers && fitted.masked)
-    value["markers"] = {{"size_px", markers->size_px}, {"spacing_px", markers->spacing_px}};
+    value["markers"] = {{"size_px", markers->size_px},
+                        {"spacing_px", markers->spacing_px},
+                        {"spacing_mm", markers->spacing_px * sensor.pitch_mm_per_px}};
   add_verdict(verdict, error, value);
-  text += refused_text(fitted.found) + summary(fitted, sensor);
+  const PressedPart part = pressed_part(sensor, fitted.found.format);
+  value["seen_share"] = part.share;
+  value["seen_text"] = part.text;
+  value["seen_little"] = part.little();
+  text += refused_text(fitted.found) + (part.little() ? "WARNING: " : "") + part.text + "\n" +
+          summary(fitted, sensor);
   if (contact) {
     value["contact"] = contact_json(*contact);
     text += "\n" + describe(*contact);

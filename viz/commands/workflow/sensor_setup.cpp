@@ -85,6 +85,22 @@ void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source&
   }
 }
 
+/// Printed markers, and how much of the pad the presses saw.
+void add_extent(SetupStep& step, const json::Value& found) {
+  if (const json::Value* markers = found.find("markers"))
+    step.known += text(
+        "; printed markers, %.1f px wide and %.1f px (%.2f mm) apart: left out of the fit, and the "
+        "surface is filled under them",
+        markers->at("size_px").number(), markers->at("spacing_px").number(),
+        markers->at("spacing_mm").number());
+  else if (found.at("markers_masked").boolean())
+    step.known +=
+        "; dark spots, too uneven for printed markers: left out of the fit, not filled in the surface";
+  step.known += "; " + found.at("seen_text").text();
+  if (found.at("seen_little").boolean())
+    step.missing += (step.missing.empty() ? "" : "; ") + std::string("presses in the rest of the pad");
+}
+
 /// Refuses an untouched image of another camera mode than the recording's.
 void refuse_other_mode(const SetupInputs& inputs) {
   if (inputs.background.empty() || is_camera(inputs.recording)) return;
@@ -325,6 +341,7 @@ SetupStep SensorSetup::surface(const SetupInputs& inputs) {
       step.known = (by_colour ? "slopes by colour: " : "by brightness: ") + found.at("verdict").text() +
                    "; " + found.at("selection_text").text();
     if (step.done && !found.at("doubt").text().empty()) step.missing = found.at("doubt").text();
+    if (step.done && by_colour) add_extent(step, found);
     if (step.done) refresh_touch();
   }
   if (!step.done && step.known.empty()) step.known = "not calibrated: no depth of this unit";
