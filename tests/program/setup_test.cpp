@@ -128,7 +128,7 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
 
 // What the pictures do not show comes from the kind of sensor; depth does not.
 TEST_F(SetupCommand, PrintedMarkersAndThePartThatWasPressedAreSaid) {
-  const std::string frames = simulated("palpation --mode gel --skin markers --rate 3");
+  const std::string frames = simulated("palpation --mode gel --skin markers --rate 1.5");
   ASSERT_EQ(run("setup " + frames + " --ball-radius-mm 8 --pitch " +
                 std::to_string(load_sensor(folder_ / "rec/sensor.json").pitch_mm_per_px) + " --json --out '" +
                 at("own.json") + "'"),

@@ -149,7 +149,7 @@ TEST_F(DepthErrorRecordings, IntervalsHoldThePressesLeftOut) {
   for (const Held& held : {without_markers, with_markers}) {
     EXPECT_GE(held.middle, 0.9 * held.presses);
     EXPECT_GE(held.pixels_held, 0.9 * held.pixels);
-    EXPECT_LE(held.extrapolated, 0.1 * held.presses);
+    EXPECT_LE(held.extrapolated, 0.2 * held.presses) << "the outermost, of which the others saw too little";
   }
 }
 
