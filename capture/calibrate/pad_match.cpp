@@ -31,6 +31,10 @@ PadMatch::PadMatch(const Frame& untouched, const Sensor& sensor)
   check_.set_reference(untouched);
 }
 
+bool PadMatch::other_pad(const PadLight& light) {
+  return light.share < (other_light(light) ? kSureShare : kLeastShare);
+}
+
 bool PadMatch::other_light(const PadLight& light) {
   return std::abs(light.brightness) > kBrightness || light.colour > kColour;
 }
@@ -44,7 +48,7 @@ std::string PadMatch::look_at(const Frame& frame) {
     return std::string("not as the untouched image: ") + to_string(fault);
   }
   const PadLight& light = lights_.emplace_back(light_between(untouched_, frame, sensor_));
-  if (light.share < kLeastShare)
+  if (other_pad(light))
     return text("of another pad or camera mode: %.0f %% of it are the untouched image's", 100 * light.share);
   if (other_light(light))
     return "under another light than the untouched image: " +
@@ -58,15 +62,13 @@ bool PadMatch::known_pad() const {
 }
 
 size_t PadMatch::other_pads() const {
-  if (!known_pad()) return lights_.size();
-  return static_cast<size_t>(
-      std::ranges::count_if(lights_, [](const PadLight& light) { return light.share < kLeastShare; }));
+  return known_pad() ? static_cast<size_t>(std::ranges::count_if(lights_, other_pad)) : lights_.size();
 }
 
 size_t PadMatch::foreign() const {
   if (!known_pad()) return pictures();
   return damaged_ + static_cast<size_t>(std::ranges::count_if(lights_, [](const PadLight& light) {
-           return light.share < kLeastShare || other_light(light);
+           return other_pad(light) || other_light(light);
          }));
 }
 
@@ -79,7 +81,7 @@ std::string PadMatch::describe() const {
   } else if (pads >= lights) {
     std::vector<double> shares;
     for (const PadLight& light : lights_)
-      if (!known_pad() || light.share < kLeastShare) shares.push_back(light.share);
+      if (!known_pad() || other_pad(light)) shares.push_back(light.share);
     why = text("another pad or camera mode: %.0f %% of a picture are the untouched image's",
                100 * median_in_place(shares));
   } else {

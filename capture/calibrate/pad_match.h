@@ -38,6 +38,7 @@ class PadMatch {
 
  private:
   bool known_pad() const;
+  static bool other_pad(const PadLight& light);
   static bool other_light(const PadLight& light);
   size_t other_pads() const;
 
