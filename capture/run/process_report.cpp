@@ -177,6 +177,10 @@ void add_surface(const ProcessSummary& s, const ProcessRequest& request, Facts& 
               "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
                   ": their depth is a lower bound",
               facts);
+    add_count("extrapolated_frames", s.extrapolated_frames,
+              "depth is extrapolated in " + counted(s.extrapolated_frames, "frame") +
+                  ": at places or of colours that its calibration never saw",
+              facts);
   }
   if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {
     add_count("weighted_frames", s.weighted_frames,

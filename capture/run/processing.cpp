@@ -203,6 +203,7 @@ class Recorder {
     }
     if (touch.surface) {
       summary_.clipped_frames += touch.surface->validity == Validity::Clipped;
+      summary_.extrapolated_frames += touch.surface->validity == Validity::Extrapolated;
       summary_.weighted_frames += touch.surface->weighted.has_value();
       summary_.island_frames += touch.surface->validity == Validity::Apart;
       summary_.depth_mm.add(

@@ -106,6 +106,7 @@ struct ProcessSummary {
   Largest force_N, depth_mm;
   uint64_t depth_clipped_px = 0;
   uint64_t clipped_frames = 0;        ///< whose depth is too small because slopes were clipped
+  uint64_t extrapolated_frames = 0;   ///< whose depth calibration did not see enough for
   uint64_t weighted_frames = 0;       ///< whose surface was solved with unknown pixels left out
   uint64_t island_frames = 0;         ///< in which unknown pixels cut the touched surface into parts
   uint64_t light_changed_frames = 0;  ///< from which a change of light was taken out

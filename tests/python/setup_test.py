@@ -53,6 +53,7 @@ def test_what_calibration_never_saw_is_a_map(press, tmp_path):
     at = int(found["depth_max_mm"].argmax())
     assert marked[at].sum() == found["extrapolated_px"][at] > 500
     assert found["depth_mm"][at][marked[at]].min() > 0
+    assert found.summary["extrapolated_frames"] > 0
     with pp.open("synthetic:press?size=64x48", drop=False) as stream, pytest.raises(pp.SensorError, match="presses of its calibration"):
         next(stream).extrapolated
 

@@ -370,12 +370,28 @@ TEST_P(PictureTest, ShowsTheRawImageInItsOwnColours) {
     }
   }
   // Without a surface the raw image fills the left of the picture.
-  const RgbImage image = renderer.render(frame, Touch{}, SurfaceMap{});
+  Result result;
+  const RgbImage image = renderer.render(frame, Touch{}, result);
   const Layout layout = make_layout({960, 600}, 600.0f / 720, format, false);
   const uint8_t* middle = image.at(static_cast<uint32_t>(layout.image.x) + layout.image.width / 2,
                                    static_cast<uint32_t>(layout.image.y) + layout.image.height / 2);
   const int other = format.channels == 3 ? 127 : 255;
   EXPECT_LE(distance(middle, {255, other, other}), 1);
+
+  // What calibration never saw is hatched.
+  const uint32_t cells_x = (format.width + 3) / 4, cells_y = (format.height + 3) / 4;
+  const std::vector<uint8_t> cells(size_t{cells_x} * cells_y, 1);
+  result.extrapolated = {cells_x, cells_y, 4, cells};
+  const RgbImage hatched = renderer.render(frame, Touch{}, result);
+  uint32_t struck = 0, seen = 0;
+  for (uint32_t y = 0; y < layout.image.height; ++y)
+    for (uint32_t x = 0; x < layout.image.width; ++x, ++seen) {
+      const auto at_x = static_cast<uint32_t>(layout.image.x) + x,
+                 at_y = static_cast<uint32_t>(layout.image.y) + y;
+      struck += distance(hatched.at(at_x, at_y), {255, 120, 60}) < 40;
+    }
+  EXPECT_GT(struck, seen / 100);
+  EXPECT_LT(struck, seen / 2) << "the picture is seen between the strokes";
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, PictureTest,

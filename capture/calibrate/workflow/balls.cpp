@@ -119,10 +119,9 @@ PressVerdict judge_presses(const BallPresses& found, const BallRequest& options,
     verdict.doubt +=
         std::string(verdict.doubt.empty() ? "" : "; ") +
         text(
-            "the contacts are ellipses: in pictures about %.2f times as tall a ball leaves %.0f %% of what "
-            "it "
-            "leaves unexplained in these; pixels that are not square, or pictures scaled by other factors "
-            "along x and y, make depth wrong",
+            "the contacts are ellipses: a ball explains pictures about %.2f times as tall better (%.0f %% as "
+            "much is left); pixels that are not square, or pictures scaled by other factors along x and y, "
+            "make depth wrong",
             stretch.factor, 100 * stretch.left);
   if (verdict.selection.minority())
     verdict.doubt += std::string(verdict.doubt.empty() ? "" : "; ") +
