@@ -94,7 +94,8 @@ DepthError::SeenPart DepthError::seen_part() const {
     top = std::min(top, y * kSide), bottom = std::max(bottom, y * kSide + tall);
   }
   if (seen <= 0) return {};
-  return {seen / static_cast<double>(size_t{format_.width} * format_.height), {left, top, right - left, bottom - top}};
+  return {seen / static_cast<double>(size_t{format_.width} * format_.height),
+          {left, top, right - left, bottom - top}};
 }
 
 bool DepthError::saw_colour(const std::array<double, 3>& change) const {
