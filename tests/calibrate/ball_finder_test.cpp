@@ -183,8 +183,8 @@ TEST(BallFinder, LightThatFallsOffIsNoOtherBall) {
   std::vector<FoundBall> balls;
   for (int i = 0; i < 24; ++i) {
     FoundBall& ball = balls.emplace_back();
-    ball.center_x_px = 30 + 52 * (i % 6);
-    ball.center_y_px = 30 + 60 * (i / 6);
+    ball.center_x_px = 30.0 + 52 * (i % 6);
+    ball.center_y_px = 30.0 + 60 * static_cast<int>(i / 6);
     const double x = 2 * ball.center_x_px / format.width - 1;
     ball.ramp_per_px = 2 * std::exp(-0.9 * x * x);
   }
@@ -213,7 +213,7 @@ TEST(BallFinder, MarkersOfTheSyntheticGelAreMasked) {
       fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px, 5,
                    p.label, p.mask);
     }
-    const PhotometricFitResult result = fit.solve(1, NormalModel::Best);
+    PhotometricFitResult result = fit.solve(1, NormalModel::Best);
     std::printf("skin %s%s: %zu presses, held out %.4f mm, %.2f deg\n", skin.c_str(),
                 mask ? "" : " (not masked)", found.presses.size(), result.depth_rmse_mm,
                 result.normal_angle_deg);

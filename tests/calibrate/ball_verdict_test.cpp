@@ -61,9 +61,9 @@ Frame squashed(const Frame& frame) {
       const auto row = static_cast<uint32_t>(at);
       const double next = at - row;
       for (uint32_t x = 0; x < f.width; ++x)
-        out.set(
-            c, x, y,
-            static_cast<uint32_t>((1 - next) * frame.at(c, x, row) + next * frame.at(c, x, row + 1) + 0.5));
+        out.set(c, x, y,
+                static_cast<uint32_t>(
+                    std::lround((1 - next) * frame.at(c, x, row) + next * frame.at(c, x, row + 1))));
     }
   return out;
 }

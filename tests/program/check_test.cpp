@@ -67,7 +67,7 @@ class CheckCommand : public TypedProgram {
   Json check(const std::string& input, int exit_code, const std::string& options = "--ball-radius-mm 8") {
     const std::string typed = "check '" + at("own.json") + "' " + input + " " + options + " --quiet --json";
     EXPECT_EQ(TypedProgram::run(typed), exit_code) << text("stderr") << text("stdout");
-    const Json found = parse_json(text("stdout"));
+    Json found = parse_json(text("stdout"));
     EXPECT_EQ(found.at("holds").get<bool>(), exit_code == 0) << found.dump(2);
     EXPECT_EQ(found.at("sentence").get<std::string>().starts_with("as calibrated: "), exit_code == 0);
     return found;

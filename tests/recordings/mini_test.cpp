@@ -41,7 +41,7 @@ class MiniRecordings : public RecordingsTest {
     std::vector<fs::path> pictures;
     for (const auto& entry : fs::directory_iterator(presses)) pictures.push_back(entry.path());
     std::sort(pictures.begin(), pictures.end());
-    const std::array<fs::path, 2> halves{folder / "even", folder / "odd"};
+    std::array<fs::path, 2> halves{folder / "even", folder / "odd"};
     for (const fs::path& half : halves) fs::create_directory(half);
     for (size_t i = 0; i < pictures.size(); ++i)
       fs::copy(pictures[i], halves[i % 2] / pictures[i].filename());

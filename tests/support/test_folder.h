@@ -14,8 +14,8 @@ namespace palpate {
 inline std::filesystem::path test_folder(const std::string& kind) {
   std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
   std::replace(name.begin(), name.end(), '/', '-');  // tests with parameters have one
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() /
-                                       ("palpate-" + kind + "-" + std::to_string(getpid()) + "-" + name);
+  std::filesystem::path folder = std::filesystem::temp_directory_path() /
+                                 ("palpate-" + kind + "-" + std::to_string(getpid()) + "-" + name);
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;

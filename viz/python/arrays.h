@@ -55,7 +55,7 @@ py::array_t<T> hand_out(std::vector<T> values, const Shape& shape) {
   auto owned = std::make_unique<std::vector<T>>(std::move(values));
   T* const data = owned->data();
   const py::capsule owner(owned.get(), [](void* p) { delete static_cast<std::vector<T>*>(p); });
-  owned.release();
+  static_cast<void>(owned.release());
   py::array_t<T> array(shape, data, owner);
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;

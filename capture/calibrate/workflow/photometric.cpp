@@ -35,7 +35,7 @@ constexpr size_t kEnoughToCompare = 6;
 constexpr size_t kFewUnlike = 4;
 
 std::string fixed(double value, int digits) {
-  const std::string line = palpate::text("%.*f", digits, value);
+  std::string line = palpate::text("%.*f", digits, value);
   return line;
 }
 

@@ -182,7 +182,7 @@ Facts SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
   for (const std::string& word : words) step.command += " " + in_quotes(word);
   words.emplace_back("--quiet");
   try {
-    const Report done = run_calibrate(words);
+    Report done = run_calibrate(words);
     interrupted_ = interrupted_ || done.exit_code == kInterrupted;
     step.done = done.exit_code == 0;
     return done;
