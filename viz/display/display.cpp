@@ -100,8 +100,7 @@ bool Display::draw(bool is_new, bool still) {
   d.still = still;
   d.times = current_->times;
   scene_.record(window_.cmd(), window_.extent(),
-                {current_->captured->frame, current_->result.touch, surface_of(current_->result),
-                 current_->result.traction, current_->result.extrapolated, still},
+                {current_->captured->frame, current_->result.touch, current_->result, still},
                 still ? MeshGovernor::kFinest : governor_.columns(), &stats_, [&] {
                   handle_input();  // between ImGui's begin and end, while its input is fresh
                   window_.begin_pass();

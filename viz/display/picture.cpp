@@ -10,7 +10,6 @@
 #include "capture/video/module.h"
 #include "engine/base/readable.h"
 #include "engine/gpu/context.h"
-#include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 #include "viz/display/scene.h"
 
@@ -68,8 +67,7 @@ RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const R
   Impl& i = *impl_;
   i.scene.follow(touch);
   i.target.begin();
-  i.scene.record(i.target.cmd(), i.target.extent(),
-                 {frame, touch, surface_of(result), result.traction, result.extrapolated},
+  i.scene.record(i.target.cmd(), i.target.extent(), {frame, touch, result},
                  i.software ? i.options.mesh_columns : 0, nullptr, [&] { i.target.begin_pass(); });
   return i.target.finish();
 }

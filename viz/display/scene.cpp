@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/gpu/context.h"
+#include "engine/pipeline/surface_map.h"
 #include "viz/render/mesh_places.h"
 
 namespace palpate::viz {
@@ -57,7 +58,8 @@ static uint32_t columns_seen(double width_px, bool still) {
 void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
                    const LiveStats* live, const std::function<void()>& begin_pass) {
   const FrameFormat& format = shown.frame.format;
-  const bool has_surface = shown.surface.buffer != nullptr;
+  const SurfaceMap& surface = surface_of(shown.result);
+  const bool has_surface = surface.buffer != nullptr;
   longest_side_mm_ = std::max(format.width, format.height) * sensor_.pitch_mm_per_px;
   const bool first = !std::exchange(sized_, true);
   if (first) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales
@@ -69,10 +71,11 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
                          dock_width(state_, frame_->has_window()), live && live->player});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
-    load = sensor_.layer ? loads_.update(shown.traction) : loads_.update(shown.frame, background_, sensor_);
+    load = sensor_.layer ? loads_.update(shown.result.traction)
+                         : loads_.update(shown.frame, background_, sensor_);
     state_.follow_pressure(loads_.largest_MPa());
   } else if (has_surface && state_.quantity == Quantity::Friction) {
-    load = loads_.update_friction(shown.traction);
+    load = loads_.update_friction(shown.result.traction);
   }
   ImageStrain strain;
   if (state_.skin_strain != SkinStrain::Off) {
@@ -98,15 +101,15 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   Profile profile;
   const bool section = has_surface && state_.section;
   if (section)
-    profile = probe(context_, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px,
-                    state_.line);
+    profile =
+        probe(context_, surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, state_.line);
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
-  content.traction = shown.traction;
-  content.extrapolated = shown.extrapolated;
+  content.traction = shown.result.traction;
+  content.extrapolated = shown.result.extrapolated;
   content.separate = hud_.timeline().separate;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
-  if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
+  if (has_surface) content.mesh = SurfaceView::mesh_size(surface, mesh_columns);
   const auto describe = [&] {
     frame_->begin(extent);
     hud_.describe(*frame_, layout_, extent, content, state_, has_surface ? &eye_ : nullptr, half_mm,
@@ -121,11 +124,11 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   map_to_picture_barrier(context_, cmd);
   begin_pass();
   if (has_surface) {
-    surface_.draw(cmd, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_,
-                  style, layout_.view, layout_.surface, mesh_columns, load,
+    surface_.draw(cmd, surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_, style,
+                  layout_.view, layout_.surface, mesh_columns, load,
                   dented_part(shown.touch, format.width, format.height));
   }
-  image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent, strain);
+  image_.draw(cmd, shown.frame, surface, layout_.image, extent, strain);
   frame_->draw(cmd);
 }
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "engine/pipeline/surface_map.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
@@ -19,14 +18,12 @@
 
 namespace palpate::viz {
 
-/// One measured frame to be shown. All three must outlive the drawing of the picture.
+/// One measured frame to be shown; all of it must outlive the drawing of the picture.
 struct Shown {
   const Frame& frame;
   const Touch& touch;
-  SurfaceMap surface;  ///< buffer null: only the raw image is shown
-  TractionMaps traction = {};
-  ExtrapolatedCells extrapolated = {};
-  bool still = false;  ///< no other picture follows soon: the mesh may take its time
+  const Result& result;  ///< its maps; without a surface only the raw image is shown
+  bool still = false;    ///< no other picture follows soon: the mesh may take its time
 };
 
 class Scene {
