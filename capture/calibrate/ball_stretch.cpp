@@ -55,7 +55,6 @@ double unexplained(const BallPress& press, const Frame& background, const Sensor
 BallStretch stretch_of(const BallPresses& found, const Sensor& sensor) {
   constexpr std::array<double, 2> kFactors{0.75, 4.0 / 3};
   if (found.format.channels != 3 || found.presses.empty()) return {};
-  std::vector<double> as_they_are;
   std::array<std::vector<double>, kFactors.size()> stretched_by;
   const size_t count = std::min(kMost, found.presses.size());
   for (size_t i = 0; i < count; ++i) {
@@ -64,7 +63,6 @@ BallStretch stretch_of(const BallPresses& found, const Sensor& sensor) {
       return unexplained(found.presses[at], found.backgrounds[at], sensor, factor);
     };
     const double round = left(1);
-    as_they_are.push_back(round);
     for (size_t k = 0; k < kFactors.size(); ++k)
       stretched_by[k].push_back(left(kFactors[k]) / std::max(round, 1e-6));
   }

@@ -1,5 +1,5 @@
-// Whether the contacts of a ball are circles in the picture: pixels that are not square, or a picture that
-// was scaled by other factors along x and y, make ellipses of them.
+// Contacts of a ball that are no circles in the picture: pixels that are not square, or a picture that was
+// scaled by other factors along x and y, make ellipses of them.
 #pragma once
 
 #include "capture/calibrate/presses.h"
@@ -16,7 +16,7 @@ struct BallStretch {
   bool evident() const { return left < kEvident; }
   static constexpr double kEvident = 0.8;  ///< circles of four real gels left 1.1 and more
 };
-/// Of colour gels, from up to 8 of the presses.
+/// Stretch of a colour gel's pictures, from up to 8 of the presses.
 BallStretch stretch_of(const BallPresses& found, const Sensor& sensor);
 
 }  // namespace palpate

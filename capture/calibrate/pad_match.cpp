@@ -93,8 +93,12 @@ std::string PadMatch::describe() const {
   return text("%zu of %zu pictures do not go with the untouched image (", foreign, pictures()) + why + ")";
 }
 
+bool PadMatch::most() const {
+  return pictures() > 0 && 2 * foreign() >= pictures();
+}
+
 void PadMatch::refuse_most(const std::string& input) const {
-  if (2 * foreign() < pictures() || pictures() == 0) return;
+  if (!most()) return;
   throw Error(Failure::Input, "pictures of the untouched image's pad, under its light, in " + input,
               describe(),
               "a --background of this pad with the exposure, white balance and camera mode of the presses, "
@@ -111,7 +115,7 @@ std::string foreign_pictures(const std::string& input, const Sensor& sensor,
   Frame frame;
   for (uint64_t n = 0; source->next(frame) && more(n); ++n)
     if (n % every == 0) match.look_at(frame);
-  return 2 * match.foreign() >= match.pictures() ? match.describe() : std::string();
+  return match.most() ? match.describe() : std::string();
 }
 
 }  // namespace palpate

@@ -31,9 +31,11 @@ class PadMatch {
   const std::vector<PadLight>& lights() const { return lights_; }
   /// Pictures that do not go with it: all of several where not one has kSureShare.
   size_t foreign() const;
-  /// "13 of 28 pictures are not of the untouched image's pad (20 % of a picture in common)"; empty: all are.
+  /// Half of the pictures or more are foreign.
+  bool most() const;
+  /// "13 of 28 pictures do not go with the untouched image (colours exchanged)"; empty: all do.
   std::string describe() const;
-  /// Throws Error(Failure::Input) where half of the pictures of `input` or more are foreign.
+  /// Throws Error(Failure::Input) where most() of `input` are.
   void refuse_most(const std::string& input) const;
 
  private:

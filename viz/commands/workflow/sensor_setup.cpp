@@ -101,20 +101,18 @@ void add_extent(SetupStep& step, const json::Value& found) {
     step.missing += (step.missing.empty() ? "" : "; ") + std::string("presses in the rest of the pad");
 }
 
-/// Refuses an untouched image of another camera mode than the recording's.
-void refuse_other_mode(const SetupInputs& inputs) {
+/// Refuses an untouched image of another camera mode than the recording's, `wanted`.
+void refuse_other_mode(const SetupInputs& inputs, const FrameFormat& wanted) {
   if (inputs.background.empty() || is_camera(inputs.recording)) return;
-  const auto mode_of = [](const std::string& input) {
-    return open_source(input, bare_sensor(input))->format();
-  };
-  const FrameFormat wanted = mode_of(inputs.recording), found = mode_of(inputs.background.string());
+  const std::string background = inputs.background.string();
+  const FrameFormat found = open_source(background, bare_sensor(background))->format();
   const auto described = [](const FrameFormat& f) {
     return text("%u x %u px, %u bits", f.width, f.height, f.bit_depth);
   };
   if (found.width == wanted.width && found.height == wanted.height && found.bit_depth == wanted.bit_depth)
     return;
   throw Error(Failure::Input, "a --background of " + described(wanted) + ", as " + inputs.recording,
-              described(found) + " in " + inputs.background.string(),
+              described(found) + " in " + background,
               "an untouched picture by the same camera mode, neither scaled nor cropped since");
 }
 
@@ -197,11 +195,11 @@ Facts SensorSetup::calibrate(SetupStep& step, std::vector<std::string> words) {
 SetupStep SensorSetup::frame(const SetupInputs& inputs) {
   SetupStep step;
   step.done = true;
-  refuse_other_mode(inputs);
   Sensor sensor = bare_sensor(inputs.recording);
   sensor.name = inputs.name.empty() ? out_.stem().string() : inputs.name;
   const std::unique_ptr<Source> source = open_source(inputs.recording, sensor);
   const FrameFormat f = source->format();
+  refuse_other_mode(inputs, f);
   step.known =
       text("%u x %u px, %s, %u bits", f.width, f.height, f.channels == 3 ? "colour" : "gray", f.bit_depth);
   if (source->rate_Hz() > 0) step.known += text(", %.4g frames/s", source->rate_Hz());
