@@ -29,6 +29,14 @@ struct Recording {
   std::unique_ptr<Source> source = open_source(kGel, sensor);
   Frame background = load_background(kGel, sensor, *source);
   BallSearch search{5, sensor.pitch_mm_per_px, sensor.threshold_gray};
+
+  /// The first press that is well seen.
+  void find_press(Frame& press, FoundBall& found) {
+    while (found.radius_px < 25 || !found.good()) {
+      ASSERT_TRUE(source->next(press));
+      found = find_ball(press, background, {}, search);
+    }
+  }
 };
 
 /// The change of `press`, moved by whole pixels and added to `to`.
@@ -84,10 +92,7 @@ TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
   Recording r;
   Frame press;
   FoundBall found;
-  while (found.radius_px < 25 || !found.good()) {
-    ASSERT_TRUE(r.source->next(press));
-    found = find_ball(press, r.background, {}, r.search);
-  }
+  ASSERT_NO_FATAL_FAILURE(r.find_press(press, found));
   const auto refusal = [&](const Frame& frame, BallSearch search) {
     return find_ball(frame, r.background, {}, search).refusal;
   };
@@ -137,10 +142,7 @@ TEST(BallFinder, MaskedPixelsDoNotMatter) {
   Recording r;
   Frame press;
   FoundBall found;
-  while (found.radius_px < 25 || !found.good()) {
-    ASSERT_TRUE(r.source->next(press));
-    found = find_ball(press, r.background, {}, r.search);
-  }
+  ASSERT_NO_FATAL_FAILURE(r.find_press(press, found));
   // Dots of black ink that moved with the press, masked.
   std::vector<uint8_t> mask(320 * 240);
   Frame inked = press;
@@ -162,10 +164,7 @@ TEST(BallFinder, DimLightIsNoOtherBall) {
   Recording r;
   Frame press;
   FoundBall bright;
-  while (bright.radius_px < 25 || !bright.good()) {
-    ASSERT_TRUE(r.source->next(press));
-    bright = find_ball(press, r.background, {}, r.search);
-  }
+  ASSERT_NO_FATAL_FAILURE(r.find_press(press, bright));
   const auto dimmed = [](Frame frame) {
     const FrameFormat& f = frame.format;
     for (uint32_t c = 0; c < f.channels; ++c)

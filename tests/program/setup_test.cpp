@@ -126,7 +126,6 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
   }
 }
 
-// What the pictures do not show comes from the kind of sensor; depth does not.
 TEST_F(SetupCommand, PrintedMarkersAndThePartThatWasPressedAreSaid) {
   const std::string frames = simulated("palpation --mode gel --skin markers --rate 1.5");
   ASSERT_EQ(run("setup " + frames + " --ball-radius-mm 8 --pitch " +
@@ -145,6 +144,7 @@ TEST_F(SetupCommand, PrintedMarkersAndThePartThatWasPressedAreSaid) {
     EXPECT_NE(what.find(word), std::string::npos) << word << " in: " << what;
 }
 
+// What the pictures do not show comes from the kind of sensor; depth does not.
 TEST_F(SetupCommand, AKindOfSensorGivesItsScaleAndNoDepth) {
   const std::string frames = simulated("palpation --mode gel --rate 2"), own = at("own.json");
   ASSERT_EQ(run("setup " + frames + " --like gelsight_mini --json --quiet --out '" + own + "'"), 0)

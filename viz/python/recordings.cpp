@@ -64,7 +64,7 @@ void collect(const Kept& kept, const Result& result, const Frame& frame, Measure
   if (kept.depth && result.touch.surface) all.depth.add(result.depth_mm());
   if (kept.image) all.image.add({frame.pixels(), frame.format.frame_bytes()});
   if (kept.confidence && result.touch.confidence) all.confidence.add(result.confidence());
-  if (kept.extrapolated) all.extrapolated.add(pixels_of(result.extrapolated, frame.format));
+  if (kept.extrapolated) all.extrapolated.add(extrapolated_pixels(result.extrapolated, frame.format));
   if (!kept.traction) return;
   const TractionMaps& maps = result.traction;
   if (!maps.pressure_kPa.empty()) {

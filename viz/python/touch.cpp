@@ -265,7 +265,7 @@ py::object PyTouch::shear_kPa() {
   return shear_;
 }
 
-std::vector<uint8_t> pixels_of(const ExtrapolatedCells& map, const FrameFormat& format) {
+std::vector<uint8_t> extrapolated_pixels(const ExtrapolatedCells& map, const FrameFormat& format) {
   std::vector<uint8_t> pixels;
   if (map.cells.empty()) return pixels;
   pixels.reserve(size_t{format.width} * format.height);
@@ -283,7 +283,7 @@ py::object PyTouch::extrapolated() {
   return once(
       extrapolated_, "extrapolated",
       [](const Pipeline&, const Result& result, const Frame& frame) {
-        return pixels_of(result.extrapolated, frame.format);
+        return extrapolated_pixels(result.extrapolated, frame.format);
       },
       [this](std::vector<uint8_t> pixels) {
         return hand_out(std::move(pixels), shape()).attr("view")("bool");

@@ -45,7 +45,7 @@ class PyTouch {
 };
 
 /// The cells' pixels, row by row, 1: extrapolated; none where there is no map.
-std::vector<uint8_t> pixels_of(const ExtrapolatedCells& map, const FrameFormat& format);
+std::vector<uint8_t> extrapolated_pixels(const ExtrapolatedCells& map, const FrameFormat& format);
 
 void bind_touch(pybind11::module_& module);
 

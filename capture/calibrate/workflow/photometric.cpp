@@ -85,7 +85,7 @@ PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading
   return fit.solve(options.rest_weight, options.model);
 }
 
-/// Whether the others are read better without press `i`: they are without another ball, but not without a
+/// True where the others are read better without press `i`: they are without another ball, but not without a
 /// press at the pad's dim edge, which is read unlike them as well.
 bool misleads(size_t i, const PhotometricFitResult& result, const BallPresses& found, const Sensor& reading,
               const PhotometricRequest& options) {
@@ -188,7 +188,7 @@ json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string&
           {"depth_gain", p.depth_gain}};
 }
 
-/// What the presses saw of the pad.
+/// Part of the pad that the presses saw.
 struct PressedPart {
   double share = 0;
   std::string text;
