@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <numeric>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
+#include "engine/base/simd.h"
 #include "engine/base/statistics.h"
 #include "engine/measure/colour_order.h"
 
@@ -67,20 +72,38 @@ PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray,
       {places / 4, format.channels * places / 12, size_t{format.width} + 1, size_t{format.height} + 1}));
 }
 
-/// Sum of 16 pixels.
-static uint32_t sum_of_16(const uint8_t* pixels) {
-  constexpr uint64_t kEven = 0x00FF00FF00FF00FFu;
-  std::array<uint64_t, 2> words;
-  std::memcpy(words.data(), pixels, sizeof words);
-  uint64_t pairs = 0;  // four sums of 16 bits
-  for (const uint64_t word : words) pairs += (word & kEven) + (word >> 8 & kEven);
-  return static_cast<uint32_t>(pairs * 0x0001000100010001u >> 48);
+namespace {
+
+uint32_t sum_of_16(const uint8_t* pixels) {
+#ifdef __SSE2__
+  const __m128i words =
+      _mm_sad_epu8(_mm_loadu_si128(reinterpret_cast<const __m128i*>(pixels)), _mm_setzero_si128());
+  return static_cast<uint32_t>(_mm_cvtsi128_si32(words) + _mm_extract_epi16(words, 4));
+#else
+  return std::accumulate(pixels, pixels + 16, 0u);
+#endif
 }
-static uint32_t sum_of_16(const uint16_t* pixels) {
-  uint32_t sum = 0;
-  for (uint32_t x = 0; x < 16; ++x) sum += pixels[x];
-  return sum;
+uint32_t sum_of_16(const uint16_t* pixels) {
+  return std::accumulate(pixels, pixels + 16, 0u);
 }
+
+/// Adds a row of pixels to the sums of its columns.
+template <typename Pixel>
+struct AddRow {
+  const Pixel* row;
+  uint32_t* columns;
+  uint32_t width;
+
+  PALPATE_INLINE void run() const {
+    const Pixel* const from = row;
+    uint32_t* const to = columns;
+    const uint32_t end = width;
+    PALPATE_INDEPENDENT
+    for (uint32_t x = 0; x < end; ++x) to[x] += from[x];
+  }
+};
+
+}  // namespace
 
 /// Parts of rows and columns of bands in one pass over the pixels.
 template <typename Pixel>
@@ -97,12 +120,12 @@ void PictureCheck::add(const Frame& frame, Sums& sums) {
       const Pixel* row = row_of<Pixel>(frame, c, y);
       if (count == kPart)
         for (uint32_t i = 0; i < parts_; ++i)
-          *part++ = static_cast<float>(sum_of_16(row + kPart * i)) / static_cast<float>(kPart);
+          part[i] = static_cast<float>(sum_of_16(row + kPart * i)) / static_cast<float>(kPart);
       else
-        *part++ = static_cast<float>(std::accumulate(row, row + count, 0u)) / static_cast<float>(count);
+        part[0] = static_cast<float>(std::accumulate(row, row + count, 0u)) / static_cast<float>(count);
+      part += parts_;
       if (y >= bands_ * band_rows_) continue;
-      uint32_t* to = column_.data();
-      for (uint32_t x = 0; x < width; ++x) to[x] += row[x];
+      run_widest(AddRow<Pixel>{row, column_.data(), width});
       if ((y + 1) % band_rows_ != 0) continue;
       for (const uint32_t sum : column_) *column++ = static_cast<float>(sum) / static_cast<float>(band_rows_);
       std::fill(column_.begin(), column_.end(), 0u);
@@ -253,9 +276,9 @@ bool PictureCheck::colours_exchanged() {
         }
         scratch_.push_back(largest);
       }
-    if (scratch_.empty()) return false;
+    const auto small = [](float change) { return change < kExchanged_gray; };
+    if (order == 0 && 2 * std::ranges::count_if(scratch_, small) >= std::ssize(scratch_)) return false;
     misfit[order] = quantile_in_place(scratch_, 0.5);
-    if (order == 0 && misfit[0] < kExchanged_gray) return false;
   }
   return *std::min_element(misfit.begin() + 1, misfit.end()) < kExchangedFit * misfit[0];
 }
@@ -284,18 +307,16 @@ size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
   constexpr size_t kValues = 64, kShifts = 160;
   const auto least = std::max<size_t>(2, static_cast<size_t>(kMovedLeast * static_cast<double>(line.length)));
   const size_t stride = std::max<size_t>(1, (line.to - line.from) / kValues);
-  const auto mean = [&](size_t shift) {
-    const float most = static_cast<float>(2 * still);
-    float sum = 0;
-    for (size_t i = line.from; i < line.to; i += stride)
-      sum += std::min(most, difference(line, format_.channels, shift, i));
-    return sum;
-  };
+  const float most = static_cast<float>(2 * still);
   size_t best = 0;
-  float smallest = mean(0);
+  float smallest = std::numeric_limits<float>::infinity();
   const auto look_at = [&](size_t shift) {
-    if (const float now = mean(shift); now < smallest) smallest = now, best = shift;
+    float sum = 0;
+    for (size_t i = line.from; i < line.to && sum < smallest; i += stride)
+      sum += std::min(most, difference(line, format_.channels, shift, i));
+    if (sum < smallest) smallest = sum, best = shift;
   };
+  look_at(0);
   const size_t step = std::max<size_t>(1, line.length / kShifts);
   for (size_t shift = least; shift + least <= line.length; shift += step) look_at(shift);
   if (best == 0) return 0;

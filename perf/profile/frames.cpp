@@ -1,7 +1,9 @@
 #include "perf/profile/frames.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <random>
 
 #include "capture/synthetic/synthetic.h"
 
@@ -24,6 +26,32 @@ uint32_t touched_gray(double x, double y, uint32_t channel, int frame) {
          static_cast<uint32_t>(std::lround(25 * std::sin(11 * x + phase) + 25 * std::cos(7 * y - phase)));
 }
 
+/// A camera's, without which a picture looks spoilt.
+class Noise {
+ public:
+  Noise() {
+    for (uint8_t& offset : offsets_)
+      offset = static_cast<uint8_t>(std::lround(kNoise_gray * normal_(random_)) + kOffset);
+  }
+
+  void add(Frame& frame) {
+    for (uint32_t channel = 0; channel < frame.format.channels; ++channel)
+      for (uint32_t y = 0; y < frame.format.height; ++y) {
+        uint8_t* row = frame.row(channel, y);
+        const size_t first = random_() % offsets_.size();
+        for (uint32_t x = 0; x < frame.format.width; ++x)
+          row[x] = static_cast<uint8_t>(row[x] + offsets_[(first + x) % offsets_.size()] - kOffset);
+      }
+  }
+
+ private:
+  static constexpr double kNoise_gray = 1.2;
+  static constexpr int kOffset = 16;
+  std::mt19937 random_{1};
+  std::normal_distribution<> normal_;
+  std::array<uint8_t, 4096> offsets_{};
+};
+
 }  // namespace
 
 Scene timing_scene(uint32_t width_px, uint32_t height_px, SurfaceReading reading, double touched_fraction) {
@@ -45,6 +73,7 @@ Scene timing_scene(uint32_t width_px, uint32_t height_px, SurfaceReading reading
   const double side = std::sqrt(std::clamp(touched_fraction, 0.0, 1.0)) / 2;
   const auto from = [&](uint32_t n) { return static_cast<uint32_t>(std::lround((0.5 - side) * n)); };
   const auto to = [&](uint32_t n) { return static_cast<uint32_t>(std::lround((0.5 + side) * n)); };
+  Noise noise;
   for (int i = 0; i < kFrames; ++i) {
     Frame& frame = scene.frames.emplace_back(scene.background);
     frame.sequence = static_cast<uint64_t>(i);
@@ -61,7 +90,9 @@ Scene timing_scene(uint32_t width_px, uint32_t height_px, SurfaceReading reading
                   frame.row(channel, y) + from(width_px));
       }
     }
+    noise.add(frame);
   }
+  noise.add(scene.background);
   return scene;
 }
 

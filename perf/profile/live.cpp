@@ -41,7 +41,7 @@ void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize
   const double each_s =
       std::max(kLeast_s, seconds / static_cast<double>(sizes.size() * std::size(kRates_Hz)));
   for (const FrameSize& size : sizes) {
-    Scene scene = timing_scene(size.width_px, size.height_px, SurfaceReading::Shading, 1);
+    Scene scene = timing_scene(size.width_px, size.height_px, SurfaceReading::Shading, kUsualTouch);
     const DrawResult draw = drawer(context, scene.sensor);
     for (const double rate_Hz : kRates_Hz) {
       if (watch.stopped()) return;

@@ -73,7 +73,7 @@ struct StageFigure {
   double ceiling_fraction = 0;  ///< of Ceiling::GB_per_s; above 1 where a cache holds the frame
 };
 
-/// The whole frame and its stages at one size, every tile touched, SurfaceSolver::Live.
+/// The whole frame and its stages at one size, a tenth of it touched, SurfaceSolver::Live.
 struct SizeFigure {
   std::string reading;
   uint32_t width_px = 0;

@@ -234,7 +234,7 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
     figure.height_px = size.height_px;
     if (why.empty()) {
       try {
-        Scene scene = timing_scene(size.width_px, size.height_px, reading, 1);
+        Scene scene = timing_scene(size.width_px, size.height_px, reading, kUsualTouch);
         if (!meter.measure(scene, share_s, figure)) return;
       } catch (const Error& error) {
         if (error.failure() != Failure::Device) throw;

@@ -118,7 +118,7 @@ NamedPlot throughput(const Profile& profile) {
       if (s.reading == readings[i]) curve.add(static_cast<double>(s.pixels()), s.frames_per_s);
   }
   return {"throughput",
-          "Frames a second with three frames in flight, every tile touched.",
+          "Frames a second with three frames in flight, a tenth of each touched.",
           {.panels = {panel}, .width_px = 900}};
 }
 
