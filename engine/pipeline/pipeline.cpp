@@ -225,14 +225,16 @@ bool Pipeline::submit(const Frame& frame) {
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
   // Where nothing is subtracted, the first frame says what the picture looks like.
   if (!std::exchange(impl_->compares, true)) impl_->picture.set_reference(frame);
+  const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
+  impl_->frames.submit(index, impl_->light ? impl_->light->steady(whole) : whole);
+  // While the device works.
   free->stamp.fault = impl_->any_picture ? PictureFault::None : impl_->picture.look_at(frame);
   free->stamp.repeated = impl_->picture.repeats();
   const bool spoilt = free->stamp.fault != PictureFault::None;
-  const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
-  // A spoilt picture teaches nothing about the light.
-  impl_->frames.submit(index, impl_->light && !spoilt ? impl_->light->steady(whole) : whole);
-  if (impl_->light)
+  if (impl_->light) {
+    if (spoilt) impl_->light->forget_last();
     free->stamp.light = spoilt ? LightSummary{.state = LightState::Unknown} : impl_->light->summary();
+  }
   free->stamp.sequence = frame.sequence;
   free->stamp.time_ns = frame.time_ns;
   free->stamp.after_gap = frame.after_gap;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace palpate {
 namespace {
@@ -15,6 +16,18 @@ constexpr int kThresholds[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9},
 uint8_t dithered(float gray, int threshold, float most) {
   const float raised = gray + (static_cast<float>(threshold) + 0.5f) / 16;
   return static_cast<uint8_t>(std::clamp(std::floor(raised), 0.0f, most));
+}
+
+/// Sum of 4 x 4 pixels.
+uint32_t sum_of_square(const uint8_t* first, size_t stride) {
+  constexpr uint32_t kEven = 0x00FF00FFu;
+  uint32_t pairs = 0;  // two sums of 16 bits
+  for (size_t y = 0; y < 4; ++y) {
+    uint32_t row = 0;
+    std::memcpy(&row, first + y * stride, sizeof row);
+    pairs += (row & kEven) + (row >> 8 & kEven);
+  }
+  return (pairs & 0xFFFFu) + (pairs >> 16);
 }
 
 uint32_t places_along(uint32_t length, uint32_t side, uint32_t step) {
@@ -52,6 +65,7 @@ void SteadyLight::set_background(const Frame& background) {
 }
 
 const Frame& SteadyLight::steady(const Frame& frame) {
+  before_.light = light_, before_.drift = drift_, before_.trust = trust_;
   look_at(frame);
   if (separate_) {
     light_ = {};
@@ -71,6 +85,10 @@ const Frame& SteadyLight::steady(const Frame& frame) {
   return corrected_;
 }
 
+void SteadyLight::forget_last() {
+  light_ = before_.light, drift_ = before_.drift, trust_ = before_.trust;
+}
+
 // Means of places less those of the untouched image and its drift.
 void SteadyLight::look_at(const Frame& frame) {
   const uint32_t width = std::min(kSide, format_.width), height = std::min(kSide, format_.height);
@@ -79,9 +97,13 @@ void SteadyLight::look_at(const Frame& frame) {
     for (uint32_t j = 0; j < places_y_; ++j)
       for (uint32_t i = 0; i < places_x_; ++i) {
         uint32_t sum = 0;
-        for (uint32_t y = 0; y < height; ++y) {
-          const uint8_t* row = frame.row(colour, j * step_ + y) + i * step_;
-          for (uint32_t x = 0; x < width; ++x) sum += row[x];
+        if (width == kSide && height == kSide) {
+          sum = sum_of_square(frame.row(colour, j * step_) + i * step_, format_.width);
+        } else {
+          for (uint32_t y = 0; y < height; ++y) {
+            const uint8_t* row = frame.row(colour, j * step_ + y) + i * step_;
+            for (uint32_t x = 0; x < width; ++x) sum += row[x];
+          }
         }
         const size_t place = size_t{j} * places_x_ + i;
         change_[colour][place] =
@@ -114,8 +136,10 @@ bool SteadyLight::changes_clearly(uint32_t colour, const LightChange& light) {
     std::nth_element(scratch_.begin(), quarter, scratch_.end());
     return double{*quarter};
   };
-  const double before = misfit({});
-  return before > kLeastMisfit_gray && misfit(light) < kClearly * before;
+  const auto small = std::ranges::count_if(
+      change_[colour], [](float gray) { return std::abs(double{gray}) <= kLeastMisfit_gray; });
+  if (static_cast<size_t>(small) > change_[colour].size() / 4) return false;
+  return misfit(light) < kClearly * misfit({});
 }
 
 void SteadyLight::follow_drift() {

@@ -34,6 +34,8 @@ class SteadyLight {
   /// The frame in the light of the background: `frame` itself where nothing has changed, else a copy that
   /// lives until the next call.
   const Frame& steady(const Frame& frame);
+  /// As if the last frame had not been: a spoilt picture teaches nothing about the light.
+  void forget_last();
   /// Summary of the last frame.
   const LightSummary& summary() const { return summary_; }
 
@@ -60,6 +62,12 @@ class SteadyLight {
   LightTrust trust_;
   std::array<std::vector<float>, 3> untouched_, change_, drift_;  // of each place
   std::array<LightChange, 3> light_{};                            // taken out
+  struct Learned {
+    std::array<LightChange, 3> light{};
+    std::array<std::vector<float>, 3> drift;
+    LightTrust trust;
+  };
+  Learned before_;  // the last frame
   bool drifts_ = false;
   LightSummary summary_;
   std::vector<float> scratch_;

@@ -68,6 +68,24 @@ TEST_F(SteadyLightTest, WhatDoesNotChangeIsLeftAsItIs) {
   }
 }
 
+TEST_F(SteadyLightTest, AFrameThatIsForgottenTeachesNothing) {
+  const Light half_brighter = [](uint32_t, uint32_t x, uint32_t, double gray) {
+    return gray + (x < kFormat.width / 2 ? 0.7 : 0.0);
+  };
+  const Frame untouched = picture(as_it_was(), 0, 0);
+  SteadyLight forgetful(kFormat, kSaturation);
+  for (SteadyLight* light : {&forgetful, &light_}) light->set_background(untouched);
+  for (int i = 0; i < 60; ++i) {
+    const Frame spoilt = picture(half_brighter, 0, 0.5);
+    forgetful.steady(spoilt);
+    forgetful.forget_last();
+    light_.steady(spoilt);
+  }
+  const Frame frame = picture(as_it_was(), 0);
+  EXPECT_EQ(&forgetful.steady(frame), &frame);
+  EXPECT_NE(&light_.steady(frame), &frame) << "these frames teach nothing anyway";
+}
+
 TEST_F(SteadyLightTest, ExposureAndWhiteBalanceAreTakenOut) {
   for (const auto& [red, green, blue, offset] : {std::array{1.08, 1.08, 1.08, 0.0},
                                                  {0.9, 1.0, 1.1, 0.0},
