@@ -158,17 +158,19 @@ void PictureCheck::note_repeats(const Frame& frame) {
   constexpr uint64_t kPrime = 0x9E3779B97F4A7C15u;
   const uint8_t* bytes = frame.pixels();
   const size_t count = format_.frame_bytes();
-  std::array<uint64_t, 4> hash{1, 2, 3, 4};
+  constexpr size_t kLanes = 8;  // multiplications that do not wait for each other
+  std::array<uint64_t, kLanes> hash{1, 2, 3, 4, 5, 6, 7, 8};
   size_t at = 0;
-  for (; at + 32 <= count; at += 32)
-    for (size_t lane = 0; lane < 4; ++lane) {
+  for (; at + 8 * kLanes <= count; at += 8 * kLanes)
+    for (size_t lane = 0; lane < kLanes; ++lane) {
       uint64_t word = 0;
       std::memcpy(&word, bytes + at + 8 * lane, 8);
       hash[lane] = (hash[lane] ^ word) * kPrime;
       hash[lane] ^= hash[lane] >> 29;
     }
   for (; at < count; ++at) hash[0] = (hash[0] ^ bytes[at]) * kPrime;
-  const uint64_t whole = hash[0] ^ hash[1] * 3 ^ hash[2] * 5 ^ hash[3] * 7;
+  uint64_t whole = 0;
+  for (const uint64_t of_lane : hash) whole = (whole ^ of_lane) * kPrime;
   repeats_ = any_ && whole == last_hash_;
   any_ = true;
   last_hash_ = whole;
@@ -253,6 +255,12 @@ bool PictureCheck::has_one_colour(const Frame& frame) const {
   });
 }
 
+/// Whether the median of scratch_ is, without looking for it.
+bool PictureCheck::most_are_below(double gray) const {
+  const auto small = std::ranges::count_if(scratch_, [&](float change) { return change < gray; });
+  return 2 * small > std::ssize(scratch_) - 1;
+}
+
 /// By all places together, or by the median over places of the colour that differs most.
 bool PictureCheck::colours_exchanged() {
   if (format_.channels != 3) return false;
@@ -276,8 +284,7 @@ bool PictureCheck::colours_exchanged() {
         }
         scratch_.push_back(largest);
       }
-    const auto small = [](float change) { return change < kExchanged_gray; };
-    if (order == 0 && 2 * std::ranges::count_if(scratch_, small) >= std::ssize(scratch_)) return false;
+    if (order == 0 && most_are_below(kExchanged_gray)) return false;
     misfit[order] = quantile_in_place(scratch_, 0.5);
   }
   return *std::min_element(misfit.begin() + 1, misfit.end()) < kExchangedFit * misfit[0];
@@ -294,11 +301,16 @@ static float difference(const PictureLine& line, uint32_t channels, size_t shift
   return largest;
 }
 
-/// `share` quantile over values `from` to `to`.
-double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share) {
+/// Differences of some values from `from` to `to`, into scratch_.
+void PictureCheck::differences_of(const PictureLine& line, size_t shift, size_t from, size_t to) {
   scratch_.clear();
   const size_t stride = std::max<size_t>(1, line.length / 160);
   for (size_t i = from; i < to; i += stride) scratch_.push_back(difference(line, format_.channels, shift, i));
+}
+
+/// `share` quantile of them.
+double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share) {
+  differences_of(line, shift, from, to);
   return quantile_in_place(scratch_, share);
 }
 
@@ -329,8 +341,9 @@ size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
 /// Both parts of the line, before and beyond the seam, have to fit where they come from, and not where they
 /// are.
 bool PictureCheck::line_moved(const PictureLine& line) {
-  const double still = misfit_of(line, 0, line.from, line.to, 0.5);
-  if (still < kMoved_gray || changed_evenly(line)) return false;
+  differences_of(line, 0, line.from, line.to);
+  if (most_are_below(kMoved_gray) || changed_evenly(line)) return false;
+  const double still = quantile_in_place(scratch_, 0.5);
   const size_t shift = likely_shift(line, still);
   if (shift == 0) return false;
   const double most = std::max(0.5 * kMoved_gray, kMovedFit * still);

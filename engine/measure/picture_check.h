@@ -66,6 +66,8 @@ class PictureCheck {
   bool changed_evenly(const PictureLine& line) const;
   bool line_doubled(const PictureLine& line);
   size_t likely_shift(const PictureLine& line, double still) const;
+  void differences_of(const PictureLine& line, size_t shift, size_t from, size_t to);
+  bool most_are_below(double gray) const;
   double misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share);
   bool torn();
   bool torn_at(uint32_t y, float least, uint32_t long_enough) const;
