@@ -58,6 +58,31 @@ TEST_F(RecordProgram, AChangedRowIsNoticed) {
   EXPECT_TRUE(contains(value["as_recorded"]["first_difference"], "frame 60: depth_max_mm")) << value;
 }
 
+// Earlier versions wrote a shear of 0 for separate pictures, of which no table has shear.
+TEST_F(RecordProgram, SeparatePicturesAreComparedInWhatTheyHave) {
+  const fs::path pictures = folder_ / "pictures", session = folder_ / "session";
+  ASSERT_EQ(run({"export", scene_, "--images", "png", "--frames", "30:34", "--out", pictures}).exit_code, 0);
+  const Ended ended =
+      run({"record", pictures / "images", "--sensor", pictures / "sensor.json", "--out", session});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(parse_json(slurp(session / "session.json"))["measured"]["separate_pictures"], true);
+  const std::string rows = slurp(session / "frames.csv");
+  const auto changed = [&](const std::string& column) {
+    const Table table(rows);
+    std::string text = rows.substr(0, rows.find('\n') + 1);
+    for (size_t i = 0; i < table.rows.size(); ++i) {
+      for (const std::string& name : table.columns)
+        text += (name == table.columns.front() ? "" : ",") + (name == column ? "0" : table.at(i, name));
+      text += '\n';
+    }
+    spill(session / "frames.csv", text);
+    return as_recorded(session)["as_recorded"]["different"];
+  };
+  EXPECT_EQ(changed("shear_x_N"), 0);
+  EXPECT_EQ(changed("shift_x_mm"), 0);
+  EXPECT_EQ(changed("peak_gray"), 4);
+}
+
 TEST_F(RecordProgram, ProcessingASessionIsProcessingWhatWasRecorded) {
   const fs::path session = record();
   ASSERT_EQ(run({"process", session, "--out", folder_ / "a"}).exit_code, 0);
