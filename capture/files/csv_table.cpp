@@ -40,20 +40,11 @@ std::string joined(const std::vector<std::string>& names) {
   return line;
 }
 
-bool digits(std::string_view text) {
-  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
-bool whole(std::string_view text) {
-  if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
-  return digits(text);
-}
-
 /// How many whole numbers stand before a cell of digits: as many decimal commas the line may have had.
 size_t cut_numbers(const std::vector<std::string>& cells) {
   size_t count = 0;
   for (size_t i = 0; i + 1 < cells.size(); ++i)
-    count += whole(cells[i]) && digits(cells[i + 1].substr(0, cells[i + 1].find_first_of("eE")));
+    count += is_whole_number(cells[i]) && is_digits(cells[i + 1].substr(0, cells[i + 1].find_first_of("eE")));
   return count;
 }
 
@@ -85,7 +76,14 @@ CsvTable::CsvTable(std::filesystem::path file, std::string wanted, CsvOptions op
 }
 
 bool CsvTable::next() {
-  return read_line();
+  if (read_line()) {
+    if (separator_ == ',') cut_.add(cells_);
+    return true;
+  }
+  if (cut_.all_cut())
+    throw Error(Failure::Input, wanted_ + ", its numbers in one cell each",
+                "every number cut in two by its decimal comma in " + file_.string(), kNoDecimalCommas);
+  return false;
 }
 
 bool CsvTable::read_line() {
@@ -140,7 +138,8 @@ void CsvTable::check_width() {
 bool CsvTable::seems_cut() const {
   if (separator_ != ',') return false;
   for (size_t i = 0; i + 1 < cells_.size(); ++i)
-    if (whole(cells_[i]) && digits(cells_[i + 1]) && cells_[i + 1].size() > 1 && cells_[i + 1].front() == '0')
+    if (is_whole_number(cells_[i]) && is_digits(cells_[i + 1]) && cells_[i + 1].size() > 1 &&
+        cells_[i + 1].front() == '0')
       return true;
   return false;
 }

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "capture/files/cut_numbers.h"
+
 namespace palpate {
 
 /// How many cells a line may have.
@@ -38,7 +40,8 @@ class CsvTable {
 
   /// Reads the next line; false at the end. Throws on a line with a number of cells that `width` does not
   /// allow, with a hint where decimal commas made it so, and on one of more than 1 MiB. Empty cells at a
-  /// line's end may be too many where no decimal comma can have made them.
+  /// line's end may be too many where no decimal comma can have made them. Throws at the end where decimal
+  /// commas have surely cut every number (CutNumbers).
   bool next();
 
   const std::filesystem::path& file() const { return file_; }
@@ -81,6 +84,7 @@ class CsvTable {
   size_t width_ = 0;  // cells of the first line
   std::string line_, header_line_;
   std::vector<std::string> columns_, cells_;
+  CutNumbers cut_;
 };
 
 /// Cells of one line: cut at any of `separators`, without the blanks around them and the quotes ("" within

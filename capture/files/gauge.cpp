@@ -97,7 +97,9 @@ class GaugeTable {
       if (!gauge_.time_s.empty() && !(time_s > gauge_.time_s.back()))
         fail("times that rise",
              number_text(time_s) + " s after " + number_text(gauge_.time_s.back()) + " s in " + where,
-             "one recording a file, in order");
+             table_.seems_cut()
+                 ? "decimal points, or semicolons between the cells: commas may have cut numbers"
+                 : "one recording a file, in order");
       gauge_.time_s.push_back(time_s);
     } else {
       const double frame = number(frame_);

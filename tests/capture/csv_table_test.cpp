@@ -2,8 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <functional>
+#include <map>
+#include <random>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text_file.h"
@@ -143,6 +150,78 @@ TEST_F(CsvTableTest, ALineThatSeemsCut) {
   EXPECT_FALSE(seems_cut("12,5,0,7\n"));
   EXPECT_FALSE(seems_cut("12.5,05\n"));
   EXPECT_FALSE(seems_cut("12;05\n"));
+}
+
+/// All lines are read. Four columns, line by line from `line`.
+std::string table_of(const std::function<std::string(int i)>& line,
+                     const char* header = "time_s,a,force_N,b\n") {
+  std::string text = header;
+  for (int i = 0; i < 60; ++i) text += line(i) + "\n";
+  return text;
+}
+
+// A header with as many columns as decimal commas make of each line.
+TEST_F(CsvTableTest, NumbersThatAreAllCutAreRefusedAtTheEnd) {
+  const auto read = [&](const std::string& text) {
+    CsvTable table = open(text, {.width = CsvWidth::Shorter});
+    while (table.next()) {
+    }
+  };
+  const auto two = [](const char* form, double a, double b) {
+    std::array<char, 80> line{};
+    std::snprintf(line.data(), line.size(), form, a, b);
+    std::string text = line.data();
+    std::replace(text.begin(), text.end(), '.', ',');
+    return text;
+  };
+  const auto force = [](int i) { return 3 * std::sin(i / 7.0); };
+  for (const char* form : {"%.2f,%.2f", "%.3f,%.2f", "%.2f,%.4f"}) {
+    says([&] { read(table_of([&](int i) { return two(form, 0.37 * i, force(i)); })); },
+         "every number cut in two by its decimal comma");
+    says(
+        [&] {
+          read(table_of([&](int i) { return std::to_string(i) + "," + two(form, force(i), force(i + 9)); },
+                        "frame,fx_N,a,fy_N,b\n"));
+        },
+        "semicolons between the cells");
+  }
+  EXPECT_EQ(refusal([&] {
+              read(table_of([&](int i) { return two("%.2f;%.2f", 0.37 * i, force(i)); }, "time_s;force_N\n"));
+            }),
+            "not refused");
+}
+
+TEST_F(CsvTableTest, TablesOfWholeNumbersAreNeverTakenForCutOnes) {
+  std::mt19937 numbers(5);
+  const auto random = [&] { return static_cast<unsigned>(numbers()); };
+  const auto up_to = [&](unsigned most) { return std::to_string(random() % (most + 1)); };
+  const auto padded = [](unsigned value, size_t places) {
+    const std::string digits = std::to_string(value);
+    return std::string(places - std::min(places, digits.size()), '0') + digits;
+  };
+  const std::map<std::string, std::function<std::string(int i)>> lines = {
+      {"counts", [&](int) { return up_to(999) + "," + up_to(999) + "," + up_to(999) + "," + up_to(999); }},
+      {"two places", [&](int) { return up_to(9) + ",1" + up_to(9) + "," + up_to(9) + ",2" + up_to(9); }},
+      {"grid", [](int i) { return text("%d,%d,%d,%d", i / 8, i % 8, i % 8, i / 8); }},
+      {"padded",
+       [&](int i) {
+         return padded(40u * static_cast<unsigned>(i), 5) + "," + padded(random() % 90, 2) + "," +
+                padded(random() % 999, 4) + "," + padded(random() % 90, 2);
+       }},
+      {"state and channel", [&](int i) { return text("%d,0%d,%d,1%d", 40 * i, i % 2, 7 * i % 90, i % 3); }},
+      {"numbers of lines", [](int i) { return text("%d,%03d,%d,%03d", 40 * i, i, 7 * i % 90, i + 3); }},
+      {"time of day", [](int i) { return text("%d,%d,%02d,%d", i, 7, i % 60, i * i % 50); }},
+      {"one place", [&](int) { return up_to(99) + "," + up_to(9) + "," + up_to(99) + "," + up_to(9); }}};
+  for (const auto& [name, line] : lines)
+    for (int round = 0; round < 20; ++round) {
+      CsvTable table = open(table_of(line));
+      EXPECT_EQ(refusal([&] {
+                  while (table.next()) {
+                  }
+                }),
+                "not refused")
+          << name;
+    }
 }
 
 TEST_F(CsvTableTest, RefusesWithWhatIsWrong) {

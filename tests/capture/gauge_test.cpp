@@ -164,6 +164,7 @@ TEST_F(GaugeFile, RefusesWithWhatIsWrong) {
   says("time_s,force_MN\n0,1\n1,2\n2,3\n", "found 'MN'");
   says("time_s,force_N\n0,1,25\n1,2,5\n2,3,0\n", "decimal commas");
   says("frame,force_gf\n0,0,00\n1,0,50\n2,1,00\n", "semicolons between the cells");
+  says("time_s,force_N,fx_N,fy_N\n0,04,1,25\n0,08,1,26\n0,12,1,27\n", "commas may have cut numbers");
   says("time_h,force_N\n0,1\n1,2\n2,3\n", "found 'h'");
   says("time,force_N\n0,1\n1,2\n2,3\n", "a unit (s, ms, us, ns)");
   says("seconds,force_N\n0,1\n1,2\n2,3\n", "a column time_s");
