@@ -12,17 +12,18 @@
 namespace palpate {
 namespace {
 
-/// Rolled to the right by a quarter of its width, or partly green.
-Frame spoilt(const Frame& frame, bool green) {
+enum class Damage { Rolled, Green, ColoursExchanged };
+
+/// Rolled to the right by a quarter of its width, partly green, or red and blue exchanged.
+Frame spoilt(const Frame& frame, Damage how) {
   Frame made = frame;
   const FrameFormat& f = frame.format;
   for (uint32_t c = 0; c < f.channels; ++c)
     for (uint32_t y = 0; y < f.height; ++y)
       for (uint32_t x = 0; x < f.width; ++x) {
-        if (!green)
-          made.set(c, x, y, frame.at(c, (x + f.width - f.width / 4) % f.width, y));
-        else if (y > f.height / 2)
-          made.set(c, x, y, c == 1 ? 135 : 0);
+        if (how == Damage::Rolled) made.set(c, x, y, frame.at(c, (x + f.width - f.width / 4) % f.width, y));
+        if (how == Damage::Green && y > f.height / 2) made.set(c, x, y, c == 1 ? 135 : 0);
+        if (how == Damage::ColoursExchanged) made.set(c, x, y, frame.at(2 - c, x, y));
       }
   return made;
 }
@@ -30,7 +31,7 @@ Frame spoilt(const Frame& frame, bool green) {
 TEST(Recordings, NoFrameOfASharedClipIsTakenForADamagedPicture) {
   const std::filesystem::path data = recordings_folder();
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data";
-  uint64_t frames = 0, alarms = 0, rolled = 0, green = 0, made = 0;
+  uint64_t frames = 0, alarms = 0, rolled = 0, green = 0, made = 0, exchanged = 0, coloured = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(data)) {
     const std::filesystem::path& file = entry.path();
     if (file.extension() != ".avi" || file.string().find("/field/") != std::string::npos) continue;
@@ -47,10 +48,14 @@ TEST(Recordings, NoFrameOfASharedClipIsTakenForADamagedPicture) {
       alarms += fault != PictureFault::None;
       if (fault != PictureFault::None)
         ADD_FAILURE() << file << " frame " << frame.sequence << ": " << to_string(fault);
+      if (frame.format.channels == 3 && i % 12 == 0) {
+        ++coloured;
+        exchanged += check->look_at(spoilt(frame, Damage::ColoursExchanged)) == PictureFault::ColourOrder;
+      }
       if (++frames % 40 == 0 && file.string().find("wedge") != std::string::npos) {
         ++made;
-        rolled += check->look_at(spoilt(frame, false)) != PictureFault::None;
-        green += check->look_at(spoilt(frame, true)) == PictureFault::OneColour;
+        rolled += check->look_at(spoilt(frame, Damage::Rolled)) != PictureFault::None;
+        green += check->look_at(spoilt(frame, Damage::Green)) == PictureFault::OneColour;
       }
     }
   }
@@ -59,6 +64,8 @@ TEST(Recordings, NoFrameOfASharedClipIsTakenForADamagedPicture) {
   EXPECT_GT(made, 30u);
   EXPECT_EQ(green, made);
   EXPECT_GE(rolled, made - made / 20);
+  EXPECT_GT(coloured, 100u);
+  EXPECT_EQ(exchanged, coloured);
   RecordProperty("frames", static_cast<int>(frames));
 }
 
