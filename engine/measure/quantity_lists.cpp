@@ -316,8 +316,10 @@ constexpr MeasuredQuantity<Touch> kTraction[] = {
     component<&TractionSummary::fy_N>(
         "wrench_fy_N", "wrench.force_y_N",
         "Force on the pad by its elastic layer, downwards; where the skin is followed."),
-    component<&TractionSummary::fz_N>("wrench_fz_N", "wrench.force_z_N",
-                                      "Force on the pad by its elastic layer, into the pad."),
+    component<&TractionSummary::fz_N>(
+        "wrench_fz_N", "wrench.force_z_N",
+        "Force on the pad by its elastic layer, into the pad; of a contact that reaches the "
+        "border with what is taken to press beyond it."),
     component<&TractionSummary::mx_Nmm>(
         "wrench_mx_Nmm", "wrench.moment_x_Nmm",
         "Moment of that force about the axis to the right through the frame's middle."),

@@ -1,6 +1,7 @@
 #include "engine/pad/known_edges.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace palpate {
@@ -21,11 +22,19 @@ void visit_edges(const std::vector<uint8_t>& known, uint32_t width, const Visit&
 
 }  // namespace
 
-void known_laplacian(const std::vector<uint8_t>& known, uint32_t width, double cell_mm,
+void known_laplacian(const std::vector<uint8_t>& known, uint32_t width, double cell_mm, bool any_tilt,
                      const std::vector<double>& of, std::vector<double>& out) {
   std::ranges::fill(out, 0);
+  std::array<double, 2> tilt{}, edges{};  // along rows, along columns
+  if (any_tilt) {
+    visit_edges(known, width, [&](size_t a, size_t b) {
+      tilt[b != a + 1] += of[b] - of[a];
+      ++edges[b != a + 1];
+    });
+    for (const size_t k : {0, 1}) tilt[k] /= std::max(edges[k], 1.0);
+  }
   visit_edges(known, width, [&](size_t a, size_t b) {
-    const double difference = of[b] - of[a];
+    const double difference = of[b] - of[a] - tilt[b != a + 1];
     out[b] += difference;
     out[a] -= difference;
   });

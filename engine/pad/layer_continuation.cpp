@@ -17,6 +17,30 @@ LayerContinuation::LayerContinuation(const LayerKernel& kernel, uint32_t width, 
     }
   wide_.resize(nearest_.size());
   answer_.resize(nearest_.size());
+  share_.resize(nearest_.size());
+  carried_.resize(inside_.size());
+  set_reach(margin);
+}
+
+void LayerContinuation::set_reach(double cells) {
+  if (cells == reach_) return;
+  reach_ = cells;
+  std::ranges::fill(carried_, CarriedLoad{.cells = 0});
+  for (size_t i = 0; i < nearest_.size(); ++i) {
+    const uint32_t width = layer_.width(), nearest = inside_[nearest_[i]];
+    const double x = static_cast<double>(i % width) - nearest % width;
+    const double y = static_cast<double>(i / width) - nearest / width;
+    const double far = std::hypot(x, y);
+    share_[i] = far > 0 ? std::clamp(cells + 0.5 - far, 0.0, 1.0) : 1;
+    CarriedLoad& load = carried_[nearest_[i]];
+    load.cells += share_[i];
+    load.x_cells += share_[i] * x;
+    load.y_cells += share_[i] * y;
+  }
+}
+
+void LayerContinuation::widen(const std::vector<double>& pressure) {
+  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = share_[i] * pressure[nearest_[i]];
 }
 
 uint32_t LayerContinuation::margin_cells(const LayerKernel& kernel, uint32_t width, uint32_t height) {
@@ -30,7 +54,7 @@ void LayerContinuation::crop(const std::vector<double>& from, std::vector<double
 }
 
 void LayerContinuation::depth_by_pressure(const std::vector<double>& pressure, std::vector<double>& depth) {
-  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = pressure[nearest_[i]];
+  widen(pressure);
   layer_.depth_by_pressure(wide_, answer_);
   crop(answer_, depth);
 }
@@ -40,19 +64,12 @@ void LayerContinuation::pressure_by_depth(const std::vector<double>& depth, std:
   for (size_t i = 0; i < inside_.size(); ++i) wide_[inside_[i]] = depth[i];
   layer_.depth_by_pressure(wide_, answer_);
   std::fill(pressure.begin(), pressure.end(), 0);
-  for (size_t i = 0; i < answer_.size(); ++i) pressure[nearest_[i]] += answer_[i];
-}
-
-void LayerContinuation::depth_by_beyond(const std::vector<double>& pressure, std::vector<double>& depth) {
-  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = pressure[nearest_[i]];
-  for (const uint32_t cell : inside_) wide_[cell] = 0;
-  layer_.depth_by_pressure(wide_, answer_);
-  crop(answer_, depth);
+  for (size_t i = 0; i < answer_.size(); ++i) pressure[nearest_[i]] += share_[i] * answer_[i];
 }
 
 void LayerContinuation::shift_by_pressure(const std::vector<double>& pressure, std::vector<double>& x,
                                           std::vector<double>& y) {
-  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = pressure[nearest_[i]];
+  widen(pressure);
   layer_.shift_by_pressure(wide_, answer_, other_answer_);
   crop(answer_, x);
   crop(other_answer_, y);

@@ -24,7 +24,9 @@ constexpr uint32_t kFreshGradient = 40;   // iterations after which rounding is 
 constexpr double kRim = 1.25;             // of standard errors: pressure at the rim errs to one side only
 constexpr double kHidden = 0.5;           // of what a cell of unknown depth may carry: a standard error
 constexpr double kRectified = 4;          // errors of a cell's pressure that nothing may look like
-constexpr double kBeyond = 1;             // of the pressure beyond the border: a standard error
+constexpr double kUnseen = 2;             // errors of slopes over what is left of them, where tilts are free
+constexpr double kBeyond = 0.4;           // of what presses beyond the border: a standard error
+constexpr double kRising = 1.3;           // mean pressure at the border over that of the contact
 
 }  // namespace
 
@@ -39,8 +41,8 @@ struct TractionSolver::Impl {
     const double shear_MPa = pad.material.young_MPa / (2 * (1 + pad.material.poisson));
     shear_prior = std::pow(options.shift_sd_mm / shear_MPa, 2);
     const size_t n = size();
-    for (Field* field : {&pressure, &depth, &scratch, &scratch2, &right, &gradient, &along, &image, &answer,
-                         &shear_depth, &beyond_solution})
+    for (Field* field :
+         {&pressure, &depth, &scratch, &scratch2, &right, &gradient, &along, &image, &answer, &shear_depth})
       field->assign(n, 0);
     for (Field& field : error_solutions) field.assign(n, 0);
     for (Field& field : shear_errors) field.assign(2 * n, 0);
@@ -58,9 +60,42 @@ struct TractionSolver::Impl {
     return (static_cast<double>(cell / grid.width) + 0.5 - 0.5 * grid.height) * grid.cell_mm;
   }
 
-  /// Minus the divergence of the gradient between known cells, 1 / mm^2.
+  /// Minus the divergence of the gradient between known cells, 1 / mm^2. Of a contact that reaches the border
+  /// too little of the surface is at rest to know its tilt.
   void laplacian(const Field& of, Field& out) const {
-    known_laplacian(known, grid.width, grid.cell_mm, of, out);
+    known_laplacian(known, grid.width, grid.cell_mm, goes_on, of, out);
+  }
+
+  bool on_border(size_t cell) const {
+    const size_t x = cell % grid.width, y = cell / grid.width;
+    return x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height;
+  }
+  /// How far a contact goes on: a third of the border that it covers, which is right for half of a ball.
+  double reach_cells() const {
+    double covered = 0;
+    for (size_t i = 0; i < size(); ++i) covered += allowed[i] != 0 && on_border(i) ? 1 : 0;
+    return std::min(static_cast<double>(margin), covered / 3);
+  }
+
+  /// Force and moments, N and N mm, of 1 MPa on a cell and on what goes on from it.
+  struct Arm {
+    double force, x_moment, y_moment;
+  };
+  Arm arm(size_t cell) const {
+    const CarriedLoad load = beyond ? continuation->carried()[cell] : CarriedLoad{};
+    const double area = grid.cell_mm * grid.cell_mm;
+    return {area * load.cells, area * (y_mm(cell) * load.cells + grid.cell_mm * load.y_cells),
+            -area * (x_mm(cell) * load.cells + grid.cell_mm * load.x_cells)};
+  }
+  std::array<double, 3> load_of(const Field& of) const {
+    std::array<double, 3> sum{};
+    for (size_t i = 0; i < size(); ++i) {
+      const Arm a = arm(i);
+      sum[0] += a.force * of[i];
+      sum[1] += a.x_moment * of[i];
+      sum[2] += a.y_moment * of[i];
+    }
+    return sum;
   }
 
   void depth_by_pressure(const Field& of, Field& out) {
@@ -148,6 +183,12 @@ struct TractionSolver::Impl {
     }
   }
 
+  /// Calibrations state the error over steep and gentle slopes alike. A wide contact is gentle, and what is
+  /// left of its slopes says how gentle their errors are.
+  double slope_sd() const {
+    return beyond ? std::min(options.slope_sd, kUnseen * result.slope_rms) : options.slope_sd;
+  }
+
   double error_patches() const { return std::max(1.0, std::pow(options.error_length_mm / grid.cell_mm, 2)); }
 
   /// The standard error of a sum of `of_cell` times pressure, over the cells that carry some.
@@ -163,7 +204,7 @@ struct TractionSolver::Impl {
     }
     // Long waves of a thin layer that keeps its volume hardly tilt its surface: there |p|^2 decides, and
     // pulls the pressure down.
-    return std::hypot(kRim * options.slope_sd * std::sqrt(std::max(0.0, sum) * error_patches()), pulled);
+    return std::hypot(kRim * slope_sd() * std::sqrt(std::max(0.0, sum) * error_patches()), pulled);
   }
 
   /// Cells of the contact whose depth is not known count as if they carried anything up to twice the mean
@@ -242,26 +283,31 @@ struct TractionSolver::Impl {
     wrench.moment_sd_Nmm[1] = force_N * grid.width * grid.cell_mm / 2;
   }
 
-  /// Adds the change here by the pressure beyond the border if it was off by its standard error.
+  /// Adds the error of what presses beyond the border. Where pressure still rises there, most of the contact
+  /// may lie beyond, and as much again as was found is a standard error.
   void add_beyond() {
-    continuation->depth_by_beyond(pressure, scratch);
-    laplacian(scratch, scratch2);
-    pressure_by_depth(scratch2, right);
-    for (double& value : right) value *= kBeyond;
-    double rest = 0;
-    conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, right, active,
-                        kErrorTolerance, options.most_iterations, memory, beyond_solution, rest);
-    double force = 0, x = 0, y = 0;
+    double inside = 0, cells = 0, at_border = 0, border_cells = 0;
+    std::array<double, 3> error = load_of(pressure);
+    const double area = grid.cell_mm * grid.cell_mm;
     for (size_t i = 0; i < size(); ++i) {
-      const double p = active[i] != 0 ? beyond_solution[i] * grid.cell_mm * grid.cell_mm : 0;
-      force += p;
-      x += x_mm(i) * p;
-      y += y_mm(i) * p;
+      if (pressure[i] <= 0) continue;
+      inside += pressure[i];
+      ++cells;
+      at_border += on_border(i) ? pressure[i] : 0;
+      border_cells += on_border(i) ? 1 : 0;
+    }
+    if (at_border * cells < kRising * inside * border_cells) {
+      for (size_t i = 0; i < size(); ++i) {
+        error[0] -= area * pressure[i];
+        error[1] -= area * y_mm(i) * pressure[i];
+        error[2] += area * x_mm(i) * pressure[i];
+      }
+      for (double& one : error) one *= kBeyond;
     }
     Wrench& wrench = result.wrench;
-    wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], force);
-    wrench.moment_sd_Nmm[0] = std::hypot(wrench.moment_sd_Nmm[0], y);
-    wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], x);
+    wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], error[0]);
+    wrench.moment_sd_Nmm[0] = std::hypot(wrench.moment_sd_Nmm[0], error[1]);
+    wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], error[2]);
   }
 
   void measure(const TractionInput& input) {
@@ -272,37 +318,37 @@ struct TractionSolver::Impl {
     result.at_border = input.goes_on;
     double touched_mm2 = 0;
     for (size_t i = 0; i < n; ++i) {
-      const double p = pressure[i] * area;
+      const double p = pressure[i];
       active[i] = p > 0 ? 1 : 0;
-      wrench.force_N[2] += p;
-      wrench.moment_Nmm[0] += y_mm(i) * p;
-      wrench.moment_Nmm[1] -= x_mm(i) * p;
-      const size_t x = i % grid.width, y = i / grid.width;
       const bool touched = !input.contact.empty() && allowed[i] != 0;
       touched_mm2 += touched ? area : 0;
-      if ((p > 0 || touched) && (x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height))
-        result.at_border = true;
+      if ((p > 0 || touched) && on_border(i)) result.at_border = true;
       result.pressure_MPa[i] = static_cast<float>(pressure[i]);
     }
+    const std::array<double, 3> load = load_of(pressure);
+    wrench.force_N[2] = load[0];
+    wrench.moment_Nmm[0] = load[1];
+    wrench.moment_Nmm[1] = load[2];
+    if (input.pressure_MPa.empty()) find_residual();
     // Where the pressure is measured by itself, its errors are not those of slopes.
     if (options.errors && !input.depth_mm.empty() && wrench.force_N[2] > 0) {
-      for (size_t i = 0; i < n; ++i) right[i] = area;
+      for (size_t i = 0; i < n; ++i) right[i] = arm(i).force;
       wrench.force_sd_N[2] = pressure_error(right, error_solutions[0]);
-      for (size_t i = 0; i < n; ++i) right[i] = area * y_mm(i);
+      for (size_t i = 0; i < n; ++i) right[i] = arm(i).x_moment;
       wrench.moment_sd_Nmm[0] = pressure_error(right, error_solutions[1]);
-      for (size_t i = 0; i < n; ++i) right[i] = -area * x_mm(i);
+      for (size_t i = 0; i < n; ++i) right[i] = arm(i).y_moment;
       wrench.moment_sd_Nmm[1] = pressure_error(right, error_solutions[2]);
       add_hidden();
       if (input.contact.empty()) add_rectified();
-      if (goes_on) add_beyond();
+      if (beyond) add_beyond();
     }
     if (options.errors && input.goes_on && wrench.force_N[2] == 0) unseen_plate(touched_mm2);
     if (!input.shift_x_mm.empty()) measure_shear();
-    if (!input.pressure_MPa.empty()) return;
-    // Residual slopes.
-    for (size_t i = 0; i < n; ++i) scratch[i] = depth[i];
+  }
+
+  void find_residual() {
     depth_by_pressure(pressure, answer);
-    for (size_t i = 0; i < n; ++i) scratch[i] -= answer[i];
+    for (size_t i = 0; i < size(); ++i) scratch[i] = depth[i] - answer[i];
     laplacian(scratch, scratch2);
     const double edges = known_edges(known, grid.width);
     result.slope_rms = edges > 0 ? std::sqrt(std::max(0.0, dot(scratch, scratch2)) / (edges / 2)) : 0;
@@ -413,6 +459,8 @@ struct TractionSolver::Impl {
     goes_on = input.goes_on && solves;
     if (goes_on && (!continuation || (shift && !continuation->has_shear())))
       continuation = std::make_unique<LayerContinuation>(kernel, grid.width, grid.height, margin, shift);
+    beyond = goes_on && !input.depth_mm.empty();
+    if (goes_on) continuation->set_reach(reach_cells());
     if (!shift) {
       std::fill(shear_depth.begin(), shear_depth.end(), 0);
       result.shear_x_MPa.clear();
@@ -467,11 +515,11 @@ struct TractionSolver::Impl {
   std::unique_ptr<LayerConvolution> convolution;
   std::unique_ptr<LayerContinuation> continuation;  ///< made where a contact is cut off
   bool goes_on = false;
-  double cell_sd = 0;  ///< of cell_error(); 0: not found yet
+  bool beyond = false;  ///< what goes on counts
+  double cell_sd = 0;   ///< of cell_error(); 0: not found yet
   Traction result;
 
-  Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth,
-      beyond_solution;
+  Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth;
   std::array<Field, 3> error_solutions, shear_errors;
   MaskedGradients memory;
   Field shear, shear_right, half_x, half_y, move_x, move_y;

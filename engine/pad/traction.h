@@ -53,8 +53,9 @@ struct TractionInput {
   std::span<const float> shift_x_mm{};  ///< along the surface, since it was untouched; empty: not known
   std::span<const float> shift_y_mm{};
   std::span<const uint8_t> shift_known{};  ///< where; empty: everywhere
-  /// Pressure in the outermost cells goes on beyond the grid, as it is there, for a thickness or half of
-  /// the grid, whichever is less; otherwise nothing presses there.
+  /// Pressure in the outermost cells goes on beyond the grid, as it is there: for a thickness, half of the
+  /// grid or a third of the border that `contact` covers, whichever is least. Tilts of the whole surface then
+  /// count for nothing. Otherwise nothing presses beyond.
   bool goes_on = false;
 };
 
@@ -76,9 +77,10 @@ struct Traction {
   double residual = 0;   ///< gradient that is left, as TractionOptions::tolerance
   double slope_rms = 0;  ///< of the depth's slopes that no traction explains
   bool converged = false;
-  /// Pressure or contact in the outermost cells, or a contact that goes on: force and moments are those of
-  /// the grid alone. A flat face over all of the grid has no slopes, so its force is not measured and 0
-  /// stands for it; the standard error of a contact that goes on is that of a pressure of E*/2.
+  /// Pressure or contact in the outermost cells, or a contact that goes on. Normal force and its moments then
+  /// include what goes on beyond the grid, with its error; shear and its moment are those of the grid. A flat
+  /// face over all of the grid has no slopes, so its force is not measured and 0 stands for it; the standard
+  /// error of a contact that goes on is that of a pressure of E*/2.
   bool at_border = false;
 };
 

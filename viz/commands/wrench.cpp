@@ -63,7 +63,7 @@ std::string headline(const WrenchSeries& series) {
   std::string text =
       "Largest normal force " + with_error(peak.wrench.fz_N, "N") + " in frame " + std::to_string(peak.frame);
   const Validity validity = peak.wrench.fz_N.validity;
-  if (validity == Validity::AtBorder) return text + ", at least: the contact reaches the border";
+  if (validity == Validity::AtBorder) return text + ", with what is taken to press beyond the border";
   if (validity != Validity::Valid) text += std::string(", ") + to_string(validity);
   return text;
 }
