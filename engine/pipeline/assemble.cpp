@@ -110,6 +110,7 @@ Validity validity_of(const DepthFaults& f) {
                   {f.at_border, Validity::AtBorder},
                   {f.above_range, Validity::AboveRange},
                   {f.clipped, Validity::Clipped},
+                  {f.too_deep, Validity::TooDeep},
                   {f.covered, Validity::Covered},
                   {f.extrapolated, Validity::Extrapolated},
                   {f.untouched, Validity::NoContact}});

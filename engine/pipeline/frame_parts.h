@@ -20,6 +20,7 @@ struct DepthFaults {
   bool at_border = false;     ///< pressure reaches the frame's border: what presses beyond it is missing
   bool above_range = false;   ///< of the table of depths
   bool clipped = false;       ///< so many of the contact's slopes that its depth cannot be right
+  bool too_deep = false;      ///< deeper than the pad is thick
   bool covered = false;       ///< markers hide too much of the skin
   bool extrapolated = false;  ///< too much of the contact is unlike anything that calibration saw
   bool untouched = false;     ///< nothing touches: the map is at rest
@@ -31,7 +32,7 @@ struct WrenchFaults {
   bool not_converged = false;
   Validity depth = Validity::Valid;  ///< of the depth map that the wrench is read from
   bool at_border = false;
-  bool too_deep = false;  ///< for linear elasticity
+  bool too_deep = false;  ///< for the layer's force
   bool covered = false;   ///< cells of the contact whose depth is not known
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "engine/gpu/context.h"
 #include "engine/measure/contact_shape.h"
@@ -17,6 +19,11 @@ bool reads_in_place(const gpu::Context& context, Upload upload) {
   return wanted && context.host_import_alignment() > 0;
 }
 
+double thickness_mm(const Sensor& sensor) {
+  const std::optional<LayerCalibration> layer = layer_of(sensor);
+  return layer ? layer->thickness_mm : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
@@ -24,6 +31,7 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
     : context_(context),
       format_(format),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
+      thickness_mm_(thickness_mm(sensor)),
       separate_(plan.separate),
       contact_(context, sensor, format, plan.keep_filtered, tuning, plan.regions) {
   if (plan.background) background_.emplace(context, "background", format);
@@ -315,6 +323,7 @@ void Frames::measure_skin(FrameSlot& slot) {
 // The surface's own doubts, by saturated and clipped pixels, are of the outlines of a gel's contacts.
 void Frames::measure_surface(FrameSlot& slot) {
   parts_.surface = surface_->measure(slot, parts_.whole);
+  parts_.surface->faults.too_deep = parts_.surface->summary.depth_max_mm > thickness_mm_;
   std::optional<GelContacts::Dent> dent;
   if (slot.surface.was_corrected && rest_correction_) dent = measure_areas();
   if (depth_error_) measure_depth_error(slot, dent.value_or(GelContacts::Dent{}));

@@ -74,6 +74,7 @@ class Frames {
   gpu::Context& context_;
   FrameFormat format_;
   double pitch_mm_per_px_;
+  double thickness_mm_;                    ///< of the pad; infinity: not known
   bool separate_;                          ///< nothing is followed from frame to frame
   std::optional<PaddedImage> background_;  ///< where one is subtracted
   Contact contact_;

@@ -14,7 +14,7 @@ constexpr uint32_t kMostCells = 80;      // along a row: finer ones say no more 
 constexpr double kSlopeByNormal = 1.25;  // error of n / n_z over that of n, on average over slopes to 0.6
 constexpr double kSlopeSd = 0.06;        // where the sensor file says nothing
 constexpr double kLeastSlopeSd = 5e-3, kMostSlopeSd = 0.3;
-constexpr double kDeepest = 1.0 / 3;  // of the thickness: linear elasticity ends
+constexpr double kDeepest = 1.0 / 3;  // of the thickness: a depth by linear theory from pressures ends
 constexpr double kShiftSd_px = 0.1;   // of a followed place, where the sensor file says nothing
 constexpr double kSpread = 0.6;       // of the skin's spacing: how far a place's shift is taken to reach
 constexpr float kLeastWeight = 0.3f;
@@ -157,6 +157,9 @@ void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
     input.pressure_MPa = device->pressure_MPa;
   }
   const Traction& found = solver_.solve(input);
+  const double depth_mm = parts.surface->summary.depth_max_mm;
+  if (!surface_.pressure())
+    deep_ = deep_press(press_shape(found.pressure_MPa, grid_, depth_mm, layer_.thickness_mm));
   fill(found, slot, summary);
   part.not_converged = !found.converged || (device && !device->converged);
   if (device) {
@@ -164,7 +167,7 @@ void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
     summary.iterations += device->iterations;
     summary.unexplained_slope = device->slope_rms;
   }
-  part.too_deep = parts.surface->summary.depth_max_mm > kDeepest * layer_.thickness_mm;
+  part.too_deep = depth_mm > (surface_.pressure() ? kDeepest : kDeepestPress) * layer_.thickness_mm;
   part.covered = summary.unknown_cells > 0;
   const TractionSlot& maps = slot.traction;
   parts.traction_maps = {.width = grid_.width, .height = grid_.height, .cell_px = fine_ * shared::kCellSide};
@@ -323,17 +326,17 @@ void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionS
 void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
   const double area_mm2 = grid_.cell_mm * grid_.cell_mm;
   for (size_t i = 0; i < found.pressure_MPa.size(); ++i) {
-    const double kPa = 1e3 * double{found.pressure_MPa[i]};
+    const double kPa = 1e3 * deep_.factor * double{found.pressure_MPa[i]};
     slot.traction.pressure_kPa[i] = static_cast<float>(kPa);
     summary.pressure_max_kPa = std::max(summary.pressure_max_kPa, kPa);
     summary.area_mm2 += kPa > 0 ? area_mm2 : 0;
     summary.unknown_cells += contact_[i] != 0 && known_[i] == 0;
   }
   const Wrench& w = found.wrench;
-  const double relative_sd = layer_.relative_sd;
-  summary.fz_N = with_modulus(w.force_N[2], w.force_sd_N[2], relative_sd);
-  summary.mx_Nmm = with_modulus(w.moment_Nmm[0], w.moment_sd_Nmm[0], relative_sd);
-  summary.my_Nmm = with_modulus(w.moment_Nmm[1], w.moment_sd_Nmm[1], relative_sd);
+  const double relative_sd = std::hypot(layer_.relative_sd, deep_.relative_sd), factor = deep_.factor;
+  summary.fz_N = with_modulus(factor * w.force_N[2], factor * w.force_sd_N[2], relative_sd);
+  summary.mx_Nmm = with_modulus(factor * w.moment_Nmm[0], factor * w.moment_sd_Nmm[0], relative_sd);
+  summary.my_Nmm = with_modulus(factor * w.moment_Nmm[1], factor * w.moment_sd_Nmm[1], relative_sd);
   for (Estimate* unknown : {&summary.fx_N, &summary.fy_N, &summary.mz_Nmm}) *unknown = {};
   fill_shear(found, slot, summary);
   summary.unexplained_slope = found.slope_rms;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/measure/deep_press.h"
 #include "engine/pad/traction.h"
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
@@ -55,6 +56,7 @@ class LayerTraction {
   TractionGrid grid_;
   TractionSolver solver_;
   std::optional<TractionStage> stage_;  ///< where the device finds the pressure
+  DeepPress deep_;                      ///< of the frame that is measured
   bool follows_ = false;                ///< both begin from a frame before
   // Maps of the frame that is measured; kept so that frames allocate nothing.
   std::vector<float> depth_, pressure_, shift_x_, shift_y_, weight_;

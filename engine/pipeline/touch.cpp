@@ -33,7 +33,7 @@ const char* to_string(Validity validity) {
     case Validity::Unfit:
       return "calibration not fit for use";
     case Validity::TooDeep:
-      return "too deep for linear theory";
+      return "too deep for the pad";
     case Validity::NotConverged:
       return "not converged";
     case Validity::LightUnknown:

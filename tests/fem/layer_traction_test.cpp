@@ -9,7 +9,7 @@
 #include "engine/fem/linear/solver.h"
 #include "engine/fem/solve.h"
 #include "engine/pad/traction.h"
-#include "tests/reference/sphere_press.h"
+#include "tests/reference/layer_press.h"
 
 namespace palpate {
 namespace {
@@ -240,14 +240,14 @@ TEST(LayerTraction, SphereOnFiniteElements) {
 TEST(LayerTraction, SphereOnAxisymmetricElements) {
   for (const double poisson : {0.3, 0.485, 0.4999}) {
     SCOPED_TRACE(poisson);
-    const fem::SphereOnLayer what{.thickness_mm = kThickness_mm,
+    const fem::IndenterOnLayer what{.thickness_mm = kThickness_mm,
                                   .young_MPa = kYoung_MPa,
                                   .poisson = poisson,
                                   .radius_mm = 12,
                                   .large_strain = false,
                                   .cell_mm = 0.2,
                                   .reach_mm = 4};
-    const auto pressed = fem::press_sphere(what, {0.4});
+    const auto pressed = fem::press_layer(what, {0.4});
     ASSERT_EQ(pressed.size(), 1u);
     constexpr uint32_t kAlong = 96;
     constexpr double kSide_mm = 0.25;

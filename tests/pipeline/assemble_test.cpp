@@ -42,6 +42,7 @@ TEST(Assemble, OfTwoFaultsOfADepthTheGraverIsSaid) {
                              {Validity::AtBorder, [](DepthFaults& f) { f.at_border = true; }},
                              {Validity::AboveRange, [](DepthFaults& f) { f.above_range = true; }},
                              {Validity::Clipped, [](DepthFaults& f) { f.clipped = true; }},
+                             {Validity::TooDeep, [](DepthFaults& f) { f.too_deep = true; }},
                              {Validity::Covered, [](DepthFaults& f) { f.covered = true; }},
                              {Validity::NoContact, [](DepthFaults& f) { f.untouched = true; }}});
 }

@@ -167,15 +167,36 @@ TEST_F(TractionTest, ShearOfADrag) {
 
 TEST_F(TractionTest, StatesAreSaid) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
-  // Linear theory ends at a third of the thickness. A card's own solve of a layer this thin ends before its
-  // tolerance, which is the graver state.
+  // The force ends at two thirds of the thickness, the depth at the thickness; up to there its error grows.
+  // A card's own solve of a layer this thin ends before its tolerance, which is the graver state.
   const Validity wanted = context().is_software() ? Validity::TooDeep : Validity::NotConverged;
-  Sensor thin = sensor_of(scene);
-  thin.layer->thickness_mm = 0.6;
-  bool said = false;
-  run(scene, thin, {.outputs = kOutputs}, 30,
-      [&](const Result& result, const Truth&) { said |= result.touch.traction->fz_N.validity == wanted; });
-  EXPECT_TRUE(said);
+  size_t shallow = 0, mended = 0, deep = 0, through = 0;
+  for (const double thickness_mm : {0.3, 0.6, 1.2}) {
+    Sensor thin = sensor_of(scene);
+    thin.layer->thickness_mm = thickness_mm;
+    run(scene, thin, {.outputs = kOutputs}, 15, [&](const Result& result, const Truth&) {
+      const Estimate& force = result.touch.traction->fz_N;
+      const double depth = result.touch.surface->depth_max_mm / thickness_mm;
+      if (!result.touch.contact) return;
+      EXPECT_EQ(depth > 1, result.touch.surface->validity == Validity::TooDeep) << depth;
+      through += depth > 1;
+      if (depth > 2.0 / 3) {
+        EXPECT_EQ(force.validity, wanted) << depth;
+        ++deep;
+        return;
+      }
+      if (!force.valid()) return;
+      const double own_sd = std::hypot(thin.layer->relative_sd, 0.06);
+      (depth > 1.0 / 3 ? mended : shallow) += 1;
+      if (depth > 1.0 / 3) {
+        EXPECT_GT(force.standard_error, own_sd * force.value) << depth;
+      }
+    });
+  }
+  EXPECT_GT(shallow, 0u);
+  EXPECT_GT(mended, 0u);
+  EXPECT_GT(deep, 0u);
+  EXPECT_GT(through, 0u);
   // Not asked for: not there.
   run(scene, sensor_of(scene), {.outputs = Output::Force | Output::Surface}, 60,
       [&](const Result& result, const Truth&) { EXPECT_FALSE(result.touch.traction.has_value()); });

@@ -27,6 +27,8 @@ std::string doubt(Validity depth) {
       return "above range: at least this";
     case Validity::Apart:
       return "islands: not determined";
+    case Validity::TooDeep:
+      return "deeper than the pad: wrong";
     case Validity::Covered:
       return "covered by markers: not known";
     case Validity::Extrapolated:

@@ -43,7 +43,7 @@ Verdict force_verdict(Validity validity) {
     case Validity::Unfit:
       return {"force calibration NOT FIT FOR USE: calibrate again", 255, 120, 60};
     case Validity::TooDeep:
-      return {"pressed TOO DEEP for linear theory: force is at least this", 230, 159, 0};
+      return {"pressed TOO DEEP for a pad of this thickness", 230, 159, 0};
     case Validity::NotConverged:
       return {"the solve did NOT CONVERGE", 255, 120, 60};
     case Validity::LightUnknown:
@@ -93,6 +93,7 @@ std::string depth_text(const SurfaceSummary& s) {
   if (s.validity == Validity::Saturated) shown += ", saturated";
   if (s.validity == Validity::AtBorder) shown += ", at border";
   if (s.validity == Validity::Clipped) shown += ", slopes clipped";
+  if (s.validity == Validity::TooDeep) shown += ", deeper than the pad";
   if (s.validity == Validity::AboveRange) shown += ", above range";
   if (s.validity == Validity::Apart) shown += ", on an island";
   if (s.validity == Validity::Covered) shown += ", covered by markers";

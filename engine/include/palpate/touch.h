@@ -26,7 +26,7 @@ enum class Validity : uint8_t {
   Covered,        ///< printed markers hide too much of the skin: the surface under them is not known
   ShapeUnjudged,  ///< the calibration is of too few objects to tell what one of another shape gives
   Unfit,          ///< the calibration itself says that it is not fit for use
-  TooDeep,        ///< pressed deeper than a third of the pad's thickness, where linear elasticity ends
+  TooDeep,        ///< of forces: than two thirds of the pad; of depths: than the pad itself
   NotConverged,   ///< the solve ended before it reached its tolerance
   LightUnknown,   ///< too little of a gel's frame agrees on one light: no change can be called a slope
   NotFollowed,    ///< separate pictures: what needs the frames before is not known

@@ -1,5 +1,5 @@
-// A rigid sphere pressed without friction into a layer on a rigid base, axisymmetric, at large strain or
-// linear: how far linear elasticity of layers goes.
+// A rigid indenter pressed without friction into a layer on a rigid base, axisymmetric or plane, at large
+// strain or linear: how far linear elasticity of layers goes.
 #pragma once
 
 #include <array>
@@ -8,14 +8,22 @@
 
 namespace palpate::fem {
 
+enum class Indenter {
+  Sphere,
+  Cylinder,  ///< lying, in plane strain: forces are those of 1 mm of its length
+  Flat,      ///< a round flat face, its rim rounded by rim_mm
+};
+
 /// The layer is bonded to its base and ends, free, eight thicknesses beyond `reach_mm`.
-struct SphereOnLayer {
+struct IndenterOnLayer {
   double thickness_mm = 1;
   double young_MPa = 1;
-  double poisson = 0.48;  ///< 0 to 0.4999
-  double radius_mm = 1;   ///< of the sphere
-  /// Neo-Hookean (the energy of neo_hookean.h) under a sphere; false: small strain under the paraboloid of
-  /// that radius, contact seen from the surface at rest.
+  double poisson = 0.48;                 ///< 0 to 0.4999
+  double radius_mm = 1;                  ///< of the indenter
+  Indenter indenter = Indenter::Sphere;  ///< others at large strain alone
+  double rim_mm = 0.2;                   ///< less than the radius
+  /// Neo-Hookean (the energy of neo_hookean.h) under the indenter; false: small strain under the paraboloid
+  /// of the sphere's radius, contact seen from the surface at rest.
   bool large_strain = true;
   double cell_mm = 0.04;  ///< of the elements under the contact, at most a quarter of the thickness
   double reach_mm = 0.5;  ///< from the axis: to where they are that small
@@ -35,13 +43,14 @@ struct PressedLayer {
 /// further on. Quadratic elements of nine nodes, volume changes projected on linear ones (Q2-P1), Newton's
 /// search on the energy, contact by a penalty that lets 1/500 of a cell through at a pressure of the
 /// modulus. Throws Error(Failure::Usage) on numbers out of range.
-std::vector<PressedLayer> press_sphere(const SphereOnLayer& what, const std::vector<double>& press_mm);
+std::vector<PressedLayer> press_layer(const IndenterOnLayer& what, const std::vector<double>& press_mm);
 
-/// The pressed surface on a square grid of `along` x `along` cells about the axis.
+/// The pressed surface on a square grid of `along` x `along` cells about the axis; a cylinder lies along y.
 struct SeenPress {
   std::vector<float> depth_mm;   ///< the mean over each cell
   std::vector<uint8_t> contact;  ///< 1 where the cell's centre lies within the contact and `margin` cells
 };
-SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cell_mm, double margin = 0.7);
+SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cell_mm, double margin = 0.7,
+                         bool plane = false);
 
 }  // namespace palpate::fem

@@ -1,4 +1,4 @@
-#include "tests/reference/sphere_press.h"
+#include "tests/reference/layer_press.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -109,8 +109,9 @@ struct Line {
 
 class PressedModel {
  public:
-  explicit PressedModel(const SphereOnLayer& what)
+  explicit PressedModel(const IndenterOnLayer& what)
       : what_(what),
+        plane_(what.indenter == Indenter::Cylinder),
         r_(lines(what.cell_mm, what.reach_mm, what.reach_mm + kBeyond * what.thickness_mm, 1.35,
                  0.4 * what.thickness_mm)),
         z_(lines(what.cell_mm, std::min(what.reach_mm, 0.4 * what.thickness_mm), what.thickness_mm, 1.3,
@@ -189,6 +190,8 @@ class PressedModel {
 
  private:
   static Eigen::Index at(size_t i) { return static_cast<Eigen::Index>(i); }
+  /// Of the model's half: the ring's length, or both halves of 1 mm.
+  double around(double r) const { return plane_ ? 2 : 2 * std::numbers::pi * r; }
   /// Nodes lie on lines and in their middles.
   static double place(const std::vector<double>& lines, size_t node) {
     return node % 2 == 0 ? lines[node / 2] : 0.5 * (lines[node / 2] + lines[node / 2 + 1]);
@@ -217,22 +220,31 @@ class PressedModel {
           slope += line.slope[i] / half * node;
         }
         const double r = 0.5 * (r_[edge] + r_[edge + 1]) + half * (points_.x[p] - 1);
-        c.weight = 2 * std::numbers::pi * r * half * points_.w[p];
+        c.weight = around(r) * half * points_.w[p];
         // z counts down from the surface at rest.
         if (!what_.large_strain) {
           c.gap = way_mm_ - r * r / (2 * what_.radius_mm) - u(1);
           c.first << 0, -1;
           c.radius = r;
         } else {
-          const Eigen::Vector2d from(r + u(0), u(1) - (way_mm_ - what_.radius_mm));
-          const double distance = from.norm();
-          const Eigen::Vector2d normal = from / distance;
-          // Above the middle the sphere's other half is no obstacle.
-          c.gap = from(1) > 0 ? what_.radius_mm - distance : -1;
-          c.first = -normal;
-          c.second = -(Eigen::Matrix2d::Identity() - normal * normal.transpose()) / distance;
-          c.radius = from(0);
-          c.stretch = from(0) / r * std::hypot(1 + slope(0), slope(1));
+          // A flat face is level up to where its rim's round begins.
+          const bool flat = what_.indenter == Indenter::Flat;
+          const double bend = flat ? what_.rim_mm : what_.radius_mm;
+          const double level = what_.radius_mm - bend;
+          c.radius = r + u(0);
+          if (c.radius <= level) {
+            c.gap = way_mm_ - u(1);
+            c.first << 0, -1;
+          } else {
+            const Eigen::Vector2d from(c.radius - level, u(1) - (way_mm_ - bend));
+            const double distance = from.norm();
+            const Eigen::Vector2d normal = from / distance;
+            // Above the middle the other half is no obstacle.
+            c.gap = from(1) > 0 ? bend - distance : -1;
+            c.first = -normal;
+            c.second = -(Eigen::Matrix2d::Identity() - normal * normal.transpose()) / distance;
+          }
+          c.stretch = (plane_ ? 1 : c.radius / r) * std::hypot(1 + slope(0), slope(1));
         }
         if (c.gap > 0) with(c);
       }
@@ -306,9 +318,9 @@ class PressedModel {
         point.by_node(1, radial) = by_z;
         point.by_node(2, axial) = by_r;
         point.by_node(3, axial) = by_z;
-        point.by_node(4, radial) = value / r;
+        point.by_node(4, radial) = plane_ ? 0 : value / r;
       }
-      point.weight = 2 * std::numbers::pi * r * half_r * half_z * points_.w[p % 3] * points_.w[p / 3];
+      point.weight = around(r) * half_r * half_z * points_.w[p % 3] * points_.w[p / 3];
       point.linear << 1, x, y;
       squares += point.weight * point.linear * point.linear.transpose();
       const Gradient gradient = point.by_node * u;
@@ -354,7 +366,8 @@ class PressedModel {
     return sum.value;
   }
 
-  SphereOnLayer what_;
+  IndenterOnLayer what_;
+  bool plane_;
   std::vector<double> r_, z_;  ///< lines of the elements; z from the surface down
   size_t columns_, rows_;      ///< of nodes
   double shear_, bulk_, penalty_;
@@ -367,7 +380,7 @@ class PressedModel {
   double contact_norm_ = 0, way_mm_ = 0, before_way_mm_ = 0;
 };
 
-void check(const SphereOnLayer& what, const std::vector<double>& press_mm) {
+void check(const IndenterOnLayer& what, const std::vector<double>& press_mm) {
   const auto refuse = [](const char* wanted, double found) {
     throw Error(Failure::Usage, wanted, std::to_string(found), "another press");
   };
@@ -375,6 +388,9 @@ void check(const SphereOnLayer& what, const std::vector<double>& press_mm) {
     if (!(length > 0) || !std::isfinite(length)) refuse("lengths and a modulus > 0", length);
   if (!(what.poisson >= 0 && what.poisson <= 0.4999))
     refuse("a Poisson's ratio from 0 to 0.4999", what.poisson);
+  if (what.indenter != Indenter::Sphere && !what.large_strain) refuse("large strain, but under a sphere", 0);
+  if (what.indenter == Indenter::Flat && !(what.rim_mm > 0 && what.rim_mm < what.radius_mm))
+    refuse("a rim > 0 mm and less than the radius", what.rim_mm);
   if (what.cell_mm > what.thickness_mm / 4)
     refuse("cells of at most a quarter of the thickness", what.cell_mm);
   double before = 0;
@@ -387,7 +403,7 @@ void check(const SphereOnLayer& what, const std::vector<double>& press_mm) {
 
 }  // namespace
 
-std::vector<PressedLayer> press_sphere(const SphereOnLayer& what, const std::vector<double>& press_mm) {
+std::vector<PressedLayer> press_layer(const IndenterOnLayer& what, const std::vector<double>& press_mm) {
   check(what, press_mm);
   PressedModel model(what);
   const double largest =
@@ -409,7 +425,8 @@ std::vector<PressedLayer> press_sphere(const SphereOnLayer& what, const std::vec
   return out;
 }
 
-SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cell_mm, double margin) {
+SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cell_mm, double margin,
+                         bool plane) {
   const auto& nodes = pressed.surface_mm;
   // Through an element's three nodes.
   const auto depth_at = [&](double r) {
@@ -429,12 +446,14 @@ SeenPress seen_by_camera(const PressedLayer& pressed, uint32_t along, double cel
     const auto place = [&](size_t k, double part) {
       return (static_cast<double>(k) + part - along / 2.0) * cell_mm;
     };
+    const auto radius = [&](double a, double b) {
+      return std::hypot(place(i % along, a), plane ? 0 : place(i / along, b));
+    };
     double sum = 0;
     for (const double a : {0.125, 0.375, 0.625, 0.875})
-      for (const double b : {0.125, 0.375, 0.625, 0.875})
-        sum += depth_at(std::hypot(place(i % along, a), place(i / along, b)));
+      for (const double b : {0.125, 0.375, 0.625, 0.875}) sum += depth_at(radius(a, b));
     seen.depth_mm.push_back(static_cast<float>(sum / 16));
-    const double r = std::hypot(place(i % along, 0.5), place(i / along, 0.5));
+    const double r = radius(0.5, 0.5);
     seen.contact.push_back(r < pressed.contact_radius_mm + margin * cell_mm ? 1 : 0);
   }
   return seen;
