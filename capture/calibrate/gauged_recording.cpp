@@ -237,6 +237,45 @@ void take_readings(const Gauge& gauge, GaugedRecording& recording) {
   }
 }
 
+bool has_times(const GaugedRecording& recording) {
+  return recording.frames.back().time_s > 0 && recording.frames.back().touch.sequence > 0;
+}
+
+/// A table that counts frames, by their times.
+Gauge with_times(Gauge gauge, const GaugedRecording& recording) {
+  for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(time_of(recording.frames, frame));
+  return gauge;
+}
+
+/// A gauge that is read late counts the right frames and is late all the same: by how much is taken from the
+/// clocks where that leaves little of what the correlation lacks. On 18 presses of a GelSight Wedge either
+/// less than half is left, 1 to 3 frames late, or more than two thirds.
+void follow_late_gauge(GaugedRecording& recording, const Gauge& gauge) {
+  constexpr double kMost_frames = 6, kLeft = 0.6;
+  if (gauge.force_N.empty() || !has_times(recording)) return;
+  const Gauge timed = with_times(gauge, recording);
+  GaugedRecording compared = recording;
+  try {
+    compared.alignment = align(compared, timed);
+  } catch (const Error&) {
+    return;  // nothing shows that it is late
+  }
+  const GaugedFrame& last = recording.frames.back();
+  const double late = -compared.alignment->offset_s * static_cast<double>(last.touch.sequence) / last.time_s;
+  double here = 1;
+  for (const ClockSignal& signal : clock_signals(recording, true))
+    if (signal.name == compared.clock_signal) here = correlation(recording, signal.values, gauge, 0);
+  if (!(std::abs(late) <= kMost_frames) || !(1 - compared.alignment->correlation < kLeft * (1 - here)))
+    return;
+  recording.alignment = compared.alignment;
+  recording.clock_signal = compared.clock_signal;
+  recording.offset_s = compared.alignment->offset_s;
+  recording.notes.push_back("the gauge is read " + number(std::abs(late), "%.1f") + " frames " +
+                            (late > 0 ? "late" : "early") + " (correlation " + number(here) +
+                            " as it is): followed; --align none takes the table as it is");
+  take_readings(timed, recording);
+}
+
 /// Where the light falls with the force of a gauge that reads mostly negative ones, a press is negative to
 /// it.
 bool turn_where_opposite(Gauge& gauge, const GaugedRecording& recording) {
@@ -289,12 +328,10 @@ void zero_readings(const GaugeRequest& request, GaugedRecording& recording) {
 void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording& recording) {
   Gauge gauge = read_gauge(request.gauge, request.columns);
   if (gauge.by_frame() && request.alignment.kind != Alignment::Kind::None && request.alignment.asked) {
-    // A gauge that is read late counts the right frames and is late all the same.
-    const GaugedFrame& last = recording.frames.back();
-    if (!(last.time_s > 0) || last.touch.sequence == 0)
+    if (!has_times(recording))
       throw Error(Failure::Input, "times of the frames of '" + recording.input + "', for --align",
                   "images, which carry no times", "--rate HZ, or --align none");
-    for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(time_of(recording.frames, frame));
+    gauge = with_times(gauge, recording);
   }
   if (const std::string gaps = describe_gaps(gauge); !gaps.empty())
     recording.notes.push_back(gaps + ": frames there are left out");
@@ -316,7 +353,10 @@ void take_gauge(const GaugeRequest& request, uint32_t untouched, GaugedRecording
                 gauge.file + ", which has none there",
                 "--align auto, or the gauge's table of this recording");
   if (untouched > 0) refuse_touched_background(recording, untouched);
-  if (gauge.by_frame() && !request.alignment.asked) refuse_another_gauge(recording, gauge);
+  if (gauge.by_frame() && !request.alignment.asked) {
+    refuse_another_gauge(recording, gauge);
+    follow_late_gauge(recording, gauge);
+  }
   zero_readings(request, recording);
   if (without > 0)
     recording.notes.push_back(counted(without, "frame") + " of " + std::to_string(recording.frames.size()) +

@@ -129,9 +129,19 @@ TEST_F(GaugedRecordingTest, TheOtherSignIsTurnedWhereItIsCertain) {
   EXPECT_NE(refusal(input_).find("falls where the touch grows"), std::string::npos) << refusal(input_);
 }
 
-TEST_F(GaugedRecordingTest, ALateTableIsTaken) {
-  write_table(kPress, 240, 237);  // three frames late, as gauges are read
-  EXPECT_EQ(measured(input_).frames.size(), 240u);
+// As gauges are read: followed, below a frame, unless the table is to be taken as it is.
+TEST_F(GaugedRecordingTest, ALateTableIsFollowed) {
+  write_table(kPress, 240, 237);  // three frames late
+  const GaugedRecording late = measured(input_);
+  ASSERT_EQ(late.notes.size(), 1u);
+  EXPECT_NE(late.notes[0].find("frames late"), std::string::npos) << late.notes[0];
+  const double frame_s = late.frames[1].time_s - late.frames[0].time_s;
+  EXPECT_NEAR(late.offset_s, -3 * frame_s, 0.5 * frame_s);
+  GaugeRequest as_it_is;
+  as_it_is.alignment = parse_alignment("none");
+  const GaugedRecording taken = measured(input_, as_it_is);
+  EXPECT_TRUE(taken.notes.empty());
+  EXPECT_LT(worst(late), 0.3 * worst(taken));
 }
 
 TEST_F(GaugedRecordingTest, AnotherLengthIsNotedOrRefused) {
