@@ -5,6 +5,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/calibrate/weighed_presses.h"
+#include "capture/open_source.h"
+#include "capture/synthetic/synthetic.h"
 #include "palpate/sensor.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -193,6 +196,109 @@ TEST_F(CheckCommand, SetupRefusesTheUntouchedImageOfAnotherLightOrCameraMode) {
   EXPECT_EQ(TypedProgram::run(setup + "'" + at("small.png") + "'"), 3);
   EXPECT_NE(text("stderr").find("wanted a --background of 320 x 240 px"), std::string::npos)
       << text("stderr");
+}
+
+// A modulus that is half of the pad's: the scale shows it, its mended file is true, and reads the force.
+TEST_F(CheckCommand, WeightsJudgeTheForceAndMendIt) {
+  const std::string scene = "synthetic:palpation?mode=gel&size=320x240&rate=10";
+  Sensor sensor = synthetic_sensor(parse_synthetic(scene));
+  ASSERT_TRUE(sensor.layer && !sensor.force);
+  sensor.layer->relative_sd = 0.1;
+  save_sensor(sensor, folder_ / "own.json");
+  // What the scale shows: the largest force of each press.
+  std::vector<double> weight_g;
+  const std::unique_ptr<Source> source = open_source(scene, sensor);
+  Frame frame;
+  double before_N = 0;
+  while (source->next(frame)) {
+    const double force_N = source->truth(frame.sequence)->force_N;
+    if (force_N > 0 && before_N == 0) weight_g.push_back(0);
+    if (force_N > 0) weight_g.back() = std::max(weight_g.back(), 1e3 * force_N / 9.80665);
+    before_N = force_N;
+  }
+  ASSERT_GE(weight_g.size(), 2u);
+  std::string weights = " --weight-g ";
+  for (const double one : weight_g) weights += std::to_string(one) + ",";
+  weights.pop_back();
+
+  const std::string input = "'" + scene + "'";
+  sensor.layer->young_MPa /= 2;
+  save_sensor(sensor, folder_ / "own.json");
+  const Json found = check(input, 3, weights);
+  EXPECT_EQ(state(found, "force"), "changed");
+  EXPECT_NEAR(row(found, "force").at("value").get<double>(), 0.5, 0.03);
+  ASSERT_EQ(found.at("again").size(), 1u);
+  const std::string command = found.at("again")[0].at("command");
+  ASSERT_TRUE(command.starts_with("palpate check ")) << command;
+  EXPECT_EQ(TypedProgram::run(command.substr(8) + " --quiet"), 3) << text("stderr");
+  EXPECT_TRUE(text("stdout").starts_with("force mended")) << text("stdout");
+  EXPECT_NEAR(row(check(input, 0, weights), "force").at("value").get<double>(), 1, 0.05);
+  const LayerCalibration mended = load_sensor(folder_ / "own.json").layer.value();
+  EXPECT_NEAR(mended.young_MPa, 2 * sensor.layer->young_MPa, 0.06 * mended.young_MPa);
+  EXPECT_GT(mended.relative_sd, 0.05) << "other objects may read otherwise";
+  EXPECT_LT(mended.relative_sd, 0.2);
+
+  const std::string own = "check '" + at("own.json") + "' " + input;
+  EXPECT_EQ(TypedProgram::run(own + " --weight-g 100,200,300,400,500,600,700"), 3);
+  EXPECT_NE(text("stderr").find("a weight each"), std::string::npos) << text("stderr");
+  EXPECT_EQ(TypedProgram::run(own + " --weight-g -5"), 2);
+  EXPECT_EQ(TypedProgram::run(own + " --out '" + at("other.json") + "'"), 2);
+  EXPECT_FALSE(fs::exists(folder_ / "other.json"));
+}
+
+WeighedPress pressed(double weight_N, double force_N, double own_sd = 0.1, double stated_sd = 0.2) {
+  return {weight_N, force_N, own_sd * force_N, stated_sd * force_N, false};
+}
+
+TEST(Weighed, GainIsWeighedWithTheCalibration) {
+  const WeighedPress three[] = {pressed(11, 10), pressed(22, 20), pressed(5.5, 5)};
+  const WeighedGain found = weigh(three);
+  EXPECT_NEAR(found.gain, 1.1, 1e-12);
+  EXPECT_NEAR(found.sd, 1.1 * 0.1 / std::sqrt(3.0), 1e-12);
+  EXPECT_LT(found.gain, found.limit);
+  EXPECT_GT(found.mended, 1);
+  EXPECT_LT(found.mended, found.gain);
+  EXPECT_LT(found.mended_sd, std::min(found.sd, 0.2));
+  // Contradicted by three, the calibration has no say; by one, both have, and the error grows.
+  const WeighedPress far[] = {pressed(20, 10), pressed(40, 20), pressed(10, 5)};
+  EXPECT_GT(weigh(far).gain, weigh(far).limit);
+  EXPECT_NEAR(weigh(far).mended, 2, 1e-12);
+  const WeighedGain one = weigh(std::span(far).first(1));
+  EXPECT_GT(one.mended, 1.2);
+  EXPECT_LT(one.mended, 1.8);
+  EXPECT_GE(one.mended_sd, 0.5);
+  // Presses that scatter more than they state.
+  const WeighedPress apart[] = {pressed(7, 10), pressed(10, 10), pressed(13, 10)};
+  EXPECT_NEAR(weigh(apart).sd, 1.4826 * 0.3 / std::sqrt(3.0), 1e-6);
+}
+
+TEST(Weighed, MendsTheCurveOrTheModulus) {
+  Sensor sensor;
+  sensor.layer = LayerCalibration{.young_MPa = 0.2, .thickness_mm = 4, .relative_sd = 0.3};
+  WeighedGain gain;
+  gain.mended = 1.5;
+  gain.mended_sd = 0.15;
+  set_gain(sensor, gain, "today.avi");
+  EXPECT_NEAR(sensor.layer->young_MPa, 0.3, 1e-12);
+  EXPECT_NEAR(sensor.layer->relative_sd, 0.1, 1e-12);
+  EXPECT_EQ(sensor.layer->origin.from, "today.avi");
+  ForceCalibration& force = sensor.force.emplace();
+  force.signal = ForceSignal::Gradient;
+  force.model = ForceModel::Spline;
+  force.knots = {{0, 0}, {10, 4}};
+  force.loading = ForceCurve{.c1 = 2, .c0_N = 1, .knots = {{0, 0}, {10, 6}}};
+  force.unloading = force.loading;
+  force.force_max_N = 4;
+  set_gain(sensor, gain, "today.avi");
+  EXPECT_NEAR(sensor.layer->young_MPa, 0.3, 1e-12) << "not what the force is read by";
+  EXPECT_EQ(force.knots[1], (std::array<double, 2>{10, 6}));
+  EXPECT_EQ(force.unloading->knots[1], (std::array<double, 2>{10, 9}));
+  EXPECT_NEAR(force.force_max_N, 6, 1e-12);
+  EXPECT_NEAR(force.residual_fraction, 0.1, 1e-12);
+  force.signal = ForceSignal::Layer;
+  set_gain(sensor, gain, "today.avi");
+  EXPECT_NEAR(sensor.layer->young_MPa, 0.45, 1e-12);
+  EXPECT_NEAR(force.force_max_N, 6, 1e-12) << "the curve's force is mended by its signal";
 }
 
 }  // namespace

@@ -73,6 +73,10 @@ def test_a_check_is_what_the_program_says(press, tmp_path, program):
     assert found.again == [] and str(found).startswith("as calibrated: ")
     wrong = pp.check(own, press / "frames", background=rest, ball_radius_mm=12)
     assert not wrong and "palpate calibrate photometric" in wrong.sentence and wrong.again
+    mended = tmp_path / "mended.json"
+    with pytest.raises(pp.SensorError, match="calibration of force"):
+        pp.check(own, press / "frames", background=rest, weight_g=500, out=mended)
+    assert not mended.exists()
 
 
 def test_a_kind_of_sensor_gives_the_scale(press, tmp_path):

@@ -12,7 +12,8 @@
 namespace palpate {
 namespace {
 
-Report check(const CheckRequest& request, const Common& common) {
+Report check(CheckRequest request, const Common& common) {
+  request.out = common.out;
   catch_interrupts();
   std::unique_ptr<gpu::Context> context;
   const auto device = [&]() -> gpu::Context& { return *(context = open_device(common)); };
@@ -39,16 +40,22 @@ void add_check(CommandLine& program, Common& common, Command& chosen) {
                    "Picture of the pad at rest today (default: found in RECORDING)")
       ->check(Check::existing_file());
   add_ball_size(*command, options->ball, "ball that is pressed in RECORDING; its depth is then judged too");
-  add_common(
-      *command, common,
-      "  palpate check gel.json today.avi\n"
-      "  palpate check gel.json presses/ --background rest.png --ball-radius-mm 3\n"
-      "Compares the untouched picture with that of the calibration (light, pattern, specks, printed "
-      "markers), "
-      "noise\n"
-      "with the threshold, and a ball's depth with what is read of it. Exit code 3 where the calibration is "
-      "not true\n"
-      "any more, or nothing shows whether it is.\n");
+  command
+      ->add_option("--weight-g", options->weight_g,
+                   "What a scale showed at each press of RECORDING, grams; the force is then judged too")
+      ->delimiter(',');
+  command->add_option("--out", common.out, "Sensor file to write: this one, mended by --weight-g");
+  add_common(*command, common,
+             "  palpate check gel.json today.avi\n"
+             "  palpate check gel.json presses/ --background rest.png --ball-radius-mm 3\n"
+             "  palpate check gel.json presses.avi --weight-g 512,830,1204 --out gel.json\n"
+             "Compares the untouched picture with that of the calibration (light, pattern, specks, printed "
+             "markers), "
+             "noise\n"
+             "with the threshold, a ball's depth with what is read of it, and weights with forces. Exit code "
+             "3 where the calibration is "
+             "not true\n"
+             "any more, or nothing shows whether it is.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return check(*options, common); }; });
 }

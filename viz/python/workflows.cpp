@@ -53,9 +53,11 @@ py::dict record(const RunSettings& settings, const std::filesystem::path& folder
 /// Sentence, table and all as JSON.
 py::dict check(const std::filesystem::path& sensor, const std::string& recording,
                const std::filesystem::path& background, double ball_radius_mm, double ball_diameter_mm,
+               const std::vector<double>& weight_g, const std::filesystem::path& out,
                const std::string& device) {
-  const CheckRequest asked{
-      sensor, recording, background, {.radius_mm = ball_radius_mm, .diameter_mm = ball_diameter_mm}};
+  const CheckRequest asked{sensor,     recording,
+                           background, {.radius_mm = ball_radius_mm, .diameter_mm = ball_diameter_mm},
+                           weight_g,   out};
   const SensorCheck found = run_apart([=](const std::atomic<bool>& stop) {
     std::shared_ptr<gpu::Context> context;
     const auto opened = [&]() -> gpu::Context& { return *(context = shared_device(device)); };
@@ -256,7 +258,8 @@ py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
 void bind_workflows(py::module_& module) {
   module.def("record", &record, py::arg("settings"), py::arg("folder"), py::arg("device"));
   module.def("check", &check, py::arg("sensor"), py::arg("recording"), py::arg("background"),
-             py::arg("ball_radius_mm"), py::arg("ball_diameter_mm"), py::arg("device"));
+             py::arg("ball_radius_mm"), py::arg("ball_diameter_mm"), py::arg("weight_g"), py::arg("out"),
+             py::arg("device"));
   module.def("wrench", &wrench, py::arg("request"), py::arg("gauge"), py::arg("align"), py::arg("rate_Hz"),
              py::arg("sequence"), py::arg("device"));
   module.def("strain", &strain, py::arg("request"), py::arg("frames"), py::arg("forces_N"),

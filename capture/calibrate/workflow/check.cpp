@@ -11,6 +11,7 @@
 #include "capture/calibrate/pad_change.h"
 #include "capture/calibrate/pad_match.h"
 #include "capture/calibrate/untouched_recording.h"
+#include "capture/calibrate/weighed_presses.h"
 #include "capture/calibrate/workflow/balls.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
@@ -72,6 +73,12 @@ class Check {
     if (request.ball.times_given() > 1)
       throw Error(Failure::Usage, "the ball's size once", "several of them",
                   "--ball-radius-mm or --ball-diameter-mm");
+    if (request.weight_g.empty() && !request.out.empty())
+      throw Error(Failure::Usage, "weights to mend " + request.sensor.string() + " by", "--out alone",
+                  "--weight-g GRAMS of each press on a scale");
+    for (const double weight_g : request.weight_g)
+      if (!(weight_g > 0) || !std::isfinite(weight_g))
+        throw Error(Failure::Usage, "weights > 0 g", text("%g", weight_g), "what the scale showed, in grams");
   }
 
   SensorCheck run(const std::function<gpu::Context&()>& device) {
@@ -84,6 +91,7 @@ class Check {
       calibrated_ = load_background(request_.input, sensor_, *source);
     look_at_pad(separate_presses(*source, false));
     if (!watch_.stopped()) judge_ball(device);
+    if (!watch_.stopped()) judge_force(device);
     if (watch_.stopped()) return {.stopped = true};
     conclude();
     return std::move(check_);
@@ -256,6 +264,30 @@ class Check {
     }
   }
 
+  void judge_force(const std::function<gpu::Context&()>& device) {
+    if (request_.weight_g.empty()) {
+      if (sensor_.force || sensor_.layer)
+        add(not_judged("force", "press on a kitchen scale: --weight-g GRAMS"));
+      return;
+    }
+    BallRequest rest;
+    rest.background = request_.background;
+    const Sensor reading = with_background(sensor_, rest);
+    const std::vector<WeighedPress> presses =
+        weighed_presses(device(), reading, request_.input, request_.weight_g, watch_);
+    if (watch_.stopped()) return;
+    const WeighedGain found = weigh(presses);
+    const auto at_border = std::ranges::count_if(presses, &WeighedPress::at_border);
+    add(row("force", 1 / found.gain, "of the weight", 1 / found.limit, found.limit,
+            text("%zu press%s on a scale: times %.3f +- %.3f; with the calibration's own error %.3f +- %.3f",
+                 presses.size(), presses.size() == 1 ? "" : "es", found.gain, found.sd, found.mended,
+                 found.mended_sd) +
+                (at_border > 0 ? text("; %zd reach the border", at_border) : "")));
+    if (request_.out.empty()) return;
+    set_gain(sensor_, found, request_.input);
+    save_sensor(sensor_, request_.out);
+  }
+
   void add(CheckRow&& one) { check_.rows.push_back(std::move(one)); }
 
   bool changed(const char* name) const {
@@ -287,6 +319,12 @@ class Check {
       if (sensor_.reading == SurfaceReading::Photometric) again("the surface", "photometric " + ball);
       if (sensor_.reading == SurfaceReading::Lookup) again("the surface", "lookup " + ball);
       if (sensor_.force) again("the force", "force PRESSES --gauge TABLE");
+    } else if (changed("force") && request_.out.empty()) {
+      std::string weights;
+      for (const double weight_g : request_.weight_g) weights += text(" --weight-g %g", weight_g);
+      check_.again.push_back({"the force", "palpate check " + in_quotes(request_.sensor.string()) + " " +
+                                               in_quotes(request_.input) + weights + " --out " +
+                                               in_quotes(request_.sensor.string())});
     }
   }
 
@@ -319,7 +357,8 @@ class Check {
         steps += (steps.empty() ? "" : last ? " and " : ", ") + remedy.step;
         commands += (commands.empty() ? "" : " && ") + remedy.command;
       }
-      check_.sentence = "needs " + steps + " again (" + because + "): " + commands;
+      check_.sentence = check_.again.empty() ? "force mended (" + because + ")"
+                                             : "needs " + steps + " again (" + because + "): " + commands;
     }
     report();
   }
@@ -351,6 +390,7 @@ class Check {
     check_.text =
         check_.sentence + "\n\n" + text("%-11s %-18s %-15s %-14s\n", "", "today", "limit", "state") + lines;
     if (!doubt_.empty()) check_.text += "WARNING: " + doubt_ + "\n";
+    if (!request_.out.empty()) check_.text += "written: " + request_.out.string() + "\n";
     check_.text.pop_back();
     check_.json = {{"sensor", request_.sensor.string()},
                    {"recording", request_.input},
@@ -358,6 +398,7 @@ class Check {
                    {"sentence", check_.sentence},
                    {"rows", rows},
                    {"again", remedies},
+                   {"written", request_.out.string()},
                    {"doubt", doubt_}};
   }
 

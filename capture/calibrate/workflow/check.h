@@ -1,5 +1,5 @@
 // Check of a sensor's calibration against its gel today: today's picture against the calibrated one, and
-// presses of a known ball against what the calibration reads of them.
+// presses of a known ball, or on a scale, against what the calibration reads of them.
 #pragma once
 
 #include <filesystem>
@@ -22,6 +22,8 @@ struct CheckRequest {
   std::string input;                   ///< a recording of today
   std::filesystem::path background{};  ///< the pad at rest today; empty: found in `input`
   BallSize ball{};                     ///< pressed in `input`; not given: none is looked for
+  std::vector<double> weight_g{};      ///< that a scale showed at each press of `input`, in order
+  std::filesystem::path out{};         ///< the sensor file mended by those weights; empty: none is written
 };
 
 /// One thing that a calibration rests on.
@@ -53,8 +55,9 @@ struct SensorCheck {
   json::Value json{};
 };
 
-/// `device` is asked for only where a ball is read. Throws Error(Failure::Input) where the recording does not
-/// fit the sensor, or where all is as calibrated but the ball that was named is not found.
+/// `device` is asked for only where a ball is read or presses are weighed. Throws Error(Failure::Input) where
+/// the recording does not fit the sensor, or where all is as calibrated but the ball that was named is not
+/// found.
 SensorCheck check_sensor(const CheckRequest& request, const std::function<gpu::Context&()>& device,
                          const RunWatch& watch);
 

@@ -178,6 +178,8 @@ def check(
     background: Path | None = None,
     ball_radius_mm: float = 0.0,
     ball_diameter_mm: float = 0.0,
+    weight_g: float | Sequence[float] = (),
+    out: Path | None = None,
     device: str = "",
 ) -> Check:
     """Is a calibration still true for this gel today?  As ``palpate check`` judges it.
@@ -187,10 +189,16 @@ def check(
         recording: of today: a video, a folder of images, a session.
         background: picture of the pad at rest today; else found in the recording.
         ball_radius_mm, ball_diameter_mm: size of a ball that is pressed in the recording; its depth is then judged too.
-        device: that reads the ball's depth, by index or part of its name.
+        weight_g: what a scale showed at each press in the recording, grams, in order; the force is then judged too.
+        out: sensor file to write, mended by these weights.
+        device: that reads depth and force, by index or part of its name.
     """
     rest = path_text(background or "", "background")
-    answer = _palpate.check(path_text(sensor, "sensor"), path_text(recording, "recording"), rest, ball_radius_mm, ball_diameter_mm, device)
+    weights = [float(weight_g)] if isinstance(weight_g, (int, float)) else [float(one) for one in weight_g]
+    mended = path_text(out or "", "out")
+    answer = _palpate.check(
+        path_text(sensor, "sensor"), path_text(recording, "recording"), rest, ball_radius_mm, ball_diameter_mm, weights, mended, device
+    )
     found = json.loads(answer["report"])
     columns = ("name", "value", "unit", "least", "most", "state", "what")
     rows = Table("Check", columns, [[row[one] for one in columns] for row in found["rows"]])
