@@ -200,8 +200,12 @@ void set_force(Sensor& sensor, const ForceCalibration& calibration) {
   ForceCalibration& force = *sensor.force;
   LayerCalibration& layer = *sensor.layer;
   const double scale = force.c1_N_per_gray;
+  // The wrench does not tell the directions apart: what they differ by is its error.
+  const double apart = force.loading ? 0.5 * (force.loading->c1 - force.unloading->c1) / scale : 0;
+  for (std::optional<ForceCurve>* branch : {&force.loading, &force.unloading})
+    if (*branch) (*branch)->c1 /= scale;
   layer.young_MPa *= scale;
-  layer.relative_sd = std::hypot(std::sqrt(force.covariance[2]) / scale, force.residual_fraction);
+  layer.relative_sd = std::hypot(std::sqrt(force.covariance[2]) / scale, force.residual_fraction, apart);
   layer.origin = force.origin;
   force.c1_N_per_gray = 1;
   force.covariance = {};

@@ -67,7 +67,7 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
                              bool keep_border = false);
 
 /// Puts a calibration into a sensor. That of the layer's force becomes the layer's modulus, with its standard
-/// error, and a force of scale 1.
+/// error, and a force of scale 1, or of scales about 1 where loading and unloading are apart.
 void set_force(Sensor& sensor, const ForceCalibration& calibration);
 
 /// A calibration is not fit for use where its interval is wider than kWorstInterval of full scale, where it

@@ -138,6 +138,46 @@ TEST(ForceVerdict, IsKeptInTheSensorFile) {
   std::filesystem::remove(file);
 }
 
+// A pad that gives way while it is held reads more on the way back: the layer's force has two scales, which
+// the sensor file tells by the history of the press; the wrench, which does not, has the gap in its error.
+TEST(ForceVerdict, LayersForceIsToldApartByItsHistory) {
+  const auto gives_way = [](double back, double scatter) {
+    GaugedRecording r = recording(6, scatter);
+    for (size_t i = 0; i < r.frames.size(); ++i) {
+      TractionSummary& t = r.frames[i].touch.traction.emplace();
+      const double gain = i % 50 < 20 ? 0.5 : 0.5 * back;  // 10 sin(0.08 i) turns at 20
+      t.fz_N = {gain * r.frames[i].touch.gray_sum / 1000, 0.01, Validity::Valid};
+    }
+    return r;
+  };
+  const ForceChoiceOptions by_layer{ForceSignal::Layer, {}, {}};
+  const ForceOutcome apart = calibrate_force({gives_way(1.15, 0.01)}, by_layer);
+  ASSERT_TRUE(apart.choice.calibration.loading) << to_string(apart.choice.chosen.candidate);
+  Sensor sensor;
+  sensor.layer = LayerCalibration{.young_MPa = 0.1, .thickness_mm = 4};
+  set_force(sensor, apart.choice.calibration);
+  const double young_MPa = sensor.layer->young_MPa;
+  EXPECT_NEAR(sensor.force->loading->c1 * young_MPa, 0.1 * 2, 0.01);
+  EXPECT_NEAR(sensor.force->unloading->c1 * young_MPa, 0.1 * 2 / 1.15, 0.01);
+  EXPECT_GT(sensor.layer->relative_sd, 0.06);
+  EXPECT_LT(sensor.layer->relative_sd, 0.12);
+  // Another press, up and down, read by the mended layer.
+  ForceHistory history;
+  for (int i = 1; i < 39; ++i) {
+    const double force_N = 10 * std::sin(0.08 * i);
+    ForceFeatures read;
+    read.contact = read.has_layer = true;
+    read.layer_validity = Validity::Valid;
+    read.layer_N = (i < 20 ? 0.5 : 0.5 * 1.15) * force_N * young_MPa / 0.1;
+    const Estimate e = history.update(*sensor.force, read);
+    if (i < 18 || i > 28) {  // until it has turned for certain
+      EXPECT_NEAR(e.value, force_N, 0.03 * force_N) << i;
+    }
+  }
+  // One that does not stays one number.
+  EXPECT_FALSE(calibrate_force({gives_way(1, 0.01)}, by_layer).choice.calibration.loading);
+}
+
 TEST(ForceVerdict, DriftNeedsTime) {
   EXPECT_FALSE(std::isfinite(calibrate(recording(3, 0.01)).choice.drift_sd_N_per_min));  // 7.5 s
   EXPECT_TRUE(std::isfinite(calibrate(recording(6, 0.01)).choice.drift_sd_N_per_min));   // 15 s

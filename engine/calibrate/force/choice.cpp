@@ -56,9 +56,7 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
     for (const bool branches : {false, true})
       for (const ForceSignal signal : kSignals) {
         // The layer's force is one: only its modulus is open.
-        if ((model == ForceModel::Scale) != (signal == ForceSignal::Layer) ||
-            (model == ForceModel::Scale && branches))
-          continue;
+        if ((model == ForceModel::Scale) != (signal == ForceSignal::Layer)) continue;
         const bool needs =
             signal == ForceSignal::Volume || signal == ForceSignal::Gradient || signal == ForceSignal::Layer;
         if (needs && !is_there(signal, samples)) continue;
