@@ -9,6 +9,7 @@
 #include "capture/live/engine_thread.h"
 #include "capture/live/session.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -124,6 +125,7 @@ void run_on_device(Pipeline& pipeline, LiveSession& session, const LiveOptions& 
   }
   engine.stop();
   session.rethrow();
+  report.flaws = PipelineAccess::flaws(pipeline).describe();
   if (options.presses) {
     report.presses = options.presses->finish();
     viewer->finish_presses();

@@ -93,6 +93,7 @@ struct LiveReport {
   double draw_median_ms = 0;
   uint32_t mesh_columns = 0;         ///< of the last picture
   std::vector<PressAnswer> presses;  ///< result of each press of a block
+  std::string flaws;                 ///< of the pad since its untouched image; empty: none were found
   std::string warning;         ///< about a recording that is cut short or damaged; empty when all is well
   uint32_t device_losses = 0;  ///< the device was opened anew so often
   bool interrupted = false;

@@ -69,6 +69,7 @@ Facts facts_of(const LiveReport& report, const std::vector<Recording::Written>& 
   Facts facts;
   facts.say(headline(report));
   facts.add("complete", !report.interrupted);
+  if (!report.flaws.empty()) facts.add("flaws", report.flaws, "WARNING: " + report.flaws + "\n");
   facts.add("seconds", report.seconds);
   facts.add("captured", report.captured);
   facts.add("processed", report.processed);

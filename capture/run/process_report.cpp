@@ -248,6 +248,8 @@ void add_sources(const ProcessSummary& s, Facts& facts) {
                 ? "untouched image: none given, the first frames were taken to be untouched (--background)\n"
                 : "");
   warn("untouched_warning", s.untouched_warning);
+  add_count("flaw_px", s.flaws.px, "WARNING: " + s.flaws.describe(), facts);
+  if (s.flaws.px > 0) facts.add("flaws", s.flaws.describe());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/error.h"
 
@@ -267,6 +268,15 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   summary.solved_by = pipeline.solved_by();
   summary.separate = separate;
   summary.untouched = background_origin(sensor, *source);
+  // Pictures of presses show together what each of them may hide.
+  if (separate && summary.untouched == BackgroundOrigin::File) {
+    constexpr uint64_t kMostPictures = 60;
+    const std::unique_ptr<Source> pictures = open_source(request.input, sensor);
+    const uint64_t every = pictures->frame_count().value_or(0) / kMostPictures + 1;
+    Frame picture;
+    for (uint64_t n = 0; !watch.stopped() && pictures->next(picture); ++n)
+      if (n % every == 0) PipelineAccess::look_for_flaws(pipeline, picture);
+  }
   std::optional<RestCheck> rest_check;
   if (summary.untouched == BackgroundOrigin::File || summary.untouched == BackgroundOrigin::FirstFrames)
     rest_check.emplace(background, sensor);
@@ -279,7 +289,11 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   // the first one on.
   const bool followed = !separate && (request.rows || request.on_row || request.pictures || request.video ||
                                       (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
-  if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
+  if (!followed && request.range.first > 0) {
+    Frame first;  // shows flaws that a later one may hide
+    if (!separate && source->next(first)) PipelineAccess::look_for_flaws(pipeline, first);
+    seek_frame(*source, request.range.first);
+  }
 
   const int64_t start_ns = monotonic_ns();
   const auto finish = [&] {
@@ -289,6 +303,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
       summary.warning += (summary.warning.empty() ? "" : "; ") + unused;
     summary.damaged_frames = source->counts().damaged;
     if (presses) summary.presses = presses->finish();
+    summary.flaws = PipelineAccess::flaws(pipeline);
     if (rest_check) summary.untouched_warning = rest_check->warning();
     recorder.close();
     if (!out.empty())

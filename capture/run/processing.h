@@ -23,6 +23,7 @@
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
 #include "engine/base/facts.h"
+#include "engine/measure/pad_flaws.h"
 #include "engine/palpation/press_monitor.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
@@ -124,6 +125,7 @@ struct ProcessSummary {
   std::vector<TouchSpan> spans;                     ///< each time that something touches
   std::vector<std::string> sources;  ///< files of the frames, in the order in which they were measured
   BackgroundOrigin untouched = BackgroundOrigin::None;
+  FlawSummary flaws;              ///< of the pad since its untouched image, filled from around
   std::string untouched_warning;  ///< that the untouched image shows a touch, see RestCheck
 };
 

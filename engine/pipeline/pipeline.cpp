@@ -107,7 +107,9 @@ struct Pipeline::Impl {
         any_picture(options.any_picture),
         ready(!plan.background),
         slots(plan.slots) {
-    if (plan.specks) specks.emplace(format, dead_gray(sensor));
+    if (plan.flaws) flaws.emplace(format, plan.separate);
+    if (plan.specks || plan.flaws)
+      specks.emplace(format, plan.specks ? std::optional(dead_gray(sensor)) : std::nullopt);
     if (plan.steady_light) light.emplace(format, sensor.saturation_gray, plan.separate);
     in_flight.reserve(plan.slots);
     for (uint32_t i = 0; i < slots.size(); ++i) {
@@ -119,6 +121,18 @@ struct Pipeline::Impl {
   }
   ~Impl() {
     for (Slot& slot : slots) slot.hold->frames = nullptr;
+  }
+
+  void set_untouched(const Frame& frame) {
+    const Frame& whole = specks ? specks->set_background(frame) : frame;
+    frames.set_background(whole);
+    if (light) light->set_background(whole);
+  }
+
+  void look_for_flaws(const Frame& frame) {
+    if (!flaws || !flaws->look_at(frame)) return;
+    specks->set_flaws(flaws->flaws());
+    set_untouched(untouched);
   }
 
   // A frame that the device has finished: measured by itself, then followed from those before it.
@@ -161,6 +175,8 @@ struct Pipeline::Impl {
   FramePlan plan;
   Frames frames;
   TouchHistory history;
+  std::optional<PadFlaws> flaws;
+  Frame untouched;  ///< as it was given, where flaws may be found later
   std::optional<Specks> specks;
   std::optional<SteadyLight> light;
   PictureCheck picture;
@@ -206,9 +222,13 @@ void Pipeline::set_background(const Frame& frame) {
   impl_->ready = false;
   impl_->picture.set_reference(frame);
   impl_->compares = true;
-  const Frame& whole = impl_->specks ? impl_->specks->set_background(frame) : frame;
-  impl_->frames.set_background(whole);
-  if (impl_->light) impl_->light->set_background(whole);
+  if (impl_->flaws) {
+    impl_->flaws->set_background(frame);
+    impl_->specks->set_flaws({});
+    impl_->untouched.reshape(frame.format);
+    std::copy_n(frame.pixels(), frame.format.frame_bytes(), impl_->untouched.bytes.begin());
+  }
+  impl_->set_untouched(frame);
   impl_->ready = true;
 }
 
@@ -225,13 +245,19 @@ bool Pipeline::submit(const Frame& frame) {
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
   // Where nothing is subtracted, the first frame says what the picture looks like.
   if (!std::exchange(impl_->compares, true)) impl_->picture.set_reference(frame);
+  const auto check = [&] {
+    free->stamp.fault = impl_->any_picture ? PictureFault::None : impl_->picture.look_at(frame);
+    free->stamp.repeated = impl_->picture.repeats();
+    if (free->stamp.fault == PictureFault::None) impl_->look_for_flaws(frame);
+  };
+  // A frame that may show flaws is measured without them; others are checked while the device works.
+  const bool check_first = impl_->flaws && impl_->flaws->compares_next();
+  if (check_first) check();
   const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
   impl_->frames.submit(index, impl_->light ? impl_->light->steady(whole) : whole);
-  // While the device works.
-  free->stamp.fault = impl_->any_picture ? PictureFault::None : impl_->picture.look_at(frame);
-  free->stamp.repeated = impl_->picture.repeats();
-  const bool spoilt = free->stamp.fault != PictureFault::None;
+  if (!check_first) check();
   if (impl_->light) {
+    const bool spoilt = free->stamp.fault != PictureFault::None;
     if (spoilt) impl_->light->forget_last();
     free->stamp.light = spoilt ? LightSummary{.state = LightState::Unknown} : impl_->light->summary();
   }
@@ -283,6 +309,14 @@ std::vector<gpu::ScopeTime> PipelineAccess::times(const Pipeline& pipeline, cons
 
 std::vector<gpu::ScopeTraffic> PipelineAccess::traffic(const Pipeline& pipeline) {
   return pipeline.impl_->frames.traffic();
+}
+
+FlawSummary PipelineAccess::flaws(const Pipeline& pipeline) {
+  return pipeline.impl_->flaws ? pipeline.impl_->flaws->summary() : FlawSummary{};
+}
+
+void PipelineAccess::look_for_flaws(Pipeline& pipeline, const Frame& frame) {
+  pipeline.impl_->look_for_flaws(frame);
 }
 
 const SurfaceMap& PipelineAccess::surface(const Result& result) {

@@ -6,6 +6,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
+#include "engine/measure/pad_flaws.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
 
@@ -20,6 +21,10 @@ struct PipelineAccess {
   /// Memory traffic of each named stage with every frame.
   static std::vector<gpu::ScopeTraffic> traffic(const Pipeline& pipeline);
   static const SurfaceMap& surface(const Result& result);
+  /// Flaws of the pad so far (PadFlaws).
+  static FlawSummary flaws(const Pipeline& pipeline);
+  /// Looks for flaws in a picture that is not measured, after set_background(); of separate pictures.
+  static void look_for_flaws(Pipeline& pipeline, const Frame& frame);
 };
 
 }  // namespace palpate

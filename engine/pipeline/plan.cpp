@@ -69,6 +69,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   // Where each pixel has its confidence, specks have none and are left out by it.
   plan.specks = plan.background && !plan.confidence && sensor.bit_depth == 8 &&
                 sensor.reading == SurfaceReading::Photometric;
+  plan.flaws = shows_flaws(sensor);
   plan.keep_filtered = plan.surface != SurfaceKind::None && sensor.reading != SurfaceReading::Photometric;
   plan.weights = plan.surface == SurfaceKind::Gradient && plan.confidence;
   plan.solve = choose_solve(

@@ -24,6 +24,7 @@ struct FramePlan {
   bool regions = false;       ///< contacts are told apart
   bool gel_contacts = false;  ///< by the change over its noise: colour gels
   bool specks = false;        ///< pixels that are saturated untouched are filled from around
+  bool flaws = false;         ///< places where the untouched image no longer holds likewise
   bool steady_light = false;  ///< changes of light are taken out
   bool separate = false;      ///< nothing is followed from frame to frame
   bool gradient = false;

@@ -32,6 +32,14 @@ inline bool follows_light(const Sensor& sensor) {
   return has_gel_contacts(sensor) && !(sensor.skin && sensor.skin->kind == SkinKind::Markers);
 }
 
+/// Whether places where the untouched image no longer holds can be found. Printed markers move, and a
+/// waveguide's dust glows as a touch does.
+inline bool shows_flaws(const Sensor& sensor) {
+  return sensor.background.kind == BackgroundKind::Untouched && sensor.bit_depth == 8 &&
+         !(sensor.skin && sensor.skin->kind == SkinKind::Markers) &&
+         (sensor.reading == SurfaceReading::Photometric || sensor.reading == SurfaceReading::Lookup);
+}
+
 /// Throws Error(Failure::Sensor), which says what would do.
 void check_fit(const Sensor& sensor, const FrameFormat& format, Outputs outputs);
 

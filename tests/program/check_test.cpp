@@ -90,7 +90,8 @@ class CheckCommand : public TypedProgram {
 
 TEST_F(CheckCommand, TheSameGelIsAsCalibrated) {
   const Json found = check(frames("today"), 0);
-  for (const char* name : {"same pad", "brightness", "colours", "pattern", "specks", "noise", "ball"})
+  for (const char* name :
+       {"same pad", "brightness", "colours", "pattern", "specks", "flaws", "noise", "ball"})
     EXPECT_EQ(state(found, name), "as calibrated") << found.dump(2);
   EXPECT_NEAR(row(found, "ball").at("value").get<double>(), 1, 0.1);
   EXPECT_TRUE(found.at("again").empty());
@@ -136,6 +137,34 @@ TEST_F(CheckCommand, ASpeckAsksForTheUntouchedImageAlone) {
   EXPECT_EQ(state(found, "brightness"), "as calibrated");
   ASSERT_EQ(found.at("again").size(), 1u) << found.dump(2);
   EXPECT_EQ(found.at("again")[0].at("step"), "the untouched image");
+}
+
+TEST_F(CheckCommand, AHairOnThePadIsNamedAndProcessFillsIt) {
+  const std::string dirty = changed([](cv::Mat& image) {
+    cv::line(image, {30, 40}, {150, 60}, {20, 20, 20}, 2, cv::LINE_AA);
+  });
+  // With the pad at rest, and by presses alone.
+  for (const std::string& rest : {" --background '" + first_of("changed") + "'", std::string()}) {
+    const Json found = check(dirty, 3, rest);
+    EXPECT_EQ(state(found, "flaws"), "changed") << found.dump(2);
+    EXPECT_NE(row(found, "flaws").at("what").get<std::string>().find("in 1 thin place"), std::string::npos)
+        << found.dump(2);
+    EXPECT_NE(state(found, "pattern"), "changed");
+    EXPECT_NE(found.at("sentence").get<std::string>().find("the untouched image again"), std::string::npos);
+  }
+  for (const std::string& pictures : {frames("today"), dirty}) {
+    ASSERT_EQ(TypedProgram::run("process " + pictures + " --sensor '" + at("own.json") + "' --quiet --out '" +
+                                at("out") + "'"),
+              0)
+        << text("stderr");
+    const Json summary = parse_json(slurp(folder_ / "out/summary.json"));
+    if (pictures == dirty) {
+      EXPECT_GT(summary.at("flaw_px").get<int>(), 240);
+      EXPECT_LT(summary.at("flaw_px").get<int>(), 2400);
+    } else {
+      EXPECT_EQ(summary.at("flaw_px").get<int>(), 0);
+    }
+  }
 }
 
 TEST_F(CheckCommand, ColoursInAnotherOrderAreNoSameGel) {

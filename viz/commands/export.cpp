@@ -98,6 +98,7 @@ Report run_export(const Common& common, const Options& options) {
     report.text += "\n" + std::to_string(summary.depth_clipped_px) +
                    " pixels outside the range of 16-bit depth, clipped";
   if (!summary.warning.empty()) report.text += "\nwarning: " + summary.warning;
+  if (summary.flaws.px > 0) report.text += "\nwarning: " + summary.flaws.describe();
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;
 }

@@ -129,7 +129,8 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
   answer["summary"] = all->json;
   answer["sensor"] = all->sensor;
   answer["input"] = all->input;
-  answer["warnings"] = std::vector<std::string>{all->summary.warning, all->summary.untouched_warning};
+  answer["warnings"] = std::vector<std::string>{all->summary.warning, all->summary.untouched_warning,
+                                                all->summary.flaws.describe()};
   return answer;
 }
 

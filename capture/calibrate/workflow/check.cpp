@@ -17,6 +17,8 @@
 #include "engine/base/json.h"
 #include "engine/base/shell_word.h"
 #include "engine/base/text.h"
+#include "engine/measure/pad_flaws.h"
+#include "engine/sensor/fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 
@@ -61,6 +63,7 @@ struct Today {
   std::vector<PadLight> light;  ///< of pictures, against the calibration's untouched image
   double foreign = kNaN;        ///< share of the pictures that do not go with that image
   std::string others{};         ///< what is foreign in them
+  std::optional<FlawSummary> flaws{};
 };
 
 class Check {
@@ -116,9 +119,12 @@ class Check {
       const auto goes_on = more("comparing the light");
       Frame frame;
       PadMatch match(*calibrated_, sensor_);
+      std::optional<PadFlaws> flaws;
+      if (separate && shows_flaws(sensor_)) flaws.emplace(format_, true).set_background(*calibrated_);
       for (uint64_t n = 0; match.pictures() < kMostPictures && source->next(frame); ++n) {
         if (n % every != 0) continue;
         match.look_at(frame);
+        if (flaws) flaws->look_at(frame);
         if (separate &&
             evident_touch_px(frame, *calibrated_, clear_threshold(sensor_.threshold_gray, format_)) == 0) {
           untouched.emplace_back().reshape(format_);
@@ -129,6 +135,7 @@ class Check {
       day.light = match.lights();
       day.foreign = static_cast<double>(match.foreign()) / static_cast<double>(match.pictures());
       day.others = match.describe();
+      if (flaws && flaws->judged()) day.flaws = flaws->summary();
     }
     if (separate && !given) {
       // Pictures of presses that are alike are no pad at rest.
@@ -161,6 +168,7 @@ class Check {
       add(row("pictures", 100 * day.foreign, "%", 0, kForeign,
               day.others.empty() ? "of the recording do not go with the untouched image" : day.others));
     judge_pattern(day);
+    judge_flaws(day);
     judge_noise(day);
   }
 
@@ -208,6 +216,24 @@ class Check {
               "spacing of the printed markers"));
     else
       add(not_judged("scale", scale_text()));
+  }
+
+  // The untouched image today shows them best; without one, pictures of presses together.
+  void judge_flaws(const Today& day) {
+    std::optional<FlawSummary> found = day.flaws;
+    if (calibrated_ && day.rest && shows_flaws(sensor_)) {
+      PadFlaws flaws(format_, false);
+      flaws.set_background(*calibrated_);
+      flaws.look_at(day.rest->mean);
+      if (flaws.judged()) found = flaws.summary();
+    }
+    if (!found)
+      return add(not_judged("flaws", !calibrated_            ? "the sensor file names no untouched image"
+                                     : !shows_flaws(sensor_) ? "of gels without printed markers only"
+                                                             : "too little of the pad is as calibrated"));
+    const double most_px = kSpecks * format_.width * format_.height;
+    add(row("flaws", static_cast<double>(found->px), "px", 0, most_px,
+            found->px > 0 ? found->describe() : "thin places that the untouched image shows otherwise"));
   }
 
   std::string scale_text() const {
@@ -308,7 +334,7 @@ class Check {
                                                           : std::string("PICTURE_AT_REST");
     const bool pad = changed("same pad") || changed("pattern"), scale = changed("scale");
     const bool light = pad || changed("brightness") || changed("colours");
-    if (light || changed("specks") || changed("noise"))
+    if (light || changed("specks") || changed("flaws") || changed("noise"))
       again("the untouched image", "background " + rest + (changed("noise") ? " --set-threshold" : ""));
     if (scale) again("the scale", "scale GRID_PICTURES --grid 9x7 --pattern dots --spacing-mm 2.5");
     if (light || scale || changed("ball")) {
