@@ -5,20 +5,11 @@
 #include "engine/gpu/commands.h"
 #include "tests/reference/contact.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/stage_run.h"
 #include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
-
-Frame random_frame(const FrameFormat& format, uint32_t low, uint32_t high, std::mt19937& random) {
-  Frame frame;
-  frame.reshape(format);
-  std::uniform_int_distribution<uint32_t> value(low, high);
-  for (uint32_t channel = 0; channel < format.channels; ++channel)
-    for (uint32_t y = 0; y < format.height; ++y)
-      for (uint32_t x = 0; x < format.width; ++x) frame.set(channel, x, y, value(random));
-  return frame;
-}
 
 class ContactTest : public GpuTest {
  protected:

@@ -26,7 +26,7 @@ Sensor sensor_for(const FrameFormat& format, double threshold_gray) {
   return sensor;
 }
 
-std::string text(const ContactMoments& m) {
+std::string described(const ContactMoments& m) {
   std::string out;
   for (const int64_t value : {static_cast<int64_t>(m.area), static_cast<int64_t>(m.gray), m.gray_x, m.gray_y,
                               m.x, m.y, m.xx, m.xy, m.yy, int64_t{m.peak}, static_cast<int64_t>(m.saturated)})
@@ -34,7 +34,7 @@ std::string text(const ContactMoments& m) {
   return out;
 }
 
-std::string text(const FrameFormat& f) {
+std::string described(const FrameFormat& f) {
   return std::to_string(f.width) + "x" + std::to_string(f.height) + "x" + std::to_string(f.channels) +
          " of " + std::to_string(f.bit_depth) + " bits";
 }
@@ -48,8 +48,8 @@ class ExtremeContact : public GpuTest {
   static ContactMoments expect_exact(const Frame& image, const Frame& rest, const Sensor& sensor,
                                      const std::string& what) {
     const ContactMoments got = run(image, rest, sensor), wanted = reference::moments(image, rest, sensor);
-    EXPECT_EQ(got, wanted) << what << ", " << text(image.format) << "\n got    " << text(got) << "\n wanted "
-                           << text(wanted);
+    EXPECT_EQ(got, wanted) << what << ", " << described(image.format) << "\n got    " << described(got)
+                           << "\n wanted " << described(wanted);
     return got;
   }
 };
@@ -190,7 +190,7 @@ TEST_F(ExtremeContact, TilesAndRunsDoNotMatter) {
       ContactRun run(context(), format, sensor, workgroup > 32, tuning);
       for (int again = 0; again < 2; ++again)
         ASSERT_EQ(run(image, rest).moments, wanted)
-            << text(format) << " rows " << rows << " workgroup " << workgroup << " run " << again;
+            << described(format) << " rows " << rows << " workgroup " << workgroup << " run " << again;
     }
   }
 }
@@ -244,12 +244,13 @@ TEST_F(ExtremeContact, AllWhiteUpToTheLargestFrame) {
       const Frame black = uniform_frame(format, 0), white = uniform_frame(format, format.max_gray());
       ContactRun run(context(), format, sensor_for(format, 0), false, default_tuning(context()));
       const ContactMoments got = run(white, black).moments, wanted = all_white(format);
-      EXPECT_EQ(got, wanted) << text(format) << "\n got    " << text(got) << "\n wanted " << text(wanted);
+      EXPECT_EQ(got, wanted) << described(format) << "\n got    " << described(got) << "\n wanted "
+                             << described(wanted);
     }
   }
   const FrameFormat color{8192, 8192, 3, 8};
   const ContactMoments got = run(uniform_frame(color, 255), uniform_frame(color, 0), sensor_for(color, 0));
-  EXPECT_EQ(got, all_white(color)) << text(got);
+  EXPECT_EQ(got, all_white(color)) << described(got);
 }
 
 // The same without the filter, and without anything to subtract; by default of 16 bits and in colour.
@@ -270,7 +271,8 @@ TEST_F(ExtremeContact, AllWhiteUpToTheLargestFrameWithoutTheFilter) {
     const ContactMoments got =
                              run(uniform_frame(format, format.max_gray()), uniform_frame(format, 0), sensor),
                          wanted = all_white(format);
-    EXPECT_EQ(got, wanted) << text(format) << "\n got    " << text(got) << "\n wanted " << text(wanted);
+    EXPECT_EQ(got, wanted) << described(format) << "\n got    " << described(got) << "\n wanted "
+                           << described(wanted);
   }
 }
 
@@ -334,7 +336,7 @@ TEST_F(ExtremeContact, NoiseOnTheLargestFrame) {
       wanted.border |= x == 0 || y == 0 || x == kSide - 1 || y == kSide - 1;
     }
   }
-  EXPECT_EQ(got, wanted) << "\n got    " << text(got) << "\n wanted " << text(wanted);
+  EXPECT_EQ(got, wanted) << "\n got    " << described(got) << "\n wanted " << described(wanted);
   EXPECT_GT(got.area, uint64_t{1} << 24);
 }
 

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-struct Mask {
+struct KnownShape {
   const char* name;
   std::function<bool(double x, double y)> known;
 };
@@ -87,7 +87,7 @@ TEST_F(KnownPartTest, EqualsDoublePrecisionOfThePartAlone) {
   std::normal_distribution<double> normal(0, 0.02);
   for (const auto& [width, height] : {std::pair{320u, 240u}, {379u, 277u}, {160u, 333u}}) {
     const double w = width, h = height, side = std::min(w, h);
-    const std::vector<Mask> masks{
+    const std::vector<KnownShape> masks{
         {"round pad", [=](double x, double y) { return std::hypot(x - w / 2, y - h / 2) < 0.45 * side; }},
         {"specks",
          [=](double x, double y) {
@@ -102,7 +102,7 @@ TEST_F(KnownPartTest, EqualsDoublePrecisionOfThePartAlone) {
         gradients.push_back(static_cast<float>(bump * u + normal(random)));
         gradients.push_back(static_cast<float>(bump * v + normal(random)));
       }
-    for (const Mask& mask : masks) {
+    for (const KnownShape& mask : masks) {
       std::vector<uint8_t> known;
       for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) known.push_back(mask.known(x, y) ? 1 : 0);

@@ -59,7 +59,7 @@ class RegionsRun {
   gpu::Commands commands_;
 };
 
-std::string text(const Region& r) {
+std::string described(const Region& r) {
   const ContactMoments& m = r.moments;
   return "box " + std::to_string(r.box.x) + " " + std::to_string(r.box.y) + " " +
          std::to_string(r.box.width) + " " + std::to_string(r.box.height) + " area " +
@@ -80,8 +80,12 @@ void expect_equal(std::vector<Region> got, std::vector<Region> wanted, const std
   sort(got);
   sort(wanted);
   for (size_t i = 0; i < got.size(); ++i) {
-    ASSERT_EQ(got[i].moments, wanted[i].moments) << scene << "\n" << text(got[i]) << "\n" << text(wanted[i]);
-    ASSERT_EQ(got[i].box, wanted[i].box) << scene << "\n" << text(got[i]) << "\n" << text(wanted[i]);
+    ASSERT_EQ(got[i].moments, wanted[i].moments) << scene << "\n"
+                                                 << described(got[i]) << "\n"
+                                                 << described(wanted[i]);
+    ASSERT_EQ(got[i].box, wanted[i].box) << scene << "\n"
+                                         << described(got[i]) << "\n"
+                                         << described(wanted[i]);
   }
 }
 

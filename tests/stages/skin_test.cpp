@@ -29,8 +29,8 @@ PipelineOptions following(bool any_picture = false) {
   return options;
 }
 
-struct Pad {
-  explicit Pad(gpu::Context& context, const std::string& text, bool any_picture = false)
+struct MarkedPad {
+  explicit MarkedPad(gpu::Context& context, const std::string& text, bool any_picture = false)
       : source(parse_synthetic("synthetic:" + text)),
         sensor(synthetic_sensor(parse_synthetic("synthetic:" + text))),
         pipeline(context, sensor, source.format(), following(any_picture)) {
@@ -94,7 +94,7 @@ using SkinStage = GpuTest;
 TEST_F(SkinStage, EqualsPlainLoops) {
   for (const char* text : {"drag?size=320x240&skin=texture", "drag?size=320x240&skin=markers&mode=gel",
                            "twist?size=333x250&skin=texture&bits=12", "pull?size=480x360&skin=markers"}) {
-    Pad pad(context(), text);
+    MarkedPad pad(context(), text);
     const Skin stage(context(), pad.sensor, pad.source.format());
     reference::Skin plain(pad.background, *pad.sensor.skin, double{stage.search_px()});
     const uint64_t first = 30, last = of_sweep(36, 32);
@@ -123,7 +123,7 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
   for (const char* text :
        {"drag?size=640x480&rate=10&skin=texture", "drag?size=480x360&rate=10&skin=markers&mode=gel",
         "twist?size=640x480&rate=10&skin=texture", "drag?size=640x480&rate=10&skin=markers"}) {
-    Pad pad(context(), text);
+    MarkedPad pad(context(), text);
     double squares = 0, inside_squares = 0, largest = 0;
     size_t count = 0, inside = 0, lost = 0, all = 0;
     for (uint64_t k = 10; k < 50; k += 4) {
@@ -163,7 +163,7 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
 }
 
 TEST_F(SkinStage, WhatIsLostIsFoundAgain) {
-  Pad pad(context(), "still?size=320x240&skin=markers&mode=gel", true);
+  MarkedPad pad(context(), "still?size=320x240&skin=markers&mode=gel", true);
   const Touch before = pad.see(0);
   ASSERT_GT(before.skin->points, 30u);
   EXPECT_EQ(before.skin->lost, 0u);

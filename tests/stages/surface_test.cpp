@@ -12,13 +12,13 @@
 namespace palpate {
 namespace {
 
-struct Misfit {
+struct HeightMisfit {
   double peak_to_valley = 0;  ///< relative error of the height between the truth's top and valley
   double extremes = 0;        ///< relative error of largest minus smallest height, ringing at kinks included
   double rms = 0;  ///< of the difference without its mean, relative to the truth's RMS about its mean
 };
 
-Misfit misfit(const std::vector<float>& got, const std::vector<double>& truth) {
+HeightMisfit height_misfit(const std::vector<float>& got, const std::vector<double>& truth) {
   double mean_got = 0, mean_truth = 0;
   for (size_t i = 0; i < truth.size(); ++i) {
     mean_got += double{got[i]};
@@ -47,13 +47,6 @@ Misfit misfit(const std::vector<float>& got, const std::vector<double>& truth) {
           std::abs((double{*got_high} - double{*got_low}) / (*high - *low) - 1), std::sqrt(wrong / whole)};
 }
 
-std::vector<double> heights(const scenes::HeightField& field, uint32_t rows, uint32_t cols) {
-  std::vector<double> out;
-  for (uint32_t y = 0; y < rows; ++y)
-    for (uint32_t x = 0; x < cols; ++x) out.push_back(field.height(x, y));
-  return out;
-}
-
 std::vector<scenes::HeightField> fields(double width, double height) {
   const double side = std::min(width, height);
   return {scenes::tilt(), scenes::gaussian(width * 0.45, height * 0.55, side / 10, side / 20),
@@ -71,7 +64,7 @@ TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
       const auto truth = heights(field, rows, cols);
       for (const Solve solver : {Solve::Exact, Solve::Converged, Solve::Live}) {
         const Heights got = integrate_gradients(context(), given, rows, cols, solver);
-        const Misfit m = misfit(got.values, truth);
+        const HeightMisfit m = height_misfit(got.values, truth);
         const char* name = solver == Solve::Exact       ? "exact"
                            : solver == Solve::Converged ? "converged"
                                                         : "live";

@@ -61,13 +61,13 @@ std::vector<Mask> masks(uint32_t cols, uint32_t rows) {
 
 /// Largest and RMS error against the truth where something is known, each island by itself, relative to the
 /// truth's range and RMS.
-struct Misfit {
+struct IslandMisfit {
   double worst = 0;
   double rms = 0;
 };
 
-Misfit misfit_by_island(const std::vector<float>& got, const std::vector<double>& truth,
-                        const std::vector<float>& weights, uint32_t cols, uint32_t rows) {
+IslandMisfit misfit_by_island(const std::vector<float>& got, const std::vector<double>& truth,
+                              const std::vector<float>& weights, uint32_t cols, uint32_t rows) {
   std::vector<uint8_t> known;
   for (const float w : weights) known.push_back(w > 0 ? 1 : 0);
   std::vector<uint32_t> label;
@@ -93,13 +93,6 @@ Misfit misfit_by_island(const std::vector<float>& got, const std::vector<double>
   }
   if (!(high > low)) return {worst, std::sqrt(wrong)};
   return {worst / (high - low), std::sqrt(wrong / whole)};
-}
-
-std::vector<double> heights(const HeightField& field, uint32_t rows, uint32_t cols) {
-  std::vector<double> out;
-  for (uint32_t y = 0; y < rows; ++y)
-    for (uint32_t x = 0; x < cols; ++x) out.push_back(field.height(x, y));
-  return out;
 }
 
 std::vector<float> noise(uint32_t rows, uint32_t cols, uint32_t seed) {
@@ -162,7 +155,7 @@ TEST_F(WeightedSurfaceTest, HitsTheTruthUnderEveryMask) {
           if (solver == Solve::Exact && cols > 400) continue;
           const bool live = solver == Solve::Live;
           const WeightedHeights got = integrate_weighted(context(), given, mask.weights, rows, cols, solver);
-          const Misfit m = misfit_by_island(got.values, truth, mask.weights, cols, rows);
+          const IslandMisfit m = misfit_by_island(got.values, truth, mask.weights, cols, rows);
           std::printf(
               "%4u x %4u %-13s %-20s %-9s rms %.1e worst %.1e residual %.1e misfit %.1e iterations %u "
               "islands %u\n",
@@ -213,7 +206,7 @@ TEST_F(WeightedSurfaceTest, EqualsDirectSolverOnInconsistentSlopes) {
       const double left_over = unexplained(faces, exact);
       for (const Solve solver : {Solve::Converged, Solve::Exact}) {
         const WeightedHeights got = integrate_weighted(context(), given, mask.weights, rows, cols, solver);
-        const Misfit m = misfit_by_island(got.values, exact, mask.weights, cols, rows);
+        const IslandMisfit m = misfit_by_island(got.values, exact, mask.weights, cols, rows);
         const std::string scene = std::to_string(cols) + " x " + std::to_string(rows) + ", " + mask.name +
                                   (solver == Solve::Exact ? ", exact" : ", converged");
         std::printf("%-45s worst %.1e misfit %.4f residual %.1e iterations %u\n", scene.c_str(), m.worst,
@@ -289,7 +282,7 @@ TEST_F(WeightedSurfaceTest, StageEqualsCpu) {
     }
     const std::string scene = std::to_string(cols) + " x " + std::to_string(rows);
     const WeightedStatistics statistics = WeightedSurface::statistics(scalars);
-    const Misfit m = misfit_by_island(got, wanted, weights, cols, rows);
+    const IslandMisfit m = misfit_by_island(got, wanted, weights, cols, rows);
     std::printf("stage, %s: worst %.1e, misfit %.4f of %.4f, residual %.1e, iterations %u\n", scene.c_str(),
                 m.worst, statistics.unexplained, unexplained(faces, exact.z), statistics.residual,
                 statistics.iterations);
