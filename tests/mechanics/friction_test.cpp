@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr Material kGel{0.15, 0.485};
+constexpr Material kSlidingGel{0.15, 0.485};
 constexpr double kThickness_mm = 5.5, kFriction = 0.5, kRadius_mm = 4, kPeak_MPa = 0.05;
 
 /// Where the skin moves under Hertz pressure and Cattaneo's shear, of which the core of `core` times the
@@ -31,7 +31,7 @@ struct PartialSlip {
       along[i] = kFriction * p[i];
       if (inner < 1) along[i] -= kFriction * kPeak_MPa * core * std::sqrt(1 - inner * inner);
     }
-    LayerConvolution layer(LayerKernel({kGel, kThickness_mm}, on.cell_mm), on.width, on.height, true);
+    LayerConvolution layer(LayerKernel({kSlidingGel, kThickness_mm}, on.cell_mm), on.width, on.height, true);
     surface.load(layer, p, along, none);
   }
   double radius_of(size_t i) const { return std::hypot(surface.x_of(i), surface.y_of(i)) / kRadius_mm; }
@@ -50,7 +50,7 @@ TEST(FrictionRatios, SlipAroundCattaneosCore) {
     TractionOptions options;
     options.slope_sd = 1e-3;
     options.shift_sd_mm = 0.005;
-    TractionSolver solver({kGel, kThickness_mm}, press.surface.grid, options);
+    TractionSolver solver({kSlidingGel, kThickness_mm}, press.surface.grid, options);
     const Traction& found = solver.solve(press.surface.input());
     const TractionGrid& grid = press.surface.grid;
     const std::vector<float> ratios = friction_ratios({.width = grid.width,

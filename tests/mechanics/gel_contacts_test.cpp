@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWidth = 380, kHeight = 277;
+constexpr uint32_t kGelWidth = 380, kGelHeight = 277;
 constexpr double kPitch_mm = 0.09;
 
 /// Change of red, green and blue at a place.
@@ -29,10 +29,10 @@ class GelContactsTest : public testing::Test {
   /// Light that falls off to the sides, a lamp's edge, specks, noise of 1 gray level.
   Frame picture(const Change& change, double noise_gray, double gain = 1, double shift_px = 0) {
     Frame frame;
-    frame.reshape({kWidth, kHeight, 3, 8});
+    frame.reshape({kGelWidth, kGelHeight, 3, 8});
     std::normal_distribution<double> noise(0, noise_gray > 0 ? noise_gray : 1);
-    for (uint32_t y = 0; y < kHeight; ++y)
-      for (uint32_t x = 0; x < kWidth; ++x) {
+    for (uint32_t y = 0; y < kGelHeight; ++y)
+      for (uint32_t x = 0; x < kGelWidth; ++x) {
         const std::array<double, 3> more = change(x, y);
         for (uint32_t c = 0; c < 3; ++c) {
           const double u = x + shift_px;
@@ -88,7 +88,7 @@ class GelContactsTest : public testing::Test {
 
   std::mt19937 random_{7};
   Frame rest_;
-  GelContacts contacts_{sensor(), {kWidth, kHeight, 3, 8}};
+  GelContacts contacts_{sensor(), {kGelWidth, kGelHeight, 3, 8}};
 };
 
 TEST_F(GelContactsTest, ABallIsOneContactWhereItIs) {
@@ -235,7 +235,7 @@ TEST_F(GelContactsTest, PrintedMarkersHideNoContact) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].centroid_x_px, 210, 6);
   EXPECT_NEAR(found[0].centroid_y_px, 130, 6);
-  const uint32_t cells_x = (kWidth + 3) / 4;
+  const uint32_t cells_x = (kGelWidth + 3) / 4;
   EXPECT_EQ(contacts_.at_rest()[130 / 4 * cells_x + 210 / 4], 0);
   EXPECT_EQ(contacts_.at_rest()[20 / 4 * cells_x + 20 / 4], 1);
 }
@@ -317,7 +317,7 @@ TEST_F(GelContactsTest, ARestartForgetsTheFramesBefore) {
 // shows it there, the area in contact is that of the radius a.
 TEST_F(GelContactsTest, TheAreaInContactIsWhereTheDentIsSteepest) {
   constexpr double kDeepest_mm = 0.4;
-  const uint32_t cells_x = (kWidth + 3) / 4, cells_y = (kHeight + 3) / 4;
+  const uint32_t cells_x = (kGelWidth + 3) / 4, cells_y = (kGelHeight + 3) / 4;
   std::normal_distribution<double> noise_mm(0, 0.004);
   const auto hertz = [](double rho) {
     if (rho <= 1) return 1 - rho * rho / 2;
@@ -361,7 +361,7 @@ TEST_F(GelContactsTest, AnOutlineWithoutADentStaysTheArea) {
   ASSERT_EQ(found.size(), 1u);
   const uint64_t outline_px = found[0].area_px;
   std::normal_distribution<float> noise_mm(0, 0.01f);
-  std::vector<float> flat(size_t{(kWidth + 3) / 4} * ((kHeight + 3) / 4));
+  std::vector<float> flat(size_t{(kGelWidth + 3) / 4} * ((kGelHeight + 3) / 4));
   for (float& depth : flat) depth = noise_mm(random_);
   contacts_.shrink_to_depth(flat, {}, found);
   ASSERT_EQ(found.size(), 1u);

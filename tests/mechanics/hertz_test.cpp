@@ -13,8 +13,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Integral of p(r) 2 pi r over the contact, in r = a sin(t), which is smooth for Hertz and for the flat
 /// punch.
 template <class Pressure>
@@ -22,8 +20,9 @@ double integrate_pressure(double a, Pressure pressure) {
   constexpr int n = 4000;
   double sum = 0;
   for (int i = 0; i < n; ++i) {
-    const double t = (i + 0.5) * kPi / 2 / n;
-    sum += pressure(a * std::sin(t)) * 2 * kPi * a * std::sin(t) * a * std::cos(t) * kPi / 2 / n;
+    const double t = (i + 0.5) * std::numbers::pi / 2 / n;
+    sum += pressure(a * std::sin(t)) * 2 * std::numbers::pi * a * std::sin(t) * a * std::cos(t) *
+           std::numbers::pi / 2 / n;
   }
   return sum;
 }
@@ -77,9 +76,9 @@ TEST(Hertz, SurfaceIsContinuousAndDecaysLikeAPointLoad) {
   EXPECT_NEAR(hertz_deflection_mm(c, a * (1 - 1e-9)), hertz_deflection_mm(c, a * (1 + 1e-9)), 1e-8);
   EXPECT_NEAR(hertz_deflection_mm(c, a), c.indentation_mm / 2, 1e-12);
   const double r = 100 * a;
-  EXPECT_NEAR(hertz_deflection_mm(c, r) * kPi * 0.3 * r / 0.7, 1, 1e-4);
+  EXPECT_NEAR(hertz_deflection_mm(c, r) * std::numbers::pi * 0.3 * r / 0.7, 1, 1e-4);
   const IndenterContact flat = flat_punch_contact(0.7, 0.3, 3);
-  EXPECT_NEAR(flat_punch_deflection_mm(flat, 300) * kPi * 0.3 * 300 / 0.7, 1, 1e-4);
+  EXPECT_NEAR(flat_punch_deflection_mm(flat, 300) * std::numbers::pi * 0.3 * 300 / 0.7, 1, 1e-4);
 }
 
 TEST(Hertz, BadInputIsRefused) {
@@ -158,7 +157,7 @@ TEST(Layer, IncompressiblePadKeepsItsVolume) {
   double volume = 0, sunk = 0;
   const double step = 0.002;
   for (double r = step / 2; r < 15 * 3; r += step) {
-    const double u = c.deflection_mm(r) * 2 * kPi * r * step;
+    const double u = c.deflection_mm(r) * 2 * std::numbers::pi * r * step;
     volume += u;
     sunk += std::max(u, 0.0);
   }

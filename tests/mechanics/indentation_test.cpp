@@ -12,8 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr Material kPad{0.2, 0.5};
+constexpr Material kPadMaterial{0.2, 0.5};
 constexpr IndenterShape kShapes[] = {IndenterShape::Paraboloid, IndenterShape::Sphere, IndenterShape::Cone,
                                      IndenterShape::FlatPunch};
 
@@ -21,15 +20,16 @@ constexpr IndenterShape kShapes[] = {IndenterShape::Paraboloid, IndenterShape::S
 double integral_of(const PadIndenter& indenter, const Indentation& c, int steps) {
   double sum = 0;
   for (int i = 0; i < steps; ++i) {
-    const double t = (i + 0.5) * kPi / 2 / steps, r = c.radius_mm * std::sin(t);
-    sum += indenter.pressure_MPa(c, r) * 2 * kPi * r * c.radius_mm * std::cos(t) * kPi / 2 / steps;
+    const double t = (i + 0.5) * std::numbers::pi / 2 / steps, r = c.radius_mm * std::sin(t);
+    sum += indenter.pressure_MPa(c, r) * 2 * std::numbers::pi * r * c.radius_mm * std::cos(t) *
+           std::numbers::pi / 2 / steps;
   }
   return sum;
 }
 
 TEST(Indentation, ClosedFormsOnTheHalfSpace) {
-  const double modulus = effective_modulus_MPa(kPad);
-  const Pad deep{kPad};
+  const double modulus = effective_modulus_MPa(kPadMaterial);
+  const Pad deep{kPadMaterial};
   const Indentation hertz = PadIndenter(deep, {IndenterShape::Paraboloid, 8}).at_force(0.7);
   const IndenterContact closed = hertz_contact(0.7, modulus, 8);
   EXPECT_NEAR(hertz.radius_mm, closed.radius_mm, 1e-12);
@@ -40,8 +40,8 @@ TEST(Indentation, ClosedFormsOnTheHalfSpace) {
   // Sneddon's cone by hand.
   const double angle = 1.1;
   const Indentation cone = PadIndenter(deep, {IndenterShape::Cone, 1, angle}).at_depth(0.6);
-  EXPECT_NEAR(cone.force_N, 2 / kPi * modulus * 0.36 * std::tan(angle), 1e-13);
-  EXPECT_NEAR(cone.radius_mm, 2 / kPi * 0.6 * std::tan(angle), 1e-13);
+  EXPECT_NEAR(cone.force_N, 2 / std::numbers::pi * modulus * 0.36 * std::tan(angle), 1e-13);
+  EXPECT_NEAR(cone.radius_mm, 2 / std::numbers::pi * 0.6 * std::tan(angle), 1e-13);
   // Sneddon's sphere by hand: d = a/2 ln((R+a)/(R-a)), F = E* ((a^2+R^2)/2 ln((R+a)/(R-a)) - a R).
   const PadIndenter sphere(deep, {IndenterShape::Sphere, 5});
   for (const double a : {1e-3, 0.09, 0.11, 1.0, 3.0, 4.9}) {
@@ -73,7 +73,7 @@ TEST(Indentation, ForceAndDepthAreInverse) {
     ASSERT_NEAR(back.radius_mm, there.radius_mm, 1e-9) << i;
   }
   for (const IndenterShape shape : kShapes) {
-    const PadIndenter solver({kPad, 4}, {shape, 2, 1});
+    const PadIndenter solver({kPadMaterial, 4}, {shape, 2, 1});
     EXPECT_EQ(solver.at_force(0).depth_mm, 0);
     EXPECT_EQ(solver.at_depth(0).force_N, 0);
   }
@@ -107,8 +107,8 @@ TEST(Indentation, AgreesWithTheOtherSolverOfTheLayer) {
 
 TEST(Indentation, PublishedCorrectionsOfTheConeHold) {
   // Garcia and Garcia, Biophys. J. 114 (2018) 2923: bonded, incompressible, in u = d tan(theta) / H.
-  const double modulus = effective_modulus_MPa(kPad), angle = 1.0, thickness = 4;
-  const PadIndenter solver({kPad, thickness}, {IndenterShape::Cone, 1, angle});
+  const double modulus = effective_modulus_MPa(kPadMaterial), angle = 1.0, thickness = 4;
+  const PadIndenter solver({kPadMaterial, thickness}, {IndenterShape::Cone, 1, angle});
   for (const double depth : {0.1, 0.4, 0.8, 1.2}) {
     const double u = depth * std::tan(angle) / thickness;
     const double published = 1 + u * (0.721 + u * (0.650 + u * (0.491 + u * 0.225)));
@@ -119,11 +119,11 @@ TEST(Indentation, PublishedCorrectionsOfTheConeHold) {
 
 TEST(Indentation, ThickPadsAreHalfSpaces) {
   for (const IndenterShape shape : kShapes) {
-    const Indentation deep = PadIndenter({kPad}, {shape, 3, 1.2}).at_force(0.1);
+    const Indentation deep = PadIndenter({kPadMaterial}, {shape, 3, 1.2}).at_force(0.1);
     double before = 5;
     for (const double thickness : {10.0, 100.0, 1e3, 1e4}) {
       const double off = std::abs(
-          PadIndenter({kPad, thickness}, {shape, 3, 1.2}).at_force(0.1).depth_mm / deep.depth_mm - 1);
+          PadIndenter({kPadMaterial, thickness}, {shape, 3, 1.2}).at_force(0.1).depth_mm / deep.depth_mm - 1);
       EXPECT_LT(off, 0.2 * before) << thickness;  // falls as a / H
       before = off;
     }
@@ -134,20 +134,21 @@ TEST(Indentation, ThickPadsAreHalfSpaces) {
 TEST(Indentation, AnElasticBallYieldsToo) {
   // On a half space as E* says; on a layer the ball's share does not feel the base.
   const Indenter soft{IndenterShape::Paraboloid, 5, 0, {0.2, 0.5}}, rigid{IndenterShape::Paraboloid, 5};
-  const Indentation both = PadIndenter({kPad}, soft).at_force(0.1);
-  EXPECT_NEAR(both.depth_mm, hertz_contact(0.1, effective_modulus_MPa(kPad, soft.material), 5).indentation_mm,
+  const Indentation both = PadIndenter({kPadMaterial}, soft).at_force(0.1);
+  EXPECT_NEAR(both.depth_mm,
+              hertz_contact(0.1, effective_modulus_MPa(kPadMaterial, soft.material), 5).indentation_mm,
               1e-12);
-  const Indentation thin = PadIndenter({kPad, 2}, soft).at_force(0.1);
+  const Indentation thin = PadIndenter({kPadMaterial, 2}, soft).at_force(0.1);
   EXPECT_LT(thin.depth_mm, both.depth_mm);
-  EXPECT_GT(thin.depth_mm, PadIndenter({kPad, 2}, rigid).at_force(0.1).depth_mm);
+  EXPECT_GT(thin.depth_mm, PadIndenter({kPadMaterial, 2}, rigid).at_force(0.1).depth_mm);
 }
 
 TEST(Indentation, ErrorsOfHertzAreWhatTheySay) {
-  const Pad pad{kPad, 4};
+  const Pad pad{kPadMaterial, 4};
   const Indenter ball{IndenterShape::Sphere, 5};
   const Indentation found = PadIndenter(pad, ball).at_force(1);
   const HertzErrors e = hertz_errors(pad, ball, found);
-  const double modulus = effective_modulus_MPa(kPad);
+  const double modulus = effective_modulus_MPa(kPadMaterial);
   EXPECT_NEAR(1 + e.together,
               4.0 / 3 * modulus * std::sqrt(5) * std::pow(found.depth_mm, 1.5) / found.force_N, 1e-9);
   EXPECT_NEAR(1 + e.together, (1 + e.parabola) * (1 + e.thickness), 1e-12);
@@ -162,18 +163,18 @@ TEST(Indentation, BadInputIsRefused) {
   refuse({{0.2, 0.51}}, {});
   refuse({{NAN, 0.5}}, {});
   refuse({{INFINITY, 0.5}}, {IndenterShape::Sphere, 1, 0, {1, 0.3}});
-  refuse({kPad, 0}, {});
-  refuse({kPad, -1}, {});
-  refuse({kPad}, {IndenterShape::Sphere, 0});
-  refuse({kPad}, {IndenterShape::Cone, 1, 0});
-  refuse({kPad}, {IndenterShape::Cone, 1, kPi / 2});
-  const PadIndenter ball({kPad, 1}, {IndenterShape::Sphere, 5});
+  refuse({kPadMaterial, 0}, {});
+  refuse({kPadMaterial, -1}, {});
+  refuse({kPadMaterial}, {IndenterShape::Sphere, 0});
+  refuse({kPadMaterial}, {IndenterShape::Cone, 1, 0});
+  refuse({kPadMaterial}, {IndenterShape::Cone, 1, std::numbers::pi / 2});
+  const PadIndenter ball({kPadMaterial, 1}, {IndenterShape::Sphere, 5});
   EXPECT_THROW(ball.at_force(-1), Error);
   EXPECT_THROW(ball.at_force(NAN), Error);
   EXPECT_THROW(ball.at_depth(-1), Error);
   EXPECT_THROW(ball.at_radius(5.1), Error);
   EXPECT_THROW(ball.at_force(1e9), Error);  // would sink in to its equator
-  EXPECT_THROW(PadIndenter({kPad, 0.2}, {IndenterShape::FlatPunch, 5}).at_force(1), Error);
+  EXPECT_THROW(PadIndenter({kPadMaterial, 0.2}, {IndenterShape::FlatPunch, 5}).at_force(1), Error);
 }
 
 }  // namespace

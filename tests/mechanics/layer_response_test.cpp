@@ -12,23 +12,23 @@
 namespace palpate {
 namespace {
 
-constexpr int kDegree = 4;          // of displacements in an element
+constexpr int kOrder = 4;           // of displacements in an element
 constexpr int kPressureDegree = 2;  // of its pressure, which is its own: does not lock where nu is 0.5
 constexpr int kElements = 44;
 
 /// Lagrange's polynomials through evenly spaced points of [0, 1], and their slopes.
 struct Shapes {
-  std::array<double, kDegree + 1> value{}, slope{};
+  std::array<double, kOrder + 1> value{}, slope{};
   explicit Shapes(double at) {
-    for (int i = 0; i <= kDegree; ++i) {
+    for (int i = 0; i <= kOrder; ++i) {
       double product = 1, sum = 0;
-      for (int j = 0; j <= kDegree; ++j) {
+      for (int j = 0; j <= kOrder; ++j) {
         if (j == i) continue;
         double others = 1;
-        for (int k = 0; k <= kDegree; ++k)
-          if (k != i && k != j) others *= (at * kDegree - k) / (i - k);
-        sum += others * kDegree / (i - j);
-        product *= (at * kDegree - j) / (i - j);
+        for (int k = 0; k <= kOrder; ++k)
+          if (k != i && k != j) others *= (at * kOrder - k) / (i - k);
+        sum += others * kOrder / (i - j);
+        product *= (at * kOrder - j) / (i - j);
       }
       value[static_cast<size_t>(i)] = product;
       slope[static_cast<size_t>(i)] = sum;
@@ -51,17 +51,17 @@ class WaveOnLayer {
   /// {along, down} at the surface by shear P_x = sin(s x) and pressure P_z = cos(s x): displacements u =
   /// U(z) sin(s x), w = W(z) cos(s x), and p(z) cos(s x) that enforces p = -lambda div.
   std::array<double, 2> plane(double shear, double pressure) const {
-    const int nodes = kDegree * kElements + 1, moves = 2 * nodes;
+    const int nodes = kOrder * kElements + 1, moves = 2 * nodes;
     const int size = moves + (kPressureDegree + 1) * kElements;
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
     each_point([&](int element, double at, double weight, const Shapes& shapes, double length) {
-      for (int a = 0; a <= kDegree; ++a) {
-        const int ua = 2 * (kDegree * element + a), wa = ua + 1;
+      for (int a = 0; a <= kOrder; ++a) {
+        const int ua = 2 * (kOrder * element + a), wa = ua + 1;
         const auto i = static_cast<size_t>(a);
         const double va = shapes.value[i], da = shapes.slope[i] / length;
-        for (int b = 0; b <= kDegree; ++b) {
-          const int ub = 2 * (kDegree * element + b), wb = ub + 1;
+        for (int b = 0; b <= kOrder; ++b) {
+          const int ub = 2 * (kOrder * element + b), wb = ub + 1;
           const auto j = static_cast<size_t>(b);
           const double vb = shapes.value[j], db = shapes.slope[j] / length;
           // Twice the strains' squares: (s U)^2 + W'^2 + (U' - s W)^2 / 2.
@@ -98,14 +98,14 @@ class WaveOnLayer {
 
   /// Across the wave: v = V(z) cos(s x) by shear S = cos(s x).
   double across() const {
-    const int nodes = kDegree * kElements + 1;
+    const int nodes = kOrder * kElements + 1;
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(nodes, nodes);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(nodes);
     each_point([&](int element, double, double weight, const Shapes& shapes, double length) {
-      for (int a = 0; a <= kDegree; ++a)
-        for (int b = 0; b <= kDegree; ++b) {
+      for (int a = 0; a <= kOrder; ++a)
+        for (int b = 0; b <= kOrder; ++b) {
           const auto i = static_cast<size_t>(a), j = static_cast<size_t>(b);
-          matrix(kDegree * element + a, kDegree * element + b) +=
+          matrix(kOrder * element + a, kOrder * element + b) +=
               weight * (shapes.slope[i] * shapes.slope[j] / (length * length) +
                         s_ * s_ * shapes.value[i] * shapes.value[j]);
         }
@@ -120,7 +120,7 @@ class WaveOnLayer {
  private:
   template <typename With>
   void each_point(const With& with) const {
-    const Quadrature points = gauss_legendre(kDegree + 1, 1);
+    const Quadrature points = gauss_legendre(kOrder + 1, 1);
     for (int element = 0; element < kElements; ++element) {
       const auto e = static_cast<size_t>(element);
       const double length = edges_[e + 1] - edges_[e];

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-optics::OpticalStack pad() {
+optics::OpticalStack stacked_pad() {
   optics::OpticalStack stack;
   stack.layers = {{{1.39, 0}, 2}, {{1.40, 0}, 2}, {{1.41, 0}, 2}};
   return stack;
@@ -24,7 +24,7 @@ TEST(Optics, GoldenReflectanceOfThePad) {
   const double golden[][2] = {
       {0, 0.0540931862277}, {30, 0.0562253669366}, {60, 0.126627602153}, {80, 0.524408582105}};
   for (const auto& [deg, r] : golden)
-    EXPECT_NEAR(optics::unpolarised_light(pad(), deg * kDegree).reflectance, r, 1e-12) << deg;
+    EXPECT_NEAR(optics::unpolarised_light(stacked_pad(), deg * kDegree).reflectance, r, 1e-12) << deg;
 }
 
 TEST(Optics, GoldenReflectanceFromInside) {
@@ -42,7 +42,7 @@ TEST(Optics, GoldenReflectanceFromInside) {
 }
 
 TEST(Optics, GoldenAbsorbingPad) {
-  optics::OpticalStack stack = pad();
+  optics::OpticalStack stack = stacked_pad();
   for (optics::OpticalLayer& layer : stack.layers) {
     const double k = 0.05 / layer.thickness_mm * stack.wavelength_nm * 1e-6 / (4 * std::numbers::pi);
     layer.index = {layer.index.real(), -k};
@@ -190,7 +190,7 @@ TEST(Optics, PhotonsAgree) {
 }
 
 TEST(Optics, LimitsOfAbsorptionAndThickness) {
-  optics::OpticalStack thin = pad(), clear = pad(), opaque = pad();
+  optics::OpticalStack thin = stacked_pad(), clear = stacked_pad(), opaque = stacked_pad();
   for (optics::OpticalLayer& layer : thin.layers) layer = {{layer.index.real(), -1e-3}, 1e-12};
   opaque.layers = {{{1.39, -0.5}, 100}, {{1.40, 0}, 2}};
   optics::OpticalStack face;
@@ -284,7 +284,7 @@ TEST(Fresnel, FrustratedReflectionBetweenItsLimits) {
 
 TEST(Optics, BadInputIsRefused) {
   const auto refuse = [](auto change, double angle = 0.5) {
-    optics::OpticalStack stack = pad();
+    optics::OpticalStack stack = stacked_pad();
     change(stack);
     EXPECT_THROW(optics::unpolarised_light(stack, angle), Error);
   };

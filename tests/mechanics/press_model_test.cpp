@@ -14,8 +14,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kPad_MPa = 0.2;
-const Pad kPad{{kPad_MPa, 0.5}, 6, Base::Bonded};
+constexpr double kBonded_MPa = 0.2;
+const Pad kBondedPad{{kBonded_MPa, 0.5}, 6, Base::Bonded};
 
 Sample cylinder() {
   return {SampleShape::Cylinder, 10, 10, 0.5, 0, Support::Sliding};
@@ -80,12 +80,12 @@ TEST(AxisymmetricSolid, BadMeshesAreRefused) {
 }
 
 TEST(PressModel, FlatSampleIsWhatFiniteElementsSay) {
-  const PressModel model(kPad, cylinder());
-  const PressTruth truth(kPad, cylinder(), 60);
+  const PressModel model(kBondedPad, cylinder());
+  const PressTruth truth(kBondedPad, cylinder(), 60);
   for (const double young : {0.005, 0.103, 0.2, 1.0, 5.0}) {
     const double force_N = std::min(1.0, 0.08 * young * cylinder().face_mm2());
-    const TruePress t = truth.press(force_N, young, kPad_MPa);
-    const PressSight s = model.at_force(force_N, young, kPad_MPa);
+    const TruePress t = truth.press(force_N, young, kBonded_MPa);
+    const PressSight s = model.at_force(force_N, young, kBonded_MPa);
     ASSERT_TRUE(t.converged);
     EXPECT_NEAR(s.mean_depth_mm, t.mean_depth_mm, 0.005 * t.mean_depth_mm) << young;
     EXPECT_NEAR(s.depth_mm, t.depth_mm, 0.02 * t.depth_mm) << young;
@@ -98,13 +98,13 @@ TEST(PressModel, FlatSampleIsWhatFiniteElementsSay) {
 }
 
 TEST(PressModel, BallIsWhatFiniteElementsSay) {
-  const PressModel model(kPad, ball());
-  const PressTruth truth(kPad, ball(), 80);
+  const PressModel model(kBondedPad, ball());
+  const PressTruth truth(kBondedPad, ball(), 80);
   for (const double young : {0.01, 0.103, 1.0, 5.0}) {
     double force_N = 1;
-    while (!(model.at_force(force_N, young, kPad_MPa).radius_mm < 0.3 * 8)) force_N *= 0.95;
-    const TruePress t = truth.press(force_N, young, kPad_MPa);
-    const PressSight s = model.at_force(force_N, young, kPad_MPa);
+    while (!(model.at_force(force_N, young, kBonded_MPa).radius_mm < 0.3 * 8)) force_N *= 0.95;
+    const TruePress t = truth.press(force_N, young, kBonded_MPa);
+    const PressSight s = model.at_force(force_N, young, kBonded_MPa);
     ASSERT_TRUE(t.converged);
     EXPECT_NEAR(s.depth_mm, t.depth_mm, 0.003 * t.depth_mm) << young;
     EXPECT_NEAR(s.approach_mm, t.approach_mm, 0.005 * t.approach_mm) << young;
@@ -118,8 +118,8 @@ TEST(PressModel, BallIsWhatFiniteElementsSay) {
 
 TEST(PressModel, TruthHardlyChangesWithItsGrid) {
   for (const Sample& sample : {cylinder(), ball()}) {
-    const TruePress coarse = PressTruth(kPad, sample, 60).press(0.3, 0.103, kPad_MPa),
-                    fine = PressTruth(kPad, sample, 90).press(0.3, 0.103, kPad_MPa);
+    const TruePress coarse = PressTruth(kBondedPad, sample, 60).press(0.3, 0.103, kBonded_MPa),
+                    fine = PressTruth(kBondedPad, sample, 90).press(0.3, 0.103, kBonded_MPa);
     EXPECT_NEAR(coarse.approach_mm, fine.approach_mm, 0.001 * fine.approach_mm);
     EXPECT_NEAR(coarse.depth_mm, fine.depth_mm, 0.002 * fine.depth_mm);
     EXPECT_NEAR(coarse.r_mm.back(), fine.r_mm.back(), 1e-4 * fine.r_mm.back());
@@ -127,31 +127,31 @@ TEST(PressModel, TruthHardlyChangesWithItsGrid) {
 }
 
 TEST(PressModel, RigidAndSoftLimits) {
-  const PressModel model(kPad, ball());
-  const PadIndenter rigid(kPad, {IndenterShape::Sphere, 8, 0, {}});
+  const PressModel model(kBondedPad, ball());
+  const PadIndenter rigid(kBondedPad, {IndenterShape::Sphere, 8, 0, {}});
   const Indentation exact = rigid.at_force(0.3);
-  const PressSight s = model.at_force(0.3, kPad_MPa * 9e5, kPad_MPa);
+  const PressSight s = model.at_force(0.3, kBonded_MPa * 9e5, kBonded_MPa);
   EXPECT_NEAR(s.radius_mm, exact.radius_mm, 1e-3 * exact.radius_mm);
   EXPECT_NEAR(s.depth_mm, exact.depth_mm, 1e-3 * exact.depth_mm);
-  EXPECT_NEAR(model.depth_at_radius_mm(s.radius_mm, kPad_MPa * 9e5, kPad_MPa), s.depth_mm, 1e-6);
+  EXPECT_NEAR(model.depth_at_radius_mm(s.radius_mm, kBonded_MPa * 9e5, kBonded_MPa), s.depth_mm, 1e-6);
   // A flat sample far softer than the pad presses evenly: it widens by Poisson's ratio times the strain.
-  EXPECT_NEAR(PressModel(kPad, cylinder()).bulging(2e-5), 1, 1e-3);
+  EXPECT_NEAR(PressModel(kBondedPad, cylinder()).bulging(2e-5), 1, 1e-3);
 }
 
 TEST(PressModel, OutOfRangeIsNaNAndNonsenseIsRefused) {
-  const PressModel model(kPad, ball());
-  EXPECT_TRUE(std::isnan(model.at_force(50, 0.005, kPad_MPa).radius_mm));
-  EXPECT_TRUE(std::isnan(model.at_force(-1, 0.1, kPad_MPa).radius_mm));
-  EXPECT_TRUE(std::isnan(model.at_force(1, 1e9, kPad_MPa).radius_mm));
+  const PressModel model(kBondedPad, ball());
+  EXPECT_TRUE(std::isnan(model.at_force(50, 0.005, kBonded_MPa).radius_mm));
+  EXPECT_TRUE(std::isnan(model.at_force(-1, 0.1, kBonded_MPa).radius_mm));
+  EXPECT_TRUE(std::isnan(model.at_force(1, 1e9, kBonded_MPa).radius_mm));
   Sample s = cylinder();
   s.size_mm = 0;
-  EXPECT_THROW(PressModel(kPad, s), Error);
+  EXPECT_THROW(PressModel(kBondedPad, s), Error);
   s = cylinder();
   s.poisson = 0.6;
-  EXPECT_THROW(PressModel(kPad, s), Error);
+  EXPECT_THROW(PressModel(kBondedPad, s), Error);
   s = cylinder();
   s.size_mm = 100;
-  EXPECT_THROW(PressModel(kPad, s), Error);
+  EXPECT_THROW(PressModel(kBondedPad, s), Error);
   EXPECT_THROW(PressModel({{-1, 0.5}, 6, Base::Bonded}, cylinder()), Error);
 }
 
@@ -173,7 +173,7 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
       for (uint32_t j = 0; j < kAcross; ++j)
         for (uint32_t i = 0; i < kAcross; ++i) {
           const float sample =
-              i < kHalfFace && j < kHalfFace ? static_cast<float>(young_MPa / kPad_MPa) : 1e-6f;
+              i < kHalfFace && j < kHalfFace ? static_cast<float>(young_MPa / kBonded_MPa) : 1e-6f;
           grid.young.push_back(k < kPadLayers ? 1.0f : k == kPadLayers ? 0.0f : sample);
         }
     const size_t nodes = grid.nodes();
@@ -196,7 +196,7 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
     double stiffness = 0, mean = 0, area = 0;  // N/mm; depths over the approach
     for (uint32_t j = 0; j <= kAcross; ++j)
       for (uint32_t i = 0; i <= kAcross; ++i) {
-        stiffness += 4 * kPad_MPa * force[2 * nodes + grid.node(i, j, 0)];
+        stiffness += 4 * kBonded_MPa * force[2 * nodes + grid.node(i, j, 0)];
         if (i > kHalfFace || j > kHalfFace) continue;
         const double fraction = (i % kHalfFace == 0 ? 0.5 : 1) * (j % kHalfFace == 0 ? 0.5 : 1);
         mean += fraction * (1 - u[2 * nodes + grid.node(i, j, kPadLayers)]);
@@ -204,11 +204,11 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
       }
     mean /= area;
     Pad pad;
-    pad.material = {kPad_MPa, kPoisson};
+    pad.material = {kBonded_MPa, kPoisson};
     pad.thickness_mm = 6;
     Sample cube;
     cube.poisson = kPoisson;
-    const TruePress truth = PressTruth(pad, cube).press(0.001, young_MPa, kPad_MPa);
+    const TruePress truth = PressTruth(pad, cube).press(0.001, young_MPa, kBonded_MPa);
     EXPECT_NEAR(std::abs(stiffness), truth.force_N / truth.approach_mm, 0.015 * std::abs(stiffness));
     EXPECT_NEAR(mean, truth.mean_depth_mm / truth.approach_mm, 0.015 * mean);
     const double deepest = 1 - u[2 * nodes + grid.node(0, 0, kPadLayers)];

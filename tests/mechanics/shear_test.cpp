@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPitch_mm = 0.05;
+constexpr double kShearPitch_mm = 0.05;
 
 ShearCalibration springs() {
   ShearCalibration c;
@@ -24,8 +24,8 @@ ShearCalibration springs() {
 Touch at(double x_mm, double y_mm, double force_N = 1) {
   Touch t;
   t.contact = true;
-  t.centroid_x_px = x_mm / kPitch_mm;
-  t.centroid_y_px = y_mm / kPitch_mm;
+  t.centroid_x_px = x_mm / kShearPitch_mm;
+  t.centroid_y_px = y_mm / kShearPitch_mm;
   t.force_N = {force_N, 0.01, Validity::Valid};
   return t;
 }
@@ -45,7 +45,7 @@ class Shear : public testing::Test {
   }
   ShearCalibration calibration_ = springs();
   bool calibrated_ = true;
-  ShearTracker tracker_{kPitch_mm};
+  ShearTracker tracker_{kShearPitch_mm};
 };
 
 TEST_F(Shear, SticksAsASpring) {

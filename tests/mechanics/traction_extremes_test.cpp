@@ -14,13 +14,13 @@
 namespace palpate {
 namespace {
 
-constexpr Material kGel{0.15, 0.485};
+constexpr Material kExtremeGel{0.15, 0.485};
 
 /// A sphere of which the grid sees a part, and what presses in that part.
 struct CutSphere {
   CutSphere(double thickness_mm, double contact_mm, double at_x)
       : surface({64, 48, 0.3125}),
-        press(Layer(kGel, thickness_mm).press_sphere_to_radius(contact_mm, 3 * contact_mm)) {
+        press(Layer(kExtremeGel, thickness_mm).press_sphere_to_radius(contact_mm, 3 * contact_mm)) {
     surface.add(press, at_x, 0.5);
     constexpr int kParts = 6;
     const double cell_mm = surface.grid.cell_mm;
@@ -37,7 +37,7 @@ struct CutSphere {
   Traction solve(double thickness_mm, bool goes_on) const {
     TractionOptions options;
     options.slope_sd = 0.02;
-    TractionSolver solver({kGel, thickness_mm}, surface.grid, options);
+    TractionSolver solver({kExtremeGel, thickness_mm}, surface.grid, options);
     TractionInput input = surface.input();
     input.goes_on = goes_on;
     return solver.solve(input);
@@ -120,7 +120,7 @@ TEST(TractionAtTheBorder, ContactInsideIsTheSame) {
 TEST(LayerContinuation, TransposesItself) {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
-  LayerContinuation layer(LayerKernel({kGel, 2}, 0.3), 13, 9, 5, false);
+  LayerContinuation layer(LayerKernel({kExtremeGel, 2}, 0.3), 13, 9, 5, false);
   layer.set_reach(3.2);
   std::vector<double> p(13 * 9), d(p), depth(p), back(p), inside;
   for (double& value : p) value = normal(random);
@@ -134,7 +134,7 @@ TEST(LayerContinuation, TransposesItself) {
   }
   EXPECT_NEAR(one, other, 1e-9 * std::abs(one));
   // Nothing goes on: the grid alone.
-  LayerConvolution(LayerKernel({kGel, 2}, 0.3), 13, 9, false).depth_by_pressure(p, inside);
+  LayerConvolution(LayerKernel({kExtremeGel, 2}, 0.3), 13, 9, false).depth_by_pressure(p, inside);
   layer.set_reach(0);
   layer.depth_by_pressure(p, depth);
   for (size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(depth[i], inside[i], 1e-9);
@@ -145,14 +145,14 @@ TEST(TractionAtTheBorder, PlateOverAllOfTheGrid) {
   const TractionGrid grid{40, 30, 0.5};
   const std::vector<float> depth(40 * 30, 0.4f);
   const std::vector<uint8_t> contact(depth.size(), 1);
-  TractionSolver solver({kGel, 5.5}, grid, {});
+  TractionSolver solver({kExtremeGel, 5.5}, grid, {});
   EXPECT_TRUE(solver.solve({.depth_mm = depth, .contact = contact}).at_border);
   const Traction& found = solver.solve({.depth_mm = depth, .contact = contact, .goes_on = true});
   EXPECT_TRUE(found.at_border);
   // 0.1 of the thickness under a plate that wide.
-  const double poisson = kGel.poisson, area_mm2 = 20 * 15;
+  const double poisson = kExtremeGel.poisson, area_mm2 = 20 * 15;
   const double confined =
-      kGel.young_MPa * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson)) * 0.4 / 5.5 * area_mm2;
+      kExtremeGel.young_MPa * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson)) * 0.4 / 5.5 * area_mm2;
   EXPECT_NEAR(found.wrench.force_N[2], confined, 2 * found.wrench.force_sd_N[2]);
 }
 
@@ -165,7 +165,7 @@ TEST(TractionExtremes, NoiseAloneIsWithinItsInterval) {
     const TractionGrid grid{48, 36, 0.5};
     TractionOptions options;
     options.slope_sd = 0.02;
-    TractionSolver solver({kGel, thickness}, grid, options);
+    TractionSolver solver({kExtremeGel, thickness}, grid, options);
     std::vector<float> depth(size_t{grid.width} * grid.height);
     for (int trial = 0; trial < 3; ++trial) {
       std::ranges::fill(depth, 0.0f);

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
+constexpr double kDegree_rad = std::numbers::pi / 180;
 
 optics::Waveguide pad() {
   return {1, {{1.39, 2}, {1.40, 2}, {1.41, 2}}, 1};
@@ -24,9 +24,9 @@ TEST(Waveguide, GoldenAngles) {
                               {1.40, 45.584691, 0.979796, 78.463041},
                               {1.41, 45.171476, 0.994032, 83.737305}};
   for (const auto& [n, critical, aperture, accepted] : golden) {
-    EXPECT_NEAR(*optics::critical_angle_rad(n, 1) / kDegree, critical, 5e-7);
+    EXPECT_NEAR(*optics::critical_angle_rad(n, 1) / kDegree_rad, critical, 5e-7);
     EXPECT_NEAR(optics::numerical_aperture(n, 1), aperture, 5e-7);
-    EXPECT_NEAR(optics::acceptance(n, 1, 1).half_angle_rad / kDegree, accepted, 5e-7);
+    EXPECT_NEAR(optics::acceptance(n, 1, 1).half_angle_rad / kDegree_rad, accepted, 5e-7);
     EXPECT_FALSE(optics::acceptance(n, 1, 1).all);
     // To 1e-9 by other functions: sin^2 + cos^2 = 1 in the acceptance triangle.
     EXPECT_NEAR(std::atan2(1, std::sqrt(n * n - 1)), *optics::critical_angle_rad(n, 1), 1e-14);
@@ -37,7 +37,7 @@ TEST(Waveguide, GoldenAngles) {
 
 TEST(Waveguide, HighIndexAcceptsAll) {
   EXPECT_TRUE(optics::acceptance(1.5, 1, 1).all);
-  EXPECT_DOUBLE_EQ(optics::acceptance(1.5, 1, 1).half_angle_rad, kPi / 2);
+  EXPECT_DOUBLE_EQ(optics::acceptance(1.5, 1, 1).half_angle_rad, std::numbers::pi / 2);
   EXPECT_TRUE(optics::acceptance(std::sqrt(2.0) + 1e-12, 1, 1).all);
   EXPECT_FALSE(optics::critical_angle_rad(1.3, 1.33).has_value());
   EXPECT_EQ(optics::numerical_aperture(1.3, 1.33), 0);
@@ -88,7 +88,8 @@ TEST(Waveguide, LambertsLampInClosedForm) {
     const double q = optics::numerical_aperture(n, 1) / n;
     const optics::LampFractions fractions = optics::lamp_fractions(guide, lamp);
     EXPECT_NEAR(fractions.entering, 1, 1e-9);
-    EXPECT_NEAR(fractions.guided, 2 / kPi * (std::asin(q) + q * std::sqrt(1 - q * q)), 1e-9) << n;
+    EXPECT_NEAR(fractions.guided, 2 / std::numbers::pi * (std::asin(q) + q * std::sqrt(1 - q * q)), 1e-9)
+        << n;
     EXPECT_NEAR(fractions.touching, fractions.guided, 1e-12);
   }
 }
@@ -107,16 +108,16 @@ TEST(Waveguide, LampSharesAgreeWithThrownRays) {
     lamp.layer = c.layer;
     lamp.edge_index = c.edge;
     lamp.order = c.order;
-    lamp.half_angle_rad = c.half_deg * kDegree;
+    lamp.half_angle_rad = c.half_deg * kDegree_rad;
     const optics::LampFractions fractions = optics::lamp_fractions(guide, lamp);
     const double n = guide.layers[c.layer].index;
     constexpr int kRays = 200'000;
     double entering = 0, guided = 0, touching = 0, meetings = 0;
-    const double least = std::pow(std::cos(c.half_deg * kDegree), c.order + 1);
+    const double least = std::pow(std::cos(c.half_deg * kDegree_rad), c.order + 1);
     for (int i = 0; i < kRays; ++i) {
       // A direction as cos^order has it, then Snell with vectors at the edge x = 0.
       const double cosine = std::pow(least + (1 - least) * u(random), 1 / (c.order + 1));
-      const double sine = std::sqrt(1 - cosine * cosine), phi = 2 * kPi * u(random);
+      const double sine = std::sqrt(1 - cosine * cosine), phi = 2 * std::numbers::pi * u(random);
       const double y = c.edge / n * sine * std::cos(phi), z = c.edge / n * sine * std::sin(phi);
       if (y * y + z * z >= 1) continue;
       const double x = std::sqrt(1 - y * y - z * z);
@@ -192,8 +193,8 @@ TEST(Waveguide, RaysMeetTheFaceWhereGeometrySays) {
   optics::EdgeLamp lamp;
   lamp.layer = 1;
   for (const double deg : {-70.0, -30.0, 25.0, 40.0, 77.0}) {
-    const optics::EdgeRay ray = optics::trace_ray(guide, lamp, 3, deg * kDegree, 200);
-    EXPECT_NEAR(ray.tangential_index, std::sqrt(1.96 - std::pow(std::sin(deg * kDegree), 2)), 1e-12);
+    const optics::EdgeRay ray = optics::trace_ray(guide, lamp, 3, deg * kDegree_rad, 200);
+    EXPECT_NEAR(ray.tangential_index, std::sqrt(1.96 - std::pow(std::sin(deg * kDegree_rad), 2)), 1e-12);
     ASSERT_EQ(ray.fate, optics::RayFate::Touching) << deg;
     // The drawn way meets depth 0 first at first_mm, then every hop_mm.
     double next = ray.first_mm;
@@ -204,9 +205,9 @@ TEST(Waveguide, RaysMeetTheFaceWhereGeometrySays) {
       }
     EXPECT_GT(next, 200);
   }
-  EXPECT_EQ(optics::trace_ray(guide, lamp, 3, 85 * kDegree, 50).fate,
+  EXPECT_EQ(optics::trace_ray(guide, lamp, 3, 85 * kDegree_rad, 50).fate,
             optics::RayFate::Leaving);  // above 78.46 deg
-  EXPECT_EQ(optics::trace_ray(guide, lamp, 3, 5 * kDegree, 50).fate,
+  EXPECT_EQ(optics::trace_ray(guide, lamp, 3, 5 * kDegree_rad, 50).fate,
             optics::RayFate::Guided);  // n sin above 1.39
   EXPECT_EQ(optics::trace_ray(guide, lamp, 3, 0, 50).fate, optics::RayFate::Guided);
   EXPECT_EQ(optics::layer_at(guide, 0), 0u);
@@ -224,7 +225,7 @@ TEST(Waveguide, FirstMeetingsEndAtTheTouchingShare) {
   EXPECT_NEAR(far.fraction.back(), touching, 0.01);
   EXPECT_LT(near.fraction.back(), touching);
   // 1 mm up at the critical angle of 1.39: tan(46.007 deg) mm.
-  EXPECT_NEAR(near.nearest_mm, std::tan(46.006983 * kDegree), 1e-6);
+  EXPECT_NEAR(near.nearest_mm, std::tan(46.006983 * kDegree_rad), 1e-6);
   for (size_t i = 1; i < near.fraction.size(); ++i) EXPECT_GE(near.fraction[i], near.fraction[i - 1]);
 }
 
@@ -310,8 +311,8 @@ TEST(Waveguide, BadInputIsRefused) {
   lamp = {};
   lamp.half_angle_rad = 2;
   EXPECT_THROW(optics::lamp_fractions(pad(), lamp), Error);
-  EXPECT_NEAR(optics::order_from_half_intensity(60 * kDegree), 1, 1e-12);
-  EXPECT_THROW(optics::order_from_half_intensity(70 * kDegree), Error);
+  EXPECT_NEAR(optics::order_from_half_intensity(60 * kDegree_rad), 1, 1e-12);
+  EXPECT_THROW(optics::order_from_half_intensity(70 * kDegree_rad), Error);
 }
 
 }  // namespace
