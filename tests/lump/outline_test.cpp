@@ -39,7 +39,7 @@ lump::Observation observation(const Bump& b, double noise_Pa, uint64_t seed = 1)
   return r;
 }
 
-bool holds(const lump::Value& value, double truth) {
+bool within_interval(const lump::Value& value, double truth) {
   return value.low <= truth && truth <= value.high;
 }
 
@@ -80,9 +80,9 @@ TEST(LumpOutline, IntervalsCover) {
     const lump::Outline o = outline_lump(observation(b, 25, seed), seed, 10);
     if (!o.found || !o.closed) continue;
     ++tried;
-    x += holds(o.x_mm, b.x_mm);
-    height += holds(o.height_Pa, b.height_Pa);
-    within += holds(o.area_mm2, area);
+    x += within_interval(o.x_mm, b.x_mm);
+    height += within_interval(o.height_Pa, b.height_Pa);
+    within += within_interval(o.area_mm2, area);
   }
   EXPECT_EQ(tried, 20);
   EXPECT_GE(x, 15);

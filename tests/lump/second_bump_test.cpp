@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-fem::Inclusion ball(double x_mm, double y_mm, double size_mm = 8, double depth_mm = 5) {
+fem::Inclusion lump_at(double x_mm, double y_mm, double size_mm = 8, double depth_mm = 5) {
   fem::Inclusion lump;
   lump.size_mm = {size_mm, size_mm, size_mm};
   lump.depth_mm = depth_mm;
@@ -69,22 +69,22 @@ bool told(const lump::PressedNodes& nodes) {
 
 TEST(SecondBump, TwoLumpsAreToldWithTheirPlaces) {
   for (const double apart : {10.0, 16.0, 24.0}) {
-    const auto bump = find_second_bump(nodes_of({ball(-apart / 2, 3), ball(apart / 2, 3, 7.5)}, 0.01));
+    const auto bump = find_second_bump(nodes_of({lump_at(-apart / 2, 3), lump_at(apart / 2, 3, 7.5)}, 0.01));
     ASSERT_TRUE(bump && reports_two(*bump)) << apart;
     EXPECT_NEAR(bump->distance_mm, apart, 2) << apart;
     EXPECT_NEAR(bump->place_mm[0][0], -apart / 2, 1.5) << "the larger one is the higher one";
     EXPECT_NEAR(bump->place_mm[1][0], apart / 2, 1.5);
     EXPECT_NEAR(bump->place_mm[1][1], 3, 1.5);
   }
-  EXPECT_TRUE(told(nodes_of({ball(-6, -6), ball(5, 6, 6, 6)}, 0.01))) << "unequal ones, diagonal";
+  EXPECT_TRUE(told(nodes_of({lump_at(-6, -6), lump_at(5, 6, 6, 6)}, 0.01))) << "unequal ones, diagonal";
 }
 
 TEST(SecondBump, OneLumpOfAnyShapeIsOne) {
-  EXPECT_FALSE(told(nodes_of({ball(6, -5, 5, 2)}, 0.002)));
+  EXPECT_FALSE(told(nodes_of({lump_at(6, -5, 5, 2)}, 0.002)));
   for (const InclusionShape shape :
        {InclusionShape::Ellipsoid, InclusionShape::Cylinder, InclusionShape::LyingCylinder})
     for (const double ratio : {2.0, 40.0}) {
-      fem::Inclusion lump = ball(0, 0, 10, 2);
+      fem::Inclusion lump = lump_at(0, 0, 10, 2);
       lump.shape = shape;
       lump.stiffness_ratio = ratio;
       if (shape == InclusionShape::Ellipsoid) lump.size_mm[0] = 15;
@@ -95,13 +95,13 @@ TEST(SecondBump, OneLumpOfAnyShapeIsOne) {
 
 TEST(SecondBump, NoiseIsNone) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
-    EXPECT_FALSE(told(nodes_of({ball(0, 0)}, 0.1, seed))) << seed;
+    EXPECT_FALSE(told(nodes_of({lump_at(0, 0)}, 0.1, seed))) << seed;
     EXPECT_FALSE(told(nodes_of({}, 0.02, seed))) << seed;
   }
 }
 
 TEST(SecondBump, ANodeThatIsMissedDoesNotMatter) {
-  lump::PressedNodes nodes = nodes_of({ball(-8, 0), ball(8, 0)}, 0.005);
+  lump::PressedNodes nodes = nodes_of({lump_at(-8, 0), lump_at(8, 0)}, 0.005);
   const lump::PressedNodes whole = nodes;
   std::vector<Eigen::Index> kept;
   nodes.x_mm.clear();
@@ -137,11 +137,11 @@ lump::Observation observation_of(const fem::Scene& scene) {
 TEST(SecondBump, TheNetworkSaysSoAndTellsNoNumbersAsFound) {
   fem::Scene scene;
   scene.cells = {24, 24, 12};
-  scene.inclusion = ball(-8, 0);
+  scene.inclusion = lump_at(-8, 0);
   const lump::Estimate one = lump::Network::built_in().estimate(observation_of(scene));
   EXPECT_NE(one.verdict, lump::Status::SeveralLumps);
   EXPECT_TRUE(one.bumps_mm.empty());
-  scene.others = {ball(8, 0)};
+  scene.others = {lump_at(8, 0)};
   const lump::Estimate two = lump::Network::built_in().estimate(observation_of(scene));
   EXPECT_EQ(two.verdict, lump::Status::SeveralLumps);
   EXPECT_FALSE(reports_numbers(two.verdict));
