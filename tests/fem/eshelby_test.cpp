@@ -13,8 +13,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// A sphere in an endless body under uniaxial stress of 1 along z (Eshelby 1957), moduli relative to the
 /// body's; outside, the field of its equivalent eigenstrain (Mura 1987, Eq. 11.30 with the sphere's
 /// potentials).
@@ -47,9 +45,9 @@ struct Eshelby {
         third += eigen[j] * (of_r + radius * radius / 5 * of_inverse);
       }
       const double slope = -x[i] / (r2 * r), trace = eigen[0] + eigen[1] + eigen[2];
-      const double volume = 4 * kPi / 3 * radius * radius * radius;
+      const double volume = 4 * std::numbers::pi / 3 * radius * radius * radius;
       u[i] = far[i] * x[i] + volume * (third - 2 * nu * trace * slope - 4 * (1 - nu) * eigen[i] * slope) /
-                                 (8 * kPi * (1 - nu));
+                                 (8 * std::numbers::pi * (1 - nu));
     }
     return u;
   }

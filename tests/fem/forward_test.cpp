@@ -17,8 +17,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 double sum_of(const PressureMap& map) {
   double sum = 0;
   for (uint32_t y = 0; y < map.height; ++y)
@@ -200,7 +198,7 @@ TEST(Forward, PressedSquareIsBoussinesq) {
     fem::FixedNodes fixed(nodes);
     std::vector<double> load(3 * nodes), u(3 * nodes);
     const auto point = [&](double x, double y, double z) {
-      const double r2 = x * x + y * y + z * z, r = std::sqrt(r2), c = (1 + nu) / (2 * kPi);
+      const double r2 = x * x + y * y + z * z, r = std::sqrt(r2), c = (1 + nu) / (2 * std::numbers::pi);
       const double side = z / (r2 * r) - (1 - 2 * nu) / (r * (r + z));
       return std::array<double, 3>{c * x * side, c * y * side, c * (z * z / (r2 * r) + 2 * (1 - nu) / r)};
     };
@@ -270,7 +268,7 @@ TEST(Forward, BallIsHertz) {
   const double modulus = 4000e-6 / (1 - 0.09), radius = std::sqrt(5 * 0.4);
   const double force = 4.0 / 3 * modulus * std::sqrt(5) * std::pow(0.4, 1.5);
   EXPECT_NEAR(result.force_N, force, 0.03 * force);
-  EXPECT_NEAR(result.center_stress_Pa, 1.5 * force / (kPi * radius * radius) * 1e6, 0.03 * 790);
+  EXPECT_NEAR(result.center_stress_Pa, 1.5 * force / (std::numbers::pi * radius * radius) * 1e6, 0.03 * 790);
   EXPECT_NEAR(result.contact_radius_mm, radius, 0.25);  // whole cells count
   EXPECT_EQ(result.tension_fraction, 0);
   // Outside the contact the surface carries nothing.
@@ -346,7 +344,7 @@ TEST(Forward, ShapesHaveTheirVolume) {
           sum +=
               fem::share_inside(shape, size, {double(i), double(j), double(k)}, {i + 1.0, j + 1.0, k + 1.0});
     const bool round = shape == InclusionShape::Sphere || shape == InclusionShape::Ellipsoid;
-    const double volume = size[0] * size[1] * size[2] * kPi / (round ? 6 : 4);
+    const double volume = size[0] * size[1] * size[2] * std::numbers::pi / (round ? 6 : 4);
     EXPECT_NEAR(sum, volume, 0.002 * volume) << static_cast<int>(shape);
   }
 }

@@ -14,7 +14,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kYoung_MPa = 0.15, kThickness_mm = 4, kHalf_mm = 20, kDisc_mm = 4.2;
 constexpr double kCell_mm = 0.5;  // of the traction's grid
 constexpr auto kCells = static_cast<uint32_t>(2 * kHalf_mm / kCell_mm);
@@ -168,7 +167,8 @@ TEST(LayerTraction, ObliqueAndTwistedOnFiniteElements) {
     TractionSolver solver({{kYoung_MPa, poisson}, kThickness_mm}, {kCells, kCells, kCell_mm}, exact());
     const Traction& found = solver.solve(seen.input());
     const Wrench& wrench = found.wrench;
-    const double unit = 2.0 / 3 * kPi * kDisc_mm * kDisc_mm, turn = 4.0 / 15 * kPi * std::pow(kDisc_mm, 3);
+    const double unit = 2.0 / 3 * std::numbers::pi * kDisc_mm * kDisc_mm,
+                 turn = 4.0 / 15 * std::numbers::pi * std::pow(kDisc_mm, 3);
     const std::string told = testing::PrintToString(wrench.force_N) + " N, " +
                              testing::PrintToString(wrench.moment_Nmm) + " N mm, nu " +
                              std::to_string(poisson);

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-fem::CellGrid random_grid(std::mt19937& random, std::array<uint32_t, 3> cells, double contrast) {
+fem::CellGrid random_cells(std::mt19937& random, std::array<uint32_t, 3> cells, double contrast) {
   std::uniform_real_distribution<double> unit(0, 1);
   fem::CellGrid grid;
   grid.cells = cells;
@@ -25,7 +25,7 @@ fem::CellGrid random_grid(std::mt19937& random, std::array<uint32_t, 3> cells, d
   return grid;
 }
 
-std::vector<double> random_field(std::mt19937& random, size_t n) {
+std::vector<double> random_nodes(std::mt19937& random, size_t n) {
   std::uniform_real_distribution<double> either(-1, 1);
   std::vector<double> field(n);
   for (double& x : field) x = either(random);
@@ -38,7 +38,7 @@ double norm(const std::vector<double>& a) {
   return std::sqrt(sum);
 }
 
-double relative(const std::vector<double>& a, const std::vector<double>& b) {
+double relative_error(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
   for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
   return std::sqrt(sum) / norm(b);
@@ -64,37 +64,37 @@ TEST(ForwardOperator, ProductIsThatOfTheAssembledMatrix) {
       for (const uint32_t threads : {1u, 2u, 5u}) {
         SCOPED_TRACE(testing::Message() << cells[0] << "x" << cells[1] << "x" << cells[2] << " nu " << poisson
                                         << " threads " << threads);
-        const fem::CellGrid grid = random_grid(random, cells, 100);
+        const fem::CellGrid grid = random_cells(random, cells, 100);
         WorkTeam team(threads);
         const fem::Stiffness stiffness(grid, poisson);
-        const std::vector<double> u = random_field(random, 3 * grid.nodes());
+        const std::vector<double> u = random_nodes(random, 3 * grid.nodes());
         const std::vector<double> wanted = reference::ForwardEquations(grid, poisson).forces(u);
         std::vector<double> found(u.size());
         stiffness.apply(u.data(), found.data(), nullptr, team);
-        EXPECT_LT(relative(found, wanted), 1e-12);
+        EXPECT_LT(relative_error(found, wanted), 1e-12);
         const std::vector<float> single(u.begin(), u.end());
         std::vector<float> found_single(u.size());
         stiffness.apply(single.data(), found_single.data(), nullptr, team);
-        EXPECT_LT(relative({found_single.begin(), found_single.end()}, wanted), 2e-6);
+        EXPECT_LT(relative_error({found_single.begin(), found_single.end()}, wanted), 2e-6);
         // The layers one by one sum to the whole.
         std::vector<double> part(u.size()), sum(u.size());
         for (uint32_t k = 0; k < cells[2]; ++k) {
           stiffness.apply_layers(u.data(), part.data(), k, k + 1);
           for (size_t n = 0; n < sum.size(); ++n) sum[n] += part[n];
         }
-        EXPECT_LT(relative(sum, wanted), 1e-12);
+        EXPECT_LT(relative_error(sum, wanted), 1e-12);
       }
 }
 
 TEST(ForwardOperator, FixedDisplacementsHaveNoForce) {
   std::mt19937 random(2);
-  const fem::CellGrid grid = random_grid(random, {5, 4, 3}, 10);
+  const fem::CellGrid grid = random_cells(random, {5, 4, 3}, 10);
   const size_t nodes = grid.nodes();
   fem::FixedNodes fixed(nodes);
   for (uint8_t& bits : fixed) bits = static_cast<uint8_t>(random() % 8);
   WorkTeam team(2);
   const fem::Stiffness stiffness(grid, 0.495);
-  const std::vector<double> u = random_field(random, 3 * nodes);
+  const std::vector<double> u = random_nodes(random, 3 * nodes);
   std::vector<double> all(u.size()), kept(u.size());
   stiffness.apply(u.data(), all.data(), nullptr, team);
   stiffness.apply(u.data(), kept.data(), &fixed, team);
@@ -107,7 +107,7 @@ TEST(ForwardOperator, BoundHolds) {
   std::mt19937 random(3);
   for (const double poisson : {0.0, 0.3, 0.495, 0.4999})
     for (const double contrast : {1.0, 1e4}) {
-      fem::CellGrid grid = random_grid(random, {4, 4, 4}, contrast);
+      fem::CellGrid grid = random_cells(random, {4, 4, 4}, contrast);
       grid.size_z_mm.assign(4, grid.size_z_mm[0]);
       const fem::Stiffness stiffness(grid, poisson);
       const auto nodes = static_cast<int>(grid.nodes());
@@ -141,7 +141,7 @@ class ForwardTransfer : public testing::TestWithParam<std::optional<uint32_t>> {
 INSTANTIATE_TEST_SUITE_P(Slits, ForwardTransfer, testing::Values(std::nullopt, 1u, 2u, 4u));
 TEST_P(ForwardTransfer, UpIsTheTransposeOfDown) {
   std::mt19937 random(4);
-  fem::CellGrid fine = random_grid(random, {8, 6, GetParam() ? *GetParam() + 5 : 4}, 10);
+  fem::CellGrid fine = random_cells(random, {8, 6, GetParam() ? *GetParam() + 5 : 4}, 10);
   fine.slit = GetParam();
   if (fine.slit) fine.size_z_mm[*fine.slit] = 0;
   const fem::CellGrid coarse = halve(fine).value();
@@ -188,10 +188,10 @@ TEST(ForwardSolver, FindsWhatTheDirectSolveFinds) {
   for (const double poisson : {0.0, 0.3, 0.495, 0.4999})
     for (const double contrast : {1.0, 10.0, 100.0}) {
       SCOPED_TRACE(testing::Message() << "nu " << poisson << " contrast " << contrast);
-      fem::CellGrid grid = random_grid(random, {8, 12, 8}, contrast);
+      fem::CellGrid grid = random_cells(random, {8, 12, 8}, contrast);
       const size_t nodes = grid.nodes();
       fem::FixedNodes fixed(nodes);
-      std::vector<double> load = random_field(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
+      std::vector<double> load = random_nodes(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
       for (uint32_t j = 0; j <= grid.cells[1]; ++j)
         for (uint32_t i = 0; i <= grid.cells[0]; ++i) {
           fixed[grid.node(i, j, grid.cells[2])] = 7;
@@ -204,7 +204,7 @@ TEST(ForwardSolver, FindsWhatTheDirectSolveFinds) {
       fem::Solver solver(grid, poisson, fixed, team);
       const fem::SolveStatistics statistics = solver.solve(load, u, 1e-10, 4000);
       EXPECT_TRUE(statistics.converged) << statistics.residual << " after " << statistics.iterations;
-      EXPECT_LT(relative(u, wanted), 1e-6) << statistics.iterations;
+      EXPECT_LT(relative_error(u, wanted), 1e-6) << statistics.iterations;
     }
 }
 
@@ -214,14 +214,14 @@ TEST(ForwardSolver, SlitIsTheDirectSolves) {
   for (const double poisson : {0.3, 0.495})
     for (const double contrast : {1.0, 30.0}) {
       SCOPED_TRACE(testing::Message() << "nu " << poisson << " contrast " << contrast);
-      fem::CellGrid grid = random_grid(random, {8, 12, 12}, contrast);
+      fem::CellGrid grid = random_cells(random, {8, 12, 12}, contrast);
       constexpr uint32_t kSlit = 3;
       grid.slit = kSlit;
       grid.size_z_mm[kSlit] = 0;
       std::fill_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, 0, kSlit)), 8 * 12, 0.0f);
       const size_t nodes = grid.nodes(), plane = 9 * 13;
       fem::FixedNodes fixed(nodes);
-      std::vector<double> load = random_field(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
+      std::vector<double> load = random_nodes(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
       for (size_t n = 0; n < plane; ++n) {
         fixed[n] = fixed[nodes - 1 - n] = fem::kFixedAll;
         u[2 * nodes + n] = wanted[2 * nodes + n] = 0.1;
@@ -234,17 +234,17 @@ TEST(ForwardSolver, SlitIsTheDirectSolves) {
       fem::Solver solver(grid, poisson, fixed, team);
       const fem::SolveStatistics statistics = solver.solve(load, u, 1e-10, 400);
       EXPECT_TRUE(statistics.converged) << statistics.residual << " after " << statistics.iterations;
-      EXPECT_LT(relative(u, wanted), 1e-6) << statistics.iterations;
+      EXPECT_LT(relative_error(u, wanted), 1e-6) << statistics.iterations;
       EXPECT_GT(std::abs(u[kSlit * plane + 60] - u[(kSlit + 1) * plane + 60]), 1e-6);
     }
 }
 
 TEST(ForwardSolver, SaysWhereItDidNotConverge) {
   std::mt19937 random(6);
-  const fem::CellGrid grid = random_grid(random, {8, 8, 8}, 1e4);
+  const fem::CellGrid grid = random_cells(random, {8, 8, 8}, 1e4);
   fem::FixedNodes fixed(grid.nodes());
   for (size_t n = grid.node(0, 0, 8); n < grid.nodes(); ++n) fixed[n] = 7;
-  const std::vector<double> load = random_field(random, 3 * grid.nodes());
+  const std::vector<double> load = random_nodes(random, 3 * grid.nodes());
   std::vector<double> u(load.size());
   WorkTeam team(1);
   fem::Solver solver(grid, 0.4999, fixed, team);
