@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kGel = "synthetic:palpation?mode=gel&size=320x240&rate=2&radius=5&seed=3";
 
-struct Recording {
+struct GelRecording {
   Sensor sensor = synthetic_sensor(parse_synthetic(kGel));
   std::unique_ptr<Source> source = open_source(kGel, sensor);
   Frame background = load_background(kGel, sensor, *source);
@@ -59,7 +59,7 @@ Frame add_moved(const Frame& to, const Frame& press, const Frame& rest, int dx, 
 }
 
 TEST(BallFinder, FindsTheSyntheticBallToAFractionOfAPixel) {
-  Recording r;
+  GelRecording r;
   double center2 = 0, radius2 = 0, worst = 0;
   int presses = 0, untouched = 0;
   for (Frame frame; r.source->next(frame);) {
@@ -89,7 +89,7 @@ TEST(BallFinder, FindsTheSyntheticBallToAFractionOfAPixel) {
 }
 
 TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
-  Recording r;
+  GelRecording r;
   Frame press;
   FoundBall found;
   ASSERT_NO_FATAL_FAILURE(r.find_press(press, found));
@@ -139,7 +139,7 @@ TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
 }
 
 TEST(BallFinder, MaskedPixelsDoNotMatter) {
-  Recording r;
+  GelRecording r;
   Frame press;
   FoundBall found;
   ASSERT_NO_FATAL_FAILURE(r.find_press(press, found));
@@ -161,7 +161,7 @@ TEST(BallFinder, MaskedPixelsDoNotMatter) {
 
 // Under a lamp of less light both the untouched picture and what a press changes in it are darker.
 TEST(BallFinder, DimLightIsNoOtherBall) {
-  Recording r;
+  GelRecording r;
   Frame press;
   FoundBall bright;
   ASSERT_NO_FATAL_FAILURE(r.find_press(press, bright));

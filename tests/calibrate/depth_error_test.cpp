@@ -17,14 +17,14 @@
 namespace palpate {
 namespace {
 
-constexpr FrameFormat kFormat{320, 240, 3, 8};
-constexpr double kPitch_mm = 0.06;
+constexpr FrameFormat kGelFormat{320, 240, 3, 8};
+constexpr double kGelPitch_mm = 0.06;
 
 /// A ball in a pad, which leaves it gradually.
 struct Press {
   double x_px = 0, y_px = 0, contact_px = 0, ball_mm = 0;
 
-  double contact_mm() const { return contact_px * kPitch_mm; }
+  double contact_mm() const { return contact_px * kGelPitch_mm; }
   double reach_mm() const { return 0.25 * contact_mm(); }
   double rim_slope() const { return contact_mm() / std::sqrt(ball_mm * ball_mm - std::pow(contact_mm(), 2)); }
   /// Slope downwards from the middle.
@@ -47,16 +47,17 @@ class DepthErrorTest : public GpuTest {
     constexpr std::array<std::array<double, 3>, 3> kLamps_mm{{{-16, 2, 9}, {9, -15, 8}, {11, 14, 10}}};
     std::normal_distribution<double> noise(0, 1);
     Frame f;
-    f.reshape(kFormat);
-    for (uint32_t y = 0; y < kFormat.height; ++y)
-      for (uint32_t x = 0; x < kFormat.width; ++x) {
-        const double dx = (x - press.x_px) * kPitch_mm, dy = (y - press.y_px) * kPitch_mm;
+    f.reshape(kGelFormat);
+    for (uint32_t y = 0; y < kGelFormat.height; ++y)
+      for (uint32_t x = 0; x < kGelFormat.width; ++x) {
+        const double dx = (x - press.x_px) * kGelPitch_mm, dy = (y - press.y_px) * kGelPitch_mm;
         const double r_mm = std::hypot(dx, dy);
         const double slope = press.contact_px > 0 ? press.slope(r_mm) : 0, nz = 1 / std::hypot(1.0, slope);
         const double nx = r_mm > 0 ? -dx / r_mm * slope * nz : 0, ny = r_mm > 0 ? -dy / r_mm * slope * nz : 0;
         for (uint32_t c = 0; c < 3; ++c) {
-          const double lx = kLamps_mm[c][0] - (x - kFormat.width / 2.0) * kPitch_mm;
-          const double ly = kLamps_mm[c][1] - (y - kFormat.height / 2.0) * kPitch_mm, lz = kLamps_mm[c][2];
+          const double lx = kLamps_mm[c][0] - (x - kGelFormat.width / 2.0) * kGelPitch_mm;
+          const double ly = kLamps_mm[c][1] - (y - kGelFormat.height / 2.0) * kGelPitch_mm,
+                       lz = kLamps_mm[c][2];
           const double away = std::hypot(lx, ly, lz);
           const double light = std::max(0.0, (lx * nx + ly * ny + lz * nz) / away) * 200 / (away * away);
           f.set(c, x, y,
@@ -72,14 +73,14 @@ class DepthErrorTest : public GpuTest {
   }
   /// By 20 presses with their middles in a rectangle.
   Sensor calibrated(double left, double top, double right, double bottom, double ball_mm = 3) {
-    PhotometricFit fit(kFormat, kPitch_mm);
+    PhotometricFit fit(kGelFormat, kGelPitch_mm);
     std::uniform_real_distribution<double> contact(20, 32);
     for (int i = 0; i < 20; ++i) {
       const Press p = press_within(left, top, right, bottom, contact(random_), ball_mm);
       fit.add_ball(render(p), untouched_, p.x_px, p.y_px, p.contact_px, p.ball_mm, "ball");
     }
     Sensor s;
-    s.pitch_mm_per_px = kPitch_mm;
+    s.pitch_mm_per_px = kGelPitch_mm;
     s.channels = 3;
     s.signal = Signal::Either;
     s.threshold_gray = 6;
@@ -89,7 +90,7 @@ class DepthErrorTest : public GpuTest {
   }
   /// Frames are measured by this sensor from now on.
   void use(const Sensor& sensor) {
-    pipeline_.emplace(context(), sensor, kFormat,
+    pipeline_.emplace(context(), sensor, kGelFormat,
                       PipelineOptions{.outputs = Output::Force | Output::Contacts | Output::Surface,
                                       .solver = SurfaceSolver::Best,
                                       .fixed_light = true,
@@ -128,13 +129,13 @@ TEST_F(DepthErrorTest, IntervalsHoldTheDepthOfOtherPresses) {
       stated += s.depth_sd_mm * s.depth_sd_mm;
     }
     const std::span<const float> depth_mm = result.depth_mm();
-    for (uint32_t y = 0; y < kFormat.height; ++y)
-      for (uint32_t x = 0; x < kFormat.width; ++x) {
+    for (uint32_t y = 0; y < kGelFormat.height; ++y)
+      for (uint32_t x = 0; x < kGelFormat.width; ++x) {
         const double r_px = std::hypot(x - p.x_px, y - p.y_px);
         if (r_px > p.contact_px) continue;
         inside += 1;
-        const double read_mm = static_cast<double>(depth_mm[size_t{y} * kFormat.width + x]);
-        const double error_mm = read_mm - p.depth_mm(r_px * kPitch_mm);
+        const double read_mm = static_cast<double>(depth_mm[size_t{y} * kGelFormat.width + x]);
+        const double error_mm = read_mm - p.depth_mm(r_px * kGelPitch_mm);
         inside_held += std::abs(error_mm) <= 1.96 * s.depth_sd_mm;
       }
   }
@@ -189,7 +190,7 @@ TEST_F(DepthErrorTest, ColoursBeyondThoseOfThePressesAreExtrapolated) {
   EXPECT_EQ(measured(known).touch.surface->validity, Validity::Valid);
   const Result result = measured(steep);
   const SurfaceSummary& s = *result.touch.surface;
-  const double dented_px = *s.dented_mm2 / (kPitch_mm * kPitch_mm);
+  const double dented_px = *s.dented_mm2 / (kGelPitch_mm * kGelPitch_mm);
   std::printf("steep: %.3f +- %.3f mm, truly %.3f mm, %.2f of the dent extrapolated\n", s.depth_max_mm,
               s.depth_sd_mm, steep.depth_mm(0), static_cast<double>(*s.extrapolated_px) / dented_px);
   EXPECT_EQ(s.validity, Validity::Extrapolated);
@@ -216,35 +217,35 @@ TEST(DepthErrorOfPresses, IsThatOfThoseNearby) {
   PhotometricCalibration c;
   for (const double at : {-0.8, -0.7, -0.6}) c.presses.push_back(press(at, 0, 0.2));
   for (const double at : {0.6, 0.7, 0.8}) c.presses.push_back(press(at, 0, -0.02));
-  const DepthError error(c, kFormat);
+  const DepthError error(c, kGelFormat);
   const double left = error.relative(48, 120), right = error.relative(272, 120);
   // Six presses: Student's variance, 7/6 of 5/3; one press's weight for the mean of all.
   EXPECT_NEAR(left, std::sqrt(7.0 / 6 * 5 / 3) * 0.2, 0.03);
   EXPECT_GT(left, 1.5 * right);
   EXPECT_GT(right, 0.03);
   c.presses.resize(DepthError::kFewest - 1);
-  EXPECT_EQ(DepthError(c, kFormat).relative(48, 120), 0) << "too few to state an error";
+  EXPECT_EQ(DepthError(c, kGelFormat).relative(48, 120), 0) << "too few to state an error";
 }
 
 TEST(DepthErrorOfPresses, PlacesBetweenAndNearThemWereSeen) {
   PhotometricCalibration c;
   for (const auto& [x, y] : {std::pair{-0.9, -0.9}, {0.9, -0.9}, {-0.9, 0.9}, {0.9, 0.9}})
     c.presses.push_back(press(x, y, 0.1));
-  EXPECT_TRUE(DepthError(c, kFormat).saw_place(160, 120)) << "between";
+  EXPECT_TRUE(DepthError(c, kGelFormat).saw_place(160, 120)) << "between";
   c.presses.pop_back();
-  const DepthError corner(c, kFormat);
+  const DepthError corner(c, kGelFormat);
   EXPECT_TRUE(corner.saw_place(100, 80));
   EXPECT_TRUE(corner.saw_place(0, 0)) << "near one";
   EXPECT_FALSE(corner.saw_place(280, 210));
   // One press alone: a circle of a tenth of the half width and what it reaches.
   c.presses.assign(1, press(-0.5, 0, 0.1));
-  const DepthError::SeenPart seen = DepthError(c, kFormat).seen_part();
+  const DepthError::SeenPart seen = DepthError(c, kGelFormat).seen_part();
   EXPECT_NEAR(seen.share, 3.1416 * 45 * 45 / (320 * 240), 0.01);
   EXPECT_NEAR(seen.around.x, 80 - 45, 8);
   EXPECT_NEAR(seen.around.x + seen.around.width, 80 + 45, 8);
   EXPECT_NEAR(seen.around.y, 120 - 45, 8);
   EXPECT_NEAR(seen.around.y + seen.around.height, 120 + 45, 8);
-  EXPECT_EQ(DepthError({}, kFormat).seen_part().share, 1) << "of presses that are not known";
+  EXPECT_EQ(DepthError({}, kGelFormat).seen_part().share, 1) << "of presses that are not known";
 }
 
 TEST(DepthErrorOfPresses, ColoursWithinABinWereSeen) {
@@ -253,7 +254,7 @@ TEST(DepthErrorOfPresses, ColoursWithinABinWereSeen) {
   seen.low = {-0.4, -0.4, -0.4};
   seen.high = {0.4, 0.4, 0.4};
   seen.bins[2] = uint64_t{1} << (5 * SeenColours::kSide + 7);
-  const DepthError error(c, kFormat);
+  const DepthError error(c, kGelFormat);
   EXPECT_TRUE(error.saw_colour({0.35, 0.15, -0.15}));
   EXPECT_TRUE(error.saw_colour({0.45, 0.15, -0.15})) << "one bin beyond the box";
   EXPECT_FALSE(error.saw_colour({0.55, 0.15, -0.15})) << "two";

@@ -13,11 +13,11 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Three presses of 5 N; each is seen `late` frames after it began and lost as long before it ends.
-struct Recording {
+struct GaugeRecord {
   std::vector<double> force_N;
   std::vector<bool> touched;
 
-  explicit Recording(size_t late = 5) {
+  explicit GaugeRecord(size_t late = 5) {
     for (size_t i = 0; i < 400; ++i) {
       const size_t in = i % 120;
       const bool pressing = i >= 30 && i < 360 && in >= 30 && in < 90;
@@ -25,7 +25,7 @@ struct Recording {
       touched.push_back(pressing && in >= 30 + late && in < 90 - late);
     }
   }
-  Recording& with(double offset_N, double noise_N, uint64_t seed) {
+  GaugeRecord& with(double offset_N, double noise_N, uint64_t seed) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal(0, noise_N);
     for (double& f : force_N) f += offset_N + (noise_N > 0 ? normal(random) : 0);
@@ -36,7 +36,7 @@ struct Recording {
 TEST(GaugeZero, IsTheUntouchedReadingWithinItsError) {
   int within = 0;
   for (uint64_t seed = 1; seed <= 200; ++seed) {
-    const Recording r = Recording().with(0.8, 0.05, seed);
+    const GaugeRecord r = GaugeRecord().with(0.8, 0.05, seed);
     const auto zero = find_gauge_zero(r.force_N, r.touched, Pressed::Above);
     ASSERT_TRUE(zero);
     EXPECT_TRUE(zero->differs());
@@ -49,7 +49,7 @@ TEST(GaugeZero, IsTheUntouchedReadingWithinItsError) {
 }
 
 TEST(GaugeZero, ATouchThatIsSeenLateDoesNotMoveIt) {
-  const Recording r(12);  // seen at half of its force
+  const GaugeRecord r(12);  // seen at half of its force
   const auto zero = find_gauge_zero(r.force_N, r.touched, Pressed::Above);
   ASSERT_TRUE(zero);
   EXPECT_FALSE(zero->differs()) << zero->offset;
@@ -57,7 +57,7 @@ TEST(GaugeZero, ATouchThatIsSeenLateDoesNotMoveIt) {
 
 TEST(GaugeZero, ATouchThatIsNotSeenDoesNotMoveIt) {
   // The recording begins in a press that the image shows later.
-  Recording r(12);
+  GaugeRecord r(12);
   for (size_t i = 0; i < 30; ++i) r.force_N[i] = 0.05 * static_cast<double>(i + 10);
   const auto zero = find_gauge_zero(r.force_N, r.touched, Pressed::Above);
   ASSERT_TRUE(zero);
@@ -82,13 +82,14 @@ TEST(GaugeZero, AnUnseenRiseIsNoOffset) {
 TEST(GaugeZero, NoiseAloneIsNoOffset) {
   int differs = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed)
-    differs += find_gauge_zero(Recording().with(0, 0.05, seed).force_N, Recording().touched, Pressed::Above)
-                   ->differs();
+    differs +=
+        find_gauge_zero(GaugeRecord().with(0, 0.05, seed).force_N, GaugeRecord().touched, Pressed::Above)
+            ->differs();
   EXPECT_LE(differs, 4);
 }
 
 TEST(GaugeZero, OneThatMovesIsNotSteady) {
-  Recording r;
+  GaugeRecord r;
   for (size_t i = 200; i < 400; ++i) r.force_N[i] += 1.5;
   EXPECT_FALSE(find_gauge_zero(r.force_N, r.touched, Pressed::Above)->steady());
   // A direction that reads next to nothing is judged by the range of the others.
@@ -100,7 +101,7 @@ TEST(GaugeZero, OneThatMovesIsNotSteady) {
 }
 
 TEST(GaugeZero, WithoutUntouchedReadingsThereIsNone) {
-  const Recording r;
+  const GaugeRecord r;
   EXPECT_FALSE(find_gauge_zero(r.force_N, std::vector<bool>(400, true), Pressed::Above));
   EXPECT_FALSE(find_gauge_zero(std::vector<double>(400, kNaN), r.touched, Pressed::Above));
   std::vector<double> some = r.force_N;

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr FrameFormat kFormat{160, 120, 3, 8};
+constexpr FrameFormat kPadFormat{160, 120, 3, 8};
 
 class PadMatchTest : public testing::Test {
  protected:
@@ -22,10 +22,10 @@ class PadMatchTest : public testing::Test {
   Frame picture(const Gray& gray) {
     std::normal_distribution<double> noise(0, 1);
     Frame f;
-    f.reshape(kFormat);
+    f.reshape(kPadFormat);
     for (uint32_t c = 0; c < 3; ++c)
-      for (uint32_t y = 0; y < kFormat.height; ++y)
-        for (uint32_t x = 0; x < kFormat.width; ++x)
+      for (uint32_t y = 0; y < kPadFormat.height; ++y)
+        for (uint32_t x = 0; x < kPadFormat.width; ++x)
           f.set(c, x, y, static_cast<uint32_t>(std::clamp(gray(c, x, y) + noise(random_) + 0.5, 0.0, 255.0)));
     return f;
   }

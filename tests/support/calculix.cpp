@@ -11,14 +11,14 @@ namespace {
 
 const std::string kFolder = PALPATE_SOURCE_DIR "/tests/data/calculix/";
 
-std::ifstream open(const std::string& file) {
+std::ifstream open_block(const std::string& file) {
   std::ifstream in(kFolder + file);
   if (!in) throw std::runtime_error("no " + kFolder + file);
   return in;
 }
 
 PressureMap read_map(const std::string& file, double side_mm) {
-  std::ifstream in = open(file);
+  std::ifstream in = open_block(file);
   PressureMap map;
   for (std::string line; std::getline(in, line); ++map.height) {
     std::istringstream cells(line);
@@ -35,7 +35,7 @@ PressureMap read_map(const std::string& file, double side_mm) {
 
 CalculixCase calculix_case(const std::string& name) {
   std::ostringstream text;
-  text << open(name + ".json").rdbuf();
+  text << open_block(name + ".json").rdbuf();
   const Json truth = parse_json(text.str());
   CalculixCase what{name, {}, {}};
   const double side_mm = truth.at("side_mm").get<double>();
