@@ -47,13 +47,13 @@ class CalibrateForce : public TypedProgram {
   }
 };
 
-constexpr const char* kSmall = "size=320x240";
+constexpr const char* kSmallFrame = "size=320x240";
 
 TEST_F(CalibrateForce, ReadsOtherSeedsToOnePercent) {
-  const std::string calibrate = std::string("calibrate force 'synthetic:press?seed=11&") + kSmall +
-                                "' 'synthetic:press?seed=12&" + kSmall + "' --gauge truth --out '" +
+  const std::string calibrate = std::string("calibrate force 'synthetic:press?seed=11&") + kSmallFrame +
+                                "' 'synthetic:press?seed=12&" + kSmallFrame + "' --gauge truth --out '" +
                                 at("out.json") + "' --json --quiet --check 'synthetic:palpation?seed=13&" +
-                                kSmall + "' --check-gauge truth";
+                                kSmallFrame + "' --check-gauge truth";
   ASSERT_EQ(run(calibrate), 0) << text("stderr");
   const Json found = json();
   EXPECT_GT(found["r_squared"], 0.999);
@@ -69,9 +69,10 @@ TEST_F(CalibrateForce, ReadsOtherSeedsToOnePercent) {
 }
 
 TEST_F(CalibrateForce, FindsHysteresisDriftAndTheClock) {
-  ASSERT_EQ(run(std::string("calibrate force 'synthetic:rig?seed=21&hysteresis=0.05&drift=0.02&") + kSmall +
-                "' --gauge truth --signal gray-sum --json --quiet --out '" + at("h.json") + "'"),
-            0)
+  ASSERT_EQ(
+      run(std::string("calibrate force 'synthetic:rig?seed=21&hysteresis=0.05&drift=0.02&") + kSmallFrame +
+          "' --gauge truth --signal gray-sum --json --quiet --out '" + at("h.json") + "'"),
+      0)
       << text("stderr");
   const Json lossy = json();
   EXPECT_NEAR(lossy["hysteresis"].get<double>(), 0.05, 0.015);
@@ -90,7 +91,7 @@ TEST_F(CalibrateForce, FindsHysteresisDriftAndTheClock) {
 
 TEST_F(CalibrateForce, RefusesWhatItCannotUse) {
   const std::string to = " --out '" + at("out.json") + "'",
-                    small = std::string("'synthetic:press?") + kSmall + "'";
+                    small = std::string("'synthetic:press?") + kSmallFrame + "'";
   const auto with = [&](const std::string& table) {
     std::ofstream(folder_ / "gauge.csv") << table;
     return refusal("calibrate force " + small + " --gauge '" + at("gauge.csv") + "'" + to);
@@ -105,10 +106,10 @@ TEST_F(CalibrateForce, RefusesWhatItCannotUse) {
     noise += std::to_string(i * 0.05) + "," + std::to_string((i * 7919) % 101) + "\n";
   EXPECT_NE(with(noise).find("at best"), std::string::npos);
   // Nothing touches; and too much light.
-  EXPECT_NE(
-      refusal(std::string("calibrate force 'synthetic:press?force=0.0001&") + kSmall + "' --gauge truth" + to)
-          .find("something presses"),
-      std::string::npos);
+  EXPECT_NE(refusal(std::string("calibrate force 'synthetic:press?force=0.0001&") + kSmallFrame +
+                    "' --gauge truth" + to)
+                .find("something presses"),
+            std::string::npos);
   EXPECT_NE(
       refusal("calibrate force " + small + " " + small + " --gauge a.csv --gauge b.csv --gauge c.csv" + to, 2)
           .find("2 recordings and 3 gauge tables"),
@@ -121,7 +122,7 @@ TEST_F(CalibrateForce, RefusesWhatItCannotUse) {
 
 TEST_F(CalibrateForce, ShearOfAGaugeThatWasNotTared) {
   const auto recorded = [&](const std::string& scene) {
-    const std::string input = "synthetic:" + scene + "?seed=5&" + kSmall;
+    const std::string input = "synthetic:" + scene + "?seed=5&" + kSmallFrame;
     const std::unique_ptr<Source> source = open_source(input, find_input(1, input, {}).sensor);
     std::ofstream table(folder_ / (scene + ".csv"));
     table << "frame,force_N,fx_N,fy_N\n";
@@ -147,10 +148,10 @@ TEST_F(CalibrateForce, ShearOfAGaugeThatWasNotTared) {
 }
 
 TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
-  ASSERT_EQ(
-      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmall + "' 'synthetic:slide?seed=6&" +
-          kSmall + "' --gauge truth --json --quiet --out '" + at("out.json") + "'"),
-      0)
+  ASSERT_EQ(run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmallFrame +
+                "' 'synthetic:slide?seed=6&" + kSmallFrame + "' --gauge truth --json --quiet --out '" +
+                at("out.json") + "'"),
+            0)
       << text("stderr");
   const Json found = json();
   const Sensor sensor = load_sensor(folder_ / "out.json");
@@ -162,8 +163,8 @@ TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
   EXPECT_GT(fs::file_size(folder_ / "out_shear.png"), 2000u);
   // Turns and slides far longer than the pad stretches: no softer spring.
   ASSERT_EQ(
-      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmall + "' 'synthetic:drag?seed=5&" +
-          kSmall + "' --gauge truth --quiet --out '" + at("drag.json") + "'"),
+      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmallFrame + "' 'synthetic:drag?seed=5&" +
+          kSmallFrame + "' --gauge truth --quiet --out '" + at("drag.json") + "'"),
       0)
       << text("stderr");
   const Sensor dragged = load_sensor(folder_ / "drag.json");

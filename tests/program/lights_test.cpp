@@ -14,20 +14,20 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWidth = 120, kHeight = 96, kLights = 6;
+constexpr uint32_t kPhotoWidth = 120, kPhotoHeight = 96, kLights = 6;
 constexpr double kPitch_mm = 0.05;
 
 /// Smooth bumps, mm.
 std::vector<float> shape(uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(0, 1);
-  std::vector<float> height_mm(size_t{kWidth} * kHeight);
+  std::vector<float> height_mm(size_t{kPhotoWidth} * kPhotoHeight);
   for (int bump = 0; bump < 12; ++bump) {
-    const double x0 = place(random) * kWidth, y0 = place(random) * kHeight, size_px = 6 + 10 * place(random),
-                 top_mm = 0.2 * (place(random) - 0.5);
-    for (uint32_t y = 0; y < kHeight; ++y)
-      for (uint32_t x = 0; x < kWidth; ++x)
-        height_mm[size_t{y} * kWidth + x] += static_cast<float>(
+    const double x0 = place(random) * kPhotoWidth, y0 = place(random) * kPhotoHeight,
+                 size_px = 6 + 10 * place(random), top_mm = 0.2 * (place(random) - 0.5);
+    for (uint32_t y = 0; y < kPhotoHeight; ++y)
+      for (uint32_t x = 0; x < kPhotoWidth; ++x)
+        height_mm[size_t{y} * kPhotoWidth + x] += static_cast<float>(
             top_mm * std::exp(-((x - x0) * (x - x0) + (y - y0) * (y - y0)) / (2 * size_px * size_px)));
   }
   return height_mm;
@@ -38,12 +38,12 @@ void photograph(const std::vector<float>& height_mm, const fs::path& folder) {
   fs::create_directories(folder);
   for (uint32_t k = 0; k < kLights; ++k) {
     const double turn = 2 * M_PI * k / kLights, lx = 0.6 * std::cos(turn), ly = 0.6 * std::sin(turn);
-    cv::Mat image(kHeight, kWidth, CV_16U);
-    for (uint32_t y = 0; y < kHeight; ++y)
-      for (uint32_t x = 0; x < kWidth; ++x) {
+    cv::Mat image(kPhotoHeight, kPhotoWidth, CV_16U);
+    for (uint32_t y = 0; y < kPhotoHeight; ++y)
+      for (uint32_t x = 0; x < kPhotoWidth; ++x) {
         const auto at = [&](uint32_t u, uint32_t v) {
           return static_cast<double>(
-              height_mm[size_t{std::min(v, kHeight - 1)} * kWidth + std::min(u, kWidth - 1)]);
+              height_mm[size_t{std::min(v, kPhotoHeight - 1)} * kPhotoWidth + std::min(u, kPhotoWidth - 1)]);
         };
         const double p = (at(x + 1, y) - at(x > 0 ? x - 1 : 0, y)) / (2 * kPitch_mm),
                      q = (at(x, y + 1) - at(x, y > 0 ? y - 1 : 0)) / (2 * kPitch_mm);
@@ -76,7 +76,7 @@ class Lights : public Program {
     for (const uint32_t seed : {1u, 2u}) {
       const std::string name = std::to_string(seed);
       photograph(shape(seed), folder_ / name);
-      write_npy(folder_ / (name + ".npy"), shape(seed), {kHeight, kWidth});
+      write_npy(folder_ / (name + ".npy"), shape(seed), {kPhotoHeight, kPhotoWidth});
     }
   }
   Ended calibrated() {
@@ -99,12 +99,12 @@ TEST_F(Lights, AnotherShapeIsMeasured) {
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   const Json value = parse_json(measured.out);
   const NpyArray height = read_npy(folder_ / "out" / "height.npy");
-  ASSERT_EQ(height.shape, (std::vector<size_t>{kHeight, kWidth}));
+  ASSERT_EQ(height.shape, (std::vector<size_t>{kPhotoHeight, kPhotoWidth}));
   const std::vector<float> truth = shape(2);
   const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
   const double range_mm = static_cast<double>(*high - *low);
   const std::vector<uint8_t> all(truth.size(), 1);
-  const double error_mm = levelled_error(height.values, truth, all, kWidth).rms_mm;
+  const double error_mm = levelled_error(height.values, truth, all, kPhotoWidth).rms_mm;
   EXPECT_NEAR(value.at("rms_error_mm").get<double>(), error_mm, 1e-9);
   // Fractions are linear in the slope to first order only, and the light is evened over a fifth of the frame.
   EXPECT_LT(error_mm, 0.08 * range_mm);
@@ -128,7 +128,8 @@ TEST_F(Lights, RefusesWhatDoesNotFit) {
   expect_refusal(calibrate(images, folder_ / "1.npy", "-1"), 2, {"pitch"});
   write_npy(folder_ / "small.npy", std::vector<float>(12), {3, 4});
   expect_refusal(calibrate(images, folder_ / "small.npy", "0.05"), 3, {"96 x 120", "3 x 4"});
-  write_npy(folder_ / "unknown.npy", std::vector<float>(size_t{kWidth} * kHeight, NAN), {kHeight, kWidth});
+  write_npy(folder_ / "unknown.npy", std::vector<float>(size_t{kPhotoWidth} * kPhotoHeight, NAN),
+            {kPhotoHeight, kPhotoWidth});
   expect_refusal(calibrate(images, folder_ / "unknown.npy", "0.05"), 3, {"pixels of known height"});
   spill(folder_ / "cut.tmd", "Binary TrueMap Data File v2.0\r\n");
   expect_refusal(calibrate(images, folder_ / "cut.tmd", "0.05"), 3, {"cut.tmd", "cut short"});

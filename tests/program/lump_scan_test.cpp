@@ -10,7 +10,7 @@ namespace {
 
 class LumpScanCommand : public Program {};
 
-const std::vector<std::string> kSmall = {
+const std::vector<std::string> kSmallScan = {
     "lump",     "scan",       "--simulate", "--cells",   "16",          "16",
     "8",        "--size",     "160",        "120",       "--loads",     "2",
     "--method", "none",       "--force-N",  "0.5",       "--offset-mm", "4",
@@ -23,7 +23,7 @@ std::vector<std::string> with(std::vector<std::string> arguments, const std::vec
 
 TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingElse) {
   const fs::path out = folder_ / "scan";
-  const Ended ended = run(with(kSmall, {"--out", out.string(), "--json"}));
+  const Ended ended = run(with(kSmallScan, {"--out", out.string(), "--json"}));
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const Json value = parse_json(ended.out);
   EXPECT_GT(value["map"]["seen_share"], 0.99);
@@ -60,7 +60,7 @@ TEST_F(LumpScanCommand, TheFirstExampleIsDecided) {
 }
 
 TEST_F(LumpScanCommand, MissingPressesStayOpen) {
-  const Ended ended = run(with(kSmall, {"--leave-out", "1", "2", "--json"}));
+  const Ended ended = run(with(kSmallScan, {"--leave-out", "1", "2", "--json"}));
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const Json value = parse_json(ended.out);
   EXPECT_LT(value["map"]["seen_share"], 0.9);
@@ -109,7 +109,7 @@ TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"lump", "scan", "--simulate", "--size-mm", "3", "4"}, 2, {"one size or three"});
   expect_refusal({"lump", "scan", "--simulate", "--depth-mm", "18"}, 2, {"base"});
   expect_refusal({"lump", "scan", "--simulate", "--window-mm", "1", "1"}, 2, {"presses"});
-  expect_refusal(with(kSmall, {"--leave-out", "40"}), 2, {"leave out"});
+  expect_refusal(with(kSmallScan, {"--leave-out", "40"}), 2, {"leave out"});
   expect_refusal({"lump", "scan", "--simulate", "--method", "oracle"}, 2, {"oracle"});
   const auto places = [&](const std::string& text) {
     spill(folder_ / "places.csv", text);
