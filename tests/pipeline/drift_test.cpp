@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kFrames = 1000000;
-constexpr double kPitch_mm = 0.0435;
+constexpr int kTurns = 1000000;
+constexpr double kElasticPitch_mm = 0.0435;
 
 ShearCalibration springs(double friction) {
   ShearCalibration c;
@@ -39,22 +39,22 @@ Touch touching(double x_px, double y_px, double force_N) {
 // second.
 TEST(Drift, ShearOfAStickingContact) {
   const ShearCalibration c = springs(10);
-  ShearTracker tracker(kPitch_mm);
+  ShearTracker tracker(kElasticPitch_mm);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 0.05);
   constexpr double kX = 16000.25, kY = 4000.75;
   Touch t = touching(kX, kY, 1);
   tracker.update(&c, t);
   double worst_N = 0;
-  for (int i = 1; i < kFrames; ++i) {
+  for (int i = 1; i < kTurns; ++i) {
     const double x = kX + noise(random), y = kY + noise(random);
     t = touching(x, y, 1);
     tracker.update(&c, t);
-    worst_N = std::max({worst_N, std::abs(t.shear_x_N.value - c.kx_N_per_mm * kPitch_mm * (x - kX)),
-                        std::abs(t.shear_y_N.value - c.ky_N_per_mm * kPitch_mm * (y - kY))});
+    worst_N = std::max({worst_N, std::abs(t.shear_x_N.value - c.kx_N_per_mm * kElasticPitch_mm * (x - kX)),
+                        std::abs(t.shear_y_N.value - c.ky_N_per_mm * kElasticPitch_mm * (y - kY))});
     ASSERT_EQ(t.slip, Slip::Stick) << i;
   }
-  std::printf("worst error after %d frames %.1e N\n", kFrames, worst_N);
+  std::printf("worst error after %d frames %.1e N\n", kTurns, worst_N);
   RecordProperty("worst_N", std::to_string(worst_N));
   EXPECT_LT(worst_N, 1e-11);
 }
@@ -62,11 +62,11 @@ TEST(Drift, ShearOfAStickingContact) {
 // To and fro, slipping twice a turn: a million frames later a turn gives what the second one gave.
 TEST(Drift, ShearOfASlippingContact) {
   const ShearCalibration c = springs(0.5);
-  ShearTracker tracker(kPitch_mm);
+  ShearTracker tracker(kElasticPitch_mm);
   constexpr int kTurn = 400;
   std::vector<double> second(kTurn), slips(kTurn);
   double worst_N = 0;
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kTurns; ++i) {
     const double phase = 2 * std::numbers::pi * (i % kTurn) / kTurn;
     Touch t = touching(700 + 60 * std::sin(phase), 500 + 40 * std::cos(phase), 1);
     tracker.update(&c, t);
@@ -81,7 +81,7 @@ TEST(Drift, ShearOfASlippingContact) {
       ASSERT_EQ(t.slip == Slip::Slip, slips[at] > 0) << "frame " << i;
     }
   }
-  std::printf("worst difference from the second turn after %d frames %.1e N\n", kFrames, worst_N);
+  std::printf("worst difference from the second turn after %d frames %.1e N\n", kTurns, worst_N);
   RecordProperty("worst_N", std::to_string(worst_N));
   EXPECT_LT(worst_N, 1e-9);
 }
@@ -89,18 +89,18 @@ TEST(Drift, ShearOfASlippingContact) {
 // A wandering, slipping contact against the same rule in extended precision.
 TEST(Drift, ShearOfAWanderingContact) {
   const ShearCalibration c = springs(0.3);
-  ShearTracker tracker(kPitch_mm);
+  ShearTracker tracker(kElasticPitch_mm);
   std::mt19937 random(2);
   std::normal_distribution<double> step(0, 0.3);
   double x = 700, y = 500, worst_N = 0;
   long double anchor_x = 0, anchor_y = 0;
   uint64_t slips = 0;
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kTurns; ++i) {
     const double force_N = 1 + 0.5 * std::sin(0.001 * i);
     Touch t = touching(x, y, force_N);
     tracker.update(&c, t);
-    const long double at_x = static_cast<long double>(x) * kPitch_mm,
-                      at_y = static_cast<long double>(y) * kPitch_mm;
+    const long double at_x = static_cast<long double>(x) * kElasticPitch_mm,
+                      at_y = static_cast<long double>(y) * kElasticPitch_mm;
     if (i == 0) anchor_x = at_x, anchor_y = at_y;
     long double fx = c.kx_N_per_mm * (at_x - anchor_x), fy = c.ky_N_per_mm * (at_y - anchor_y);
     const long double size = std::hypot(fx, fy), limit = static_cast<long double>(c.friction) * force_N;
@@ -118,7 +118,7 @@ TEST(Drift, ShearOfAWanderingContact) {
     y += step(random) - 0.0005 * (y - 500);
   }
   std::printf("%llu slips, worst difference from extended precision after %d frames %.1e N\n",
-              static_cast<unsigned long long>(slips), kFrames, worst_N);
+              static_cast<unsigned long long>(slips), kTurns, worst_N);
   RecordProperty("worst_N", std::to_string(worst_N));
   EXPECT_GT(slips, 10000u);
   EXPECT_LT(worst_N, 1e-10);
@@ -127,8 +127,8 @@ TEST(Drift, ShearOfAWanderingContact) {
 // Contacts that come and go a million times start from zero each.
 TEST(Drift, EveryOnsetIsNew) {
   const ShearCalibration c = springs(0.5);
-  ShearTracker tracker(kPitch_mm);
-  for (int i = 0; i < kFrames / 2; ++i) {
+  ShearTracker tracker(kElasticPitch_mm);
+  for (int i = 0; i < kTurns / 2; ++i) {
     Touch t = touching(i % 1000, i % 700, 1);
     tracker.update(&c, t);
     ASSERT_EQ(t.shift_x_mm, 0);
@@ -149,7 +149,7 @@ TEST(Drift, ExtremeSprings) {
         ShearCalibration c = springs(friction);
         c.kx_N_per_mm = k;
         c.ky_N_per_mm = 1 / k;
-        ShearTracker tracker(kPitch_mm);
+        ShearTracker tracker(kElasticPitch_mm);
         for (int i = 0; i < 50; ++i) {
           Touch t = touching(16384.0 * (i % 2), 8192.0 * (i % 3), force_N);
           tracker.update(&c, t);
@@ -168,7 +168,7 @@ TEST(Drift, ExtremeSprings) {
 Sensor shaded_sensor() {
   Sensor sensor;
   sensor.name = "drift";
-  sensor.pitch_mm_per_px = kPitch_mm;
+  sensor.pitch_mm_per_px = kElasticPitch_mm;
   sensor.reading = SurfaceReading::Shading;
   sensor.shading.facing_gray = 200;
   sensor.force = ForceCalibration{1e-4, 0, 1e-3, {}, 0, 1e9};

@@ -13,14 +13,14 @@
 namespace palpate {
 namespace {
 
-constexpr Outputs kOutputs = Output::Force | Output::Contacts | Output::Surface;
+constexpr Outputs kGelOutputs = Output::Force | Output::Contacts | Output::Surface;
 
 class SeparatePictures : public GpuTest {
  protected:
   static constexpr const char* kScene = "drag?mode=gel&size=320x240&rate=10";
 
   static std::vector<Touch> measured(SyntheticRun& run, const std::vector<uint64_t>& frames, bool separate) {
-    Pipeline pipeline = run.pipeline(context(), {.outputs = kOutputs, .slots = 2, .separate = separate});
+    Pipeline pipeline = run.pipeline(context(), {.outputs = kGelOutputs, .slots = 2, .separate = separate});
     std::vector<Touch> touches;
     for (const uint64_t k : frames) touches.push_back(pipeline.process(run.frame(k)).touch);
     return touches;
@@ -92,9 +92,9 @@ TEST_F(SeparatePictures, LearnNothingOfTheLight) {
   Frame brighter = run.frame(0);
   for (uint8_t& gray : brighter.bytes) gray = static_cast<uint8_t>(std::min(gray + 12, 250));
   const uint64_t press = touched(run)[2];
-  Pipeline alone = run.pipeline(context(), {.outputs = kOutputs, .separate = true});
+  Pipeline alone = run.pipeline(context(), {.outputs = kGelOutputs, .separate = true});
   const Touch expected = alone.process(run.frame(press)).touch;
-  Pipeline after = run.pipeline(context(), {.outputs = kOutputs, .separate = true});
+  Pipeline after = run.pipeline(context(), {.outputs = kGelOutputs, .separate = true});
   for (int i = 0; i < 20; ++i) EXPECT_EQ(after.process(brighter).touch.light->state, LightState::Changed);
   const Touch found = after.process(run.frame(press)).touch;
   EXPECT_EQ(found.light->state, expected.light->state);
@@ -122,7 +122,7 @@ TEST_F(AnotherUnit, DepthAndForceSayThatTheLightIsUnknown) {
   const Frame other = background_of_another(run.background);
   for (const bool separate : {false, true}) {
     Pipeline pipeline(context(), run.sensor, run.background.format,
-                      {.outputs = kOutputs, .separate = separate});
+                      {.outputs = kGelOutputs, .separate = separate});
     pipeline.set_background(other);
     for (const uint64_t k : {uint64_t{0}, run.count() / 2}) {
       const Touch touch = pipeline.process(run.frame(k)).touch;

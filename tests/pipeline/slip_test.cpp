@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPitch_mm = 0.05;
+constexpr double kSlipPitch_mm = 0.05;
 
 /// Points on a grid under and around a round contact that was pulled and turned.
 struct Scripted {
@@ -90,12 +90,12 @@ TEST(SkinTracker, FindsShiftTurnAndStickShareWithinItsErrors) {
     double shift = 0, turn = 0, stick = 0, stick_sd = 0, turn_sd = 0;
     const int trials = 60;
     for (int k = 0; k < trials; ++k) {
-      SkinTracker tracker(kPitch_mm);
+      SkinTracker tracker(kSlipPitch_mm);
       const SkinMotion m = s.measure(tracker);
       ASSERT_GT(m.touching, 20u);
       EXPECT_EQ(m.stick_share.validity, Validity::Valid);
-      shift =
-          std::max(shift, std::hypot(m.shift_x_mm.value / kPitch_mm - 6, m.shift_y_mm.value / kPitch_mm + 3));
+      shift = std::max(
+          shift, std::hypot(m.shift_x_mm.value / kSlipPitch_mm - 6, m.shift_y_mm.value / kSlipPitch_mm + 3));
       turn += std::pow(m.torsion_rad.value - 0.03, 2) / trials;
       turn_sd += m.torsion_rad.standard_error / trials;
       stick += std::pow(m.stick_share.value - fraction, 2) / trials;
@@ -117,15 +117,15 @@ TEST(SkinTracker, StrangersLostPointsAndTinyMotionSayWhatTheyAre) {
   const ContactOutline here = s.outline();
   for (size_t i = 0; i < all.size(); i += 9) all[i].shift_x_px += 20;  // took a neighbour's place
   for (size_t i = 4; i < all.size(); i += 9) all[i].correlation = 0;
-  SkinTracker tracker(kPitch_mm);
+  SkinTracker tracker(kSlipPitch_mm);
   const SkinMotion m = tracker.update(&here, all, sd);
   EXPECT_EQ(m.lost, (all.size() - 4 + 8) / 9);
   EXPECT_EQ(m.points + m.lost, all.size());
-  EXPECT_NEAR(m.shift_x_mm.value / kPitch_mm, 5, 0.1);
+  EXPECT_NEAR(m.shift_x_mm.value / kSlipPitch_mm, 5, 0.1);
   EXPECT_NEAR(m.torsion_rad.value, 0, 0.002);
 
   Scripted still;
-  SkinTracker other(kPitch_mm);
+  SkinTracker other(kSlipPitch_mm);
   EXPECT_EQ(still.measure(other).stick_share.validity, Validity::BelowRange);
   EXPECT_EQ(other.update(nullptr, still.points(), sd).shift_x_mm.validity, Validity::NoContact);
   const ContactOutline tiny{200, 150, 5, 5, 0};
@@ -135,20 +135,20 @@ TEST(SkinTracker, StrangersLostPointsAndTinyMotionSayWhatTheyAre) {
 
   // After an interruption motion counts from there, and says so.
   tracker.interrupt();
-  EXPECT_NEAR(s.measure(tracker).shift_x_mm.value, 0, 0.2 * kPitch_mm);
+  EXPECT_NEAR(s.measure(tracker).shift_x_mm.value, 0, 0.2 * kSlipPitch_mm);
   s.pull_x_px = 8;
   const SkinMotion on = s.measure(tracker);
-  EXPECT_NEAR(on.shift_x_mm.value / kPitch_mm, 3, 0.2);
+  EXPECT_NEAR(on.shift_x_mm.value / kSlipPitch_mm, 3, 0.2);
   EXPECT_EQ(on.shift_x_mm.validity, Validity::OnsetUnseen);
 }
 
 TEST(SlipWatch, TellsSlideFromStickWithinTwoFramesAndKeepsStill) {
   std::mt19937 random(3);
-  std::normal_distribution<double> noise(0, 0.03 * kPitch_mm);
-  SlipWatch watch(kPitch_mm);
+  std::normal_distribution<double> noise(0, 0.03 * kSlipPitch_mm);
+  SlipWatch watch(kSlipPitch_mm);
   SkinMotion skin;
   skin.touching = 20;
-  skin.shift_x_mm = skin.shift_y_mm = {0, 0.02 * kPitch_mm, Validity::Valid};
+  skin.shift_x_mm = skin.shift_y_mm = {0, 0.02 * kSlipPitch_mm, Validity::Valid};
   skin.stick_share = {1, 0.05, Validity::Valid};
   double core = 0, contact = 0;
   const auto see = [&] {
@@ -166,12 +166,12 @@ TEST(SlipWatch, TellsSlideFromStickWithinTwoFramesAndKeepsStill) {
   // Slide: the contact goes on by 0.3 px a frame, the skin does not.
   int frames = 0;
   for (; frames < 10; ++frames) {
-    contact += 0.3 * kPitch_mm;
+    contact += 0.3 * kSlipPitch_mm;
     if (see() == Slip::Slip) break;
   }
   EXPECT_LE(frames + 1, 2);
   for (int k = 0; k < 30; ++k) {
-    contact += 0.3 * kPitch_mm;
+    contact += 0.3 * kSlipPitch_mm;
     EXPECT_EQ(see(), Slip::Slip);
   }
   for (int k = 0; k < 3; ++k) see();
@@ -185,7 +185,7 @@ TEST(SlipWatch, TellsSlideFromStickWithinTwoFramesAndKeepsStill) {
 TEST(ContactTrackerWithSkin, EachContactHasItsOwnShear) {
   Sensor sensor;
   sensor.name = "two";
-  sensor.pitch_mm_per_px = kPitch_mm;
+  sensor.pitch_mm_per_px = kSlipPitch_mm;
   sensor.shear = ShearCalibration{2, 2, 0.5, 0.01};
   sensor.shear->signal = ShearSignal::Skin;
   sensor.force = ForceCalibration{};
@@ -213,17 +213,17 @@ TEST(ContactTrackerWithSkin, EachContactHasItsOwnShear) {
       region.centroid_y_px = one->y_px + one->pull_y_px;
       region.area_px = 7854;
       region.gray_sum = 2000;
-      region.ellipse = {100 * kPitch_mm, 100 * kPitch_mm, 0, 100, 100};
+      region.ellipse = {100 * kSlipPitch_mm, 100 * kSlipPitch_mm, 0, 100, 100};
       touch.contacts.push_back(region);
     }
     tracker.update(touch, std::vector<float>(touch.skin_points.size(), 0.05f));
   }
   ASSERT_EQ(touch.contacts.size(), 2u);
   const ContactTouch &a = touch.contacts[0], &b = touch.contacts[1];
-  EXPECT_NEAR(a.shear_x_N.value, 2 * 3.6 * kPitch_mm, 0.03);
+  EXPECT_NEAR(a.shear_x_N.value, 2 * 3.6 * kSlipPitch_mm, 0.03);
   EXPECT_NEAR(a.shear_y_N.value, 0, 0.03);
   EXPECT_NEAR(b.shear_x_N.value, 0, 0.03);
-  EXPECT_NEAR(b.shear_y_N.value, -2 * 2.7 * kPitch_mm, 0.03);
+  EXPECT_NEAR(b.shear_y_N.value, -2 * 2.7 * kSlipPitch_mm, 0.03);
   EXPECT_NEAR(touch.shear_x_N.value, a.shear_x_N.value + b.shear_x_N.value, 1e-12);
   EXPECT_EQ(a.slip, Slip::Stick);
   EXPECT_EQ(touch.skin->torsion_rad.validity, Validity::NoContact);
@@ -236,7 +236,7 @@ struct CentroidError : GpuTest {};
 TEST_F(CentroidError, IsBelowATwentiethPixelAtTwentyDecibels) {
   Sensor sensor;
   sensor.name = "hill";
-  sensor.pitch_mm_per_px = kPitch_mm;
+  sensor.pitch_mm_per_px = kSlipPitch_mm;
   sensor.threshold_gray = 4;
   const FrameFormat format{320, 240, 1, 8};
   Pipeline pipeline(context(), sensor, format, {.outputs = Output::Force});

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr Outputs kOutputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction;
+constexpr Outputs kTractionOutputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction;
 
 class TractionTest : public GpuTest {
  protected:
@@ -54,7 +54,7 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
   ASSERT_TRUE(sensor.layer.has_value());
   size_t readings = 0, held = 0;
   double worst = 0;
-  run(scene, sensor, {.outputs = kOutputs}, 6, [&](const Result& result, const Truth& truth) {
+  run(scene, sensor, {.outputs = kTractionOutputs}, 6, [&](const Result& result, const Truth& truth) {
     const Touch& touch = result.touch;
     ASSERT_TRUE(touch.traction.has_value());
     const Estimate& force = touch.traction->fz_N;
@@ -85,7 +85,7 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
 TEST_F(TractionTest, FindsItsContacts) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
   std::vector<double> force;
-  for (const Outputs outputs : {kOutputs, Output::Force | Output::Surface | Output::Traction})
+  for (const Outputs outputs : {kTractionOutputs, Output::Force | Output::Surface | Output::Traction})
     run(scene, sensor_of(scene), {.outputs = outputs}, 110,
         [&](const Result& result, const Truth&) { force.push_back(result.touch.traction->fz_N.value); });
   ASSERT_EQ(force.size() % 2, 0u);
@@ -100,12 +100,13 @@ TEST_F(TractionTest, DeviceAndHostAgree) {
   const Sensor sensor = sensor_of(scene);
   std::vector<double> force[2], moment[2], sd[2];
   for (const SolveBy by : {SolveBy::Host, SolveBy::Device})
-    run(scene, sensor, {.outputs = kOutputs, .solve_by = by}, 15, [&](const Result& result, const Truth&) {
-      const size_t k = by == SolveBy::Device;
-      force[k].push_back(result.touch.traction->fz_N.value);
-      sd[k].push_back(result.touch.traction->fz_N.standard_error);
-      moment[k].push_back(result.touch.traction->mx_Nmm.value);
-    });
+    run(scene, sensor, {.outputs = kTractionOutputs, .solve_by = by}, 15,
+        [&](const Result& result, const Truth&) {
+          const size_t k = by == SolveBy::Device;
+          force[k].push_back(result.touch.traction->fz_N.value);
+          sd[k].push_back(result.touch.traction->fz_N.standard_error);
+          moment[k].push_back(result.touch.traction->mx_Nmm.value);
+        });
   ASSERT_EQ(force[0].size(), force[1].size());
   ASSERT_GT(*std::max_element(force[0].begin(), force[0].end()), 1);
   for (size_t i = 0; i < force[0].size(); ++i) {
@@ -120,7 +121,7 @@ TEST_F(TractionTest, WaveguideSumsItsPressures) {
   const std::string scene = "synthetic:press?size=320x240";
   const Sensor sensor = sensor_of(scene);
   ASSERT_EQ(sensor.reading, SurfaceReading::Elastic);
-  run(scene, sensor, {.outputs = kOutputs}, 30, [&](const Result& result, const Truth& truth) {
+  run(scene, sensor, {.outputs = kTractionOutputs}, 30, [&](const Result& result, const Truth& truth) {
     if (truth.force_N < 0.3) return;
     const TractionSummary& t = *result.touch.traction;
     EXPECT_NEAR(t.fz_N.value, truth.force_N, 0.02 * truth.force_N);
@@ -135,17 +136,19 @@ TEST_F(TractionTest, ShearOfADrag) {
   const Sensor sensor = sensor_of(scene);
   std::vector<double> wrench_N, true_N;
   double stuck = 0, slid = 0, stuck_frames = 0, slid_frames = 0;
-  run(scene, sensor, {.outputs = kOutputs | Output::Skin}, 12, [&](const Result& result, const Truth& truth) {
-    const TractionSummary& t = *result.touch.traction;
-    if (!result.touch.contact || truth.force_N < 0.5 || t.fx_N.validity == Validity::NotCalibrated) return;
-    ASSERT_FALSE(result.traction.shear_x_kPa.empty());
-    EXPECT_GT(t.fx_N.standard_error, 0);
-    wrench_N.push_back(t.fx_N.value);
-    true_N.push_back(truth.shear_x_N);
-    ASSERT_TRUE(t.slipping_fraction.has_value());
-    (truth.slipping ? slid : stuck) += *t.slipping_fraction;
-    (truth.slipping ? slid_frames : stuck_frames) += 1;
-  });
+  run(scene, sensor, {.outputs = kTractionOutputs | Output::Skin}, 12,
+      [&](const Result& result, const Truth& truth) {
+        const TractionSummary& t = *result.touch.traction;
+        if (!result.touch.contact || truth.force_N < 0.5 || t.fx_N.validity == Validity::NotCalibrated)
+          return;
+        ASSERT_FALSE(result.traction.shear_x_kPa.empty());
+        EXPECT_GT(t.fx_N.standard_error, 0);
+        wrench_N.push_back(t.fx_N.value);
+        true_N.push_back(truth.shear_x_N);
+        ASSERT_TRUE(t.slipping_fraction.has_value());
+        (truth.slipping ? slid : stuck) += *t.slipping_fraction;
+        (truth.slipping ? slid_frames : stuck_frames) += 1;
+      });
   ASSERT_GT(wrench_N.size(), 10u);
   double products = 0, squares = 0, wrench = 0;
   for (size_t i = 0; i < wrench_N.size(); ++i) {
@@ -174,7 +177,7 @@ TEST_F(TractionTest, StatesAreSaid) {
   for (const double thickness_mm : {0.3, 0.6, 1.2}) {
     Sensor thin = sensor_of(scene);
     thin.layer->thickness_mm = thickness_mm;
-    run(scene, thin, {.outputs = kOutputs}, 15, [&](const Result& result, const Truth&) {
+    run(scene, thin, {.outputs = kTractionOutputs}, 15, [&](const Result& result, const Truth&) {
       const Estimate& force = result.touch.traction->fz_N;
       const double depth = result.touch.surface->depth_max_mm / thickness_mm;
       if (!result.touch.contact) return;
@@ -202,7 +205,7 @@ TEST_F(TractionTest, StatesAreSaid) {
       [&](const Result& result, const Truth&) { EXPECT_FALSE(result.touch.traction.has_value()); });
   Sensor none = sensor_of(scene);
   none.layer.reset();
-  EXPECT_THROW(Pipeline(context(), none, {320, 240, 3, 8}, {.outputs = kOutputs}), Error);
+  EXPECT_THROW(Pipeline(context(), none, {320, 240, 3, 8}, {.outputs = kTractionOutputs}), Error);
   EXPECT_THROW(
       Pipeline(context(), sensor_of(scene), {320, 240, 3, 8}, {.outputs = Output::Force | Output::Traction}),
       Error);
