@@ -14,7 +14,7 @@
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
 #include "engine/base/readable.h"
-#include "engine/measure/picture_check.h"
+#include "engine/measure/picture/picture_check.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;

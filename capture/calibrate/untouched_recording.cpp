@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "capture/calibrate/frame_kinds.h"
+#include "capture/calibrate/photometric/frame_kinds.h"
 #include "capture/open_source.h"
 #include "capture/run/rest_check.h"
 #include "engine/base/statistics.h"

@@ -23,7 +23,7 @@
 #include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
 #include "engine/base/facts.h"
-#include "engine/measure/pad_flaws.h"
+#include "engine/measure/picture/pad_flaws.h"
 #include "engine/palpation/press_monitor.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "capture/synthetic/optics.h"
-#include "engine/measure/skin_motion.h"
+#include "engine/measure/motion/skin_motion.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "engine/gpu/context.h"
-#include "engine/measure/contact_shape.h"
-#include "engine/measure/contact_tracker.h"
+#include "engine/measure/contact/contact_shape.h"
+#include "engine/measure/contact/contact_tracker.h"
 #include "engine/pipeline/surface/make_surface.h"
 
 namespace palpate {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "engine/measure/contact/gel_contacts.h"
 #include "engine/measure/depth_error.h"
-#include "engine/measure/gel_contacts.h"
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/layer_traction.h"

@@ -4,10 +4,10 @@
 #include <optional>
 #include <span>
 
-#include "engine/measure/contact_tracker.h"
+#include "engine/measure/contact/contact_tracker.h"
 #include "engine/measure/force.h"
-#include "engine/measure/shear.h"
-#include "engine/measure/skin_motion.h"
+#include "engine/measure/motion/shear.h"
+#include "engine/measure/motion/skin_motion.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 

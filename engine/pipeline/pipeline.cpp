@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/gpu/device_access.h"
-#include "engine/measure/picture_check.h"
+#include "engine/measure/picture/picture_check.h"
 #include "engine/pipeline/assemble.h"
 #include "engine/pipeline/frames.h"
 #include "engine/pipeline/pipeline_access.h"

@@ -6,7 +6,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
-#include "engine/measure/pad_flaws.h"
+#include "engine/measure/picture/pad_flaws.h"
 #include "engine/pipeline/surface_map.h"
 #include "palpate/pipeline.h"
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/measure/light_change.h"
+#include "engine/measure/picture/light_change.h"
 #include "palpate/frame.h"
 #include "palpate/touch.h"
 

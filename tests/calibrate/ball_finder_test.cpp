@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/calibrate/ball/ramp.h"

@@ -1,6 +1,6 @@
 // Verdict on presses of a ball: a radius is told from a diameter by the pad's shading, and what was left out
 // is judged before an error of the rest is stated.
-#include "capture/calibrate/ball_verdict.h"
+#include "capture/calibrate/photometric/ball_verdict.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <map>
 #include <string>
 
-#include "capture/calibrate/ball_stretch.h"
+#include "capture/calibrate/photometric/ball_stretch.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
 

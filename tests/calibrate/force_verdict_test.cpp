@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "capture/calibrate/force.h"
+#include "capture/calibrate/force/force.h"
 #include "engine/measure/force.h"
 
 namespace palpate {

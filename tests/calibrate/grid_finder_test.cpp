@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibrate/scale.h"
+#include "capture/calibrate/frame/scale.h"
 #include "engine/calibrate/grid_fit.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // Pattern of printed markers, measured in one untouched image, against the simulator's own.
-#include "capture/calibrate/markers.h"
+#include "capture/calibrate/frame/markers.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <random>
 
-#include "capture/calibrate/pad_match.h"
+#include "capture/calibrate/photometric/pad_match.h"
 #include "palpate/error.h"
 
 namespace palpate {

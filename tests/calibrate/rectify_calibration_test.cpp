@@ -10,8 +10,8 @@
 #include <random>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/flat.h"
-#include "capture/calibrate/scale.h"
+#include "capture/calibrate/frame/flat.h"
+#include "capture/calibrate/frame/scale.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"

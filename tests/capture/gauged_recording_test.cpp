@@ -1,5 +1,5 @@
 // A recording with a gauge's table: another recording's, and one that begins touched, are refused.
-#include "capture/calibrate/gauged_recording.h"
+#include "capture/calibrate/force/gauged_recording.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/calibrate/force.h"
+#include "capture/calibrate/force/force.h"
 #include "capture/open_source.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"

@@ -1,4 +1,4 @@
-#include "engine/measure/contact_tracker.h"
+#include "engine/measure/contact/contact_tracker.h"
 
 #include <gtest/gtest.h>
 

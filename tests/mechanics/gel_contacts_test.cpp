@@ -1,5 +1,5 @@
 // Contacts of a gel: what rings and dimples leave is one contact, specks, light and noise are none.
-#include "engine/measure/gel_contacts.h"
+#include "engine/measure/contact/gel_contacts.h"
 
 #include <gtest/gtest.h>
 

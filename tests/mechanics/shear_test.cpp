@@ -1,6 +1,6 @@
 // The shear tracker on scripted contacts: stick is a spring, slip is Coulomb's limit, and nothing grows
 // without bound.
-#include "engine/measure/shear.h"
+#include "engine/measure/motion/shear.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <random>
 
-#include "engine/measure/shear.h"
+#include "engine/measure/motion/shear.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/pipelines.h"

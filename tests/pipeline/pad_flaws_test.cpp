@@ -1,6 +1,6 @@
 // Flaws of a pad that came after its untouched image, or went: found where they are and nowhere else, no dent
 // and no contact comes of them, and what is pressed later is measured through them.
-#include "engine/measure/pad_flaws.h"
+#include "engine/measure/picture/pad_flaws.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Shear, stick, incipient slip, slide and torsion of a pad whose skin is followed, against the truth of the
 // scene; the trackers alone on scripted points.
-#include "engine/measure/slip.h"
+#include "engine/measure/motion/slip.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <random>
 
-#include "engine/measure/contact_tracker.h"
-#include "engine/measure/skin_motion.h"
+#include "engine/measure/contact/contact_tracker.h"
+#include "engine/measure/motion/skin_motion.h"
 #include "palpate/pipeline.h"
 #include "tests/scenes/synthetic_run.h"
 #include "tests/support/gpu_fixture.h"

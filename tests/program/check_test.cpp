@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/calibrate/weighed_presses.h"
+#include "capture/calibrate/force/weighed_presses.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/sensor.h"

@@ -6,7 +6,7 @@
 
 #include "capture/open_source.h"
 #include "capture/run/input.h"
-#include "engine/measure/picture_check.h"
+#include "engine/measure/picture/picture_check.h"
 #include "tests/support/recordings.h"
 
 namespace palpate {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/open_source.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "palpate/pipeline.h"

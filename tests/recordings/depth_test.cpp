@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibrate/markers.h"
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/frame/markers.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/open_source.h"
 #include "engine/calibrate/ball/finder.h"
 #include "engine/calibrate/light_stack.h"

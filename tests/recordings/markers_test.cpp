@@ -10,7 +10,7 @@
 #include <memory>
 #include <set>
 
-#include "capture/calibrate/markers.h"
+#include "capture/calibrate/frame/markers.h"
 #include "capture/open_source.h"
 #include "palpate/pipeline.h"
 #include "tests/support/csv_table.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/calibrate/workflow/workflow.h"
 #include "palpate/pipeline.h"
 #include "tests/support/pipelines.h"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/calibrate/force.h"
+#include "capture/calibrate/force/force.h"
 #include "tests/support/recordings.h"
 #include "tests/support/thorough.h"
 

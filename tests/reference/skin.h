@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/measure/skin_points.h"
+#include "engine/measure/motion/skin_points.h"
 #include "shaders/shared/skin.h"
 
 namespace palpate::reference {

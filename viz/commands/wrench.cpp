@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/calibrate/wrench.h"
+#include "capture/calibrate/force/wrench.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"

@@ -5,8 +5,8 @@
 
 #include <tuple>
 
-#include "capture/calibrate/force.h"
-#include "capture/calibrate/shear.h"
+#include "capture/calibrate/force/force.h"
+#include "capture/calibrate/force/shear.h"
 #include "capture/calibrate/workflow/workflow.h"
 #include "palpate/error.h"
 #include "viz/python/arrays.h"

@@ -9,8 +9,8 @@
 #include <functional>
 #include <limits>
 
+#include "capture/calibrate/force/wrench.h"
 #include "capture/calibrate/workflow/check.h"
-#include "capture/calibrate/wrench.h"
 #include "capture/files/true_quantities.h"
 #include "capture/open_source.h"
 #include "capture/run/record_session.h"

@@ -1,8 +1,8 @@
 // Plots of force and shear calibrations.
 #pragma once
 
-#include "capture/calibrate/force.h"
-#include "capture/calibrate/shear.h"
+#include "capture/calibrate/force/force.h"
+#include "capture/calibrate/force/shear.h"
 #include "viz/report/plot.h"
 
 namespace palpate {

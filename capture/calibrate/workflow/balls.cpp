@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/ball_stretch.h"
+#include "capture/calibrate/photometric/ball_stretch.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 

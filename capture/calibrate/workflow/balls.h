@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "capture/calibrate/ball_verdict.h"
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/photometric/ball_verdict.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/calibrate/workflow/workflow.h"
 
 namespace palpate {

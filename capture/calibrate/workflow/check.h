@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibrate/ball_size.h"
+#include "capture/calibrate/photometric/ball_size.h"
 #include "capture/run/run_watch.h"
 #include "engine/base/json.h"
 

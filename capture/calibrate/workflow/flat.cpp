@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/flat.h"
-#include "capture/calibrate/markers.h"
-#include "capture/calibrate/origin.h"
+#include "capture/calibrate/frame/flat.h"
+#include "capture/calibrate/frame/markers.h"
+#include "capture/calibrate/frame/origin.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"

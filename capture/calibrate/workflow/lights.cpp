@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "capture/calibrate/origin.h"
+#include "capture/calibrate/frame/origin.h"
 #include "capture/files/light_files.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/origin.h"
+#include "capture/calibrate/frame/origin.h"
 #include "capture/calibrate/untouched_recording.h"
 #include "capture/calibrate/workflow/balls.h"
 #include "capture/run/input.h"

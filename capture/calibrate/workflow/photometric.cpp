@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/markers.h"
-#include "capture/calibrate/origin.h"
-#include "capture/calibrate/press_contact.h"
+#include "capture/calibrate/frame/markers.h"
+#include "capture/calibrate/frame/origin.h"
+#include "capture/calibrate/photometric/press_contact.h"
 #include "capture/calibrate/workflow/balls.h"
 #include "capture/run/input.h"
 #include "engine/base/json.h"

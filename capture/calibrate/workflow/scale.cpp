@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/origin.h"
-#include "capture/calibrate/presses.h"
-#include "capture/calibrate/scale.h"
+#include "capture/calibrate/frame/origin.h"
+#include "capture/calibrate/frame/scale.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/calibrate/workflow/balls.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"

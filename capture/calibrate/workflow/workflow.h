@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibrate/ball_size.h"
-#include "capture/calibrate/scale.h"
+#include "capture/calibrate/frame/scale.h"
+#include "capture/calibrate/photometric/ball_size.h"
 #include "capture/run/run_watch.h"
 #include "engine/base/json.h"
 #include "engine/calibrate/photometric/fit.h"

@@ -8,7 +8,7 @@
 #include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "engine/measure/skin_points.h"
+#include "engine/measure/motion/skin_points.h"
 #include "shaders/marker_cells.spv.h"
 #include "shaders/marker_dark.spv.h"
 #include "shaders/marker_fill.spv.h"

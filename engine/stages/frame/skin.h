@@ -8,7 +8,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/measure/skin_points.h"
+#include "engine/measure/motion/skin_points.h"
 #include "engine/stages/frame/upload.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"

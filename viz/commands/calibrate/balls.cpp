@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/support/options.h"

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "capture/calibrate/background.h"
-#include "capture/calibrate/force.h"
+#include "capture/calibrate/force/force.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"

@@ -1,6 +1,6 @@
 // palpate calibrate shear: from recordings of a pulled contact with a tangential gauge to a sensor file
 // with stiffness and friction.
-#include "capture/calibrate/shear.h"
+#include "capture/calibrate/force/shear.h"
 #include "capture/calibrate/background.h"
 #include "engine/gpu/context.h"
 #include "viz/commands/calibrate/calibrate.h"

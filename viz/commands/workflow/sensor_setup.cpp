@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "capture/calibrate/pad_corners.h"
-#include "capture/calibrate/pad_match.h"
+#include "capture/calibrate/frame/pad_corners.h"
+#include "capture/calibrate/photometric/pad_match.h"
 #include "capture/calibrate/untouched_recording.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"

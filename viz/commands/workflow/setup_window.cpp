@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/calibrate/pad_corners.h"
+#include "capture/calibrate/frame/pad_corners.h"
 #include "capture/open_source.h"
 #include "capture/rectify.h"
 #include "capture/run/input.h"

@@ -6,7 +6,7 @@
 #include <map>
 #include <random>
 
-#include "capture/calibrate/force.h"
+#include "capture/calibrate/force/force.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"

@@ -1,0 +1,493 @@
+#include "engine/measure/picture/picture_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <numeric>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include "engine/base/simd.h"
+#include "engine/base/statistics.h"
+#include "engine/measure/picture/colour_order.h"
+
+namespace palpate {
+namespace {
+
+// Gray levels of 8 bits; deeper frames have as many times more.
+constexpr double kDark_gray = 12;        // untouched: black there is no fault
+constexpr double kOtherColour_gray = 6;  // from the untouched image, of a part of one colour
+constexpr double kFlatShare = 0.01;      // of the frame's blocks, in one colour
+constexpr double kExchanged_gray = 2.5;  // least change of most places, for colours that are exchanged
+constexpr double kExchangedFit = 0.4;    // of that, which the exchange leaves
+constexpr double kMoved_gray = 2;        // least change of most of a line, for one that has moved
+constexpr double kMovedFit = 0.3;        // of that, which the move leaves
+constexpr double kMovedLeast = 0.02;     // of the line's length
+constexpr double kMovedLines = 0.2;      // of the lines, which move alike
+constexpr double kTorn_gray = 4;         // least step across a tear
+constexpr double kTornNoise = 8;         // times the noise of such steps
+constexpr float kTornBeside = 0.34f;     // of the step, most in the rows beside
+constexpr double kTornShare = 0.25;      // of a row
+
+template <typename Pixel>
+const Pixel* row_of(const Frame& frame, uint32_t channel, uint32_t y) {
+  return reinterpret_cast<const Pixel*>(frame.row(channel, y));
+}
+
+/// One colour from `x` on, over `count` pixels of each channel.
+bool is_flat(const Frame& frame, uint32_t y, uint32_t x, uint32_t count) {
+  const size_t bytes = frame.format.bytes_per_pixel();
+  for (uint32_t c = 0; c < frame.format.channels; ++c) {
+    const uint8_t* row = frame.row(c, y) + x * bytes;
+    if (std::memcmp(row, row + bytes, (count - 1) * bytes) != 0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray,
+                           const std::optional<PadOutline>& pad)
+    : format_(format),
+      saturation_gray_(saturation_gray),
+      parts_(std::max(1u, format.width / kPart)),
+      bands_(std::clamp(format.height / kPart, 1u, 16u)),
+      band_rows_(format.height / bands_),
+      places_(format, pad, kPart, bands_, band_rows_) {
+  const size_t places = size_t{format.height} * parts_;
+  for (uint32_t y = 0; y + kPart <= format.height; y += kPart) {
+    uint32_t blocks = 0;
+    for (uint32_t i = 0; i < parts_; ++i) blocks += places_.has(i, y, kPart);
+    widest_ = std::max(widest_, blocks);
+  }
+  steps_.resize(format.channels * places);
+  pad_.resize(places);
+  for (uint32_t y = 1; y < format.height; ++y)
+    for (uint32_t i = 0; i < parts_; ++i)
+      pad_[size_t{y} * parts_ + i] = places_.has(i, y - 1, 2) ? 1.0f : 0.0f;
+  scratch_.reserve(std::max(
+      {places / 4, format.channels * places / 12, size_t{format.width} + 1, size_t{format.height} + 1}));
+}
+
+namespace {
+
+uint32_t sum_of_16(const uint8_t* pixels) {
+#ifdef __SSE2__
+  const __m128i words =
+      _mm_sad_epu8(_mm_loadu_si128(reinterpret_cast<const __m128i*>(pixels)), _mm_setzero_si128());
+  return static_cast<uint32_t>(_mm_cvtsi128_si32(words) + _mm_extract_epi16(words, 4));
+#else
+  return std::accumulate(pixels, pixels + 16, 0u);
+#endif
+}
+uint32_t sum_of_16(const uint16_t* pixels) {
+  return std::accumulate(pixels, pixels + 16, 0u);
+}
+
+/// Adds a row of pixels to the sums of its columns.
+template <typename Pixel>
+struct AddRow {
+  const Pixel* row;
+  uint32_t* columns;
+  uint32_t width;
+
+  PALPATE_INLINE void run() const {
+    const Pixel* const from = row;
+    uint32_t* const to = columns;
+    const uint32_t end = width;
+    PALPATE_INDEPENDENT
+    for (uint32_t x = 0; x < end; ++x) to[x] += from[x];
+  }
+};
+
+}  // namespace
+
+/// Parts of rows and columns of bands in one pass over the pixels.
+template <typename Pixel>
+void PictureCheck::add(const Frame& frame, Sums& sums) {
+  static_assert(kPart == 16);
+  const uint32_t width = format_.width, count = std::min(kPart, width);
+  sums.parts.resize(size_t{format_.channels} * format_.height * parts_);
+  sums.columns.resize(size_t{format_.channels} * bands_ * width);
+  column_.resize(width);
+  float *part = sums.parts.data(), *column = sums.columns.data();
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    std::fill(column_.begin(), column_.end(), 0u);
+    for (uint32_t y = 0; y < format_.height; ++y) {
+      const Pixel* row = row_of<Pixel>(frame, c, y);
+      if (count == kPart)
+        for (uint32_t i = 0; i < parts_; ++i)
+          part[i] = static_cast<float>(sum_of_16(row + kPart * i)) / static_cast<float>(kPart);
+      else
+        part[0] = static_cast<float>(std::accumulate(row, row + count, 0u)) / static_cast<float>(count);
+      part += parts_;
+      if (y >= bands_ * band_rows_) continue;
+      run_widest(AddRow<Pixel>{row, column_.data(), width});
+      if ((y + 1) % band_rows_ != 0) continue;
+      for (const uint32_t sum : column_) *column++ = static_cast<float>(sum) / static_cast<float>(band_rows_);
+      std::fill(column_.begin(), column_.end(), 0u);
+    }
+  }
+}
+
+void PictureCheck::sum(const Frame& frame, Sums& sums) {
+  if (format_.bytes_per_pixel() == 1)
+    add<uint8_t>(frame, sums);
+  else
+    add<uint16_t>(frame, sums);
+  // In gray levels of 8 bits, whatever the depth.
+  const float scale = 255.0f / static_cast<float>(format_.max_gray());
+  if (scale == 1) return;
+  for (auto* values : {&sums.parts, &sums.columns})
+    for (float& value : *values) value *= scale;
+}
+
+void PictureCheck::set_reference(const Frame& untouched) {
+  sum(untouched, untouched_);
+  reference_ = untouched;
+  if (untouched.leased) {
+    reference_.reshape(format_);
+    std::copy_n(untouched.pixels(), format_.frame_bytes(), reference_.bytes.begin());
+  }
+}
+
+void PictureCheck::note_repeats(const Frame& frame) {
+  constexpr uint64_t kPrime = 0x9E3779B97F4A7C15u;
+  const uint8_t* bytes = frame.pixels();
+  const size_t count = format_.frame_bytes();
+  constexpr size_t kLanes = 8;  // multiplications that do not wait for each other
+  std::array<uint64_t, kLanes> hash{1, 2, 3, 4, 5, 6, 7, 8};
+  size_t at = 0;
+  for (; at + 8 * kLanes <= count; at += 8 * kLanes)
+    for (size_t lane = 0; lane < kLanes; ++lane) {
+      uint64_t word = 0;
+      std::memcpy(&word, bytes + at + 8 * lane, 8);
+      hash[lane] = (hash[lane] ^ word) * kPrime;
+      hash[lane] ^= hash[lane] >> 29;
+    }
+  for (; at < count; ++at) hash[0] = (hash[0] ^ bytes[at]) * kPrime;
+  uint64_t whole = 0;
+  for (const uint64_t of_lane : hash) whole = (whole ^ of_lane) * kPrime;
+  repeats_ = any_ && whole == last_hash_;
+  any_ = true;
+  last_hash_ = whole;
+}
+
+PictureFault PictureCheck::look_at(const Frame& frame) {
+  note_repeats(frame);
+  sum(frame, now_);
+  if (has_one_colour(frame)) return PictureFault::OneColour;
+  if (colours_exchanged()) return PictureFault::ColourOrder;
+  if (moved()) return PictureFault::Moved;
+  if (torn()) return PictureFault::Torn;
+  return PictureFault::None;
+}
+
+/// Whether the frame's block has one colour, which goes to `colour`.
+bool PictureCheck::is_flat_block(const Frame& frame, uint32_t x, uint32_t y,
+                                 std::array<uint32_t, 3>& colour) const {
+  const uint32_t width = std::min(kPart, format_.width);
+  for (uint32_t v = 0; v < kPart; ++v) {
+    if (!is_flat(frame, y + v, x, width)) return false;
+    for (uint32_t c = 0; c < format_.channels; ++c) {
+      const uint32_t gray = frame.at(c, x, y + v);
+      if (v > 0 && gray != colour[c]) return false;
+      colour[c] = gray;
+    }
+  }
+  return true;
+}
+
+/// Whether a block of that colour is neither what the untouched image shows there, nor dark or saturated.
+bool PictureCheck::is_foreign(const std::array<uint32_t, 3>& colour, uint32_t i, uint32_t y) const {
+  const double scale = 255.0 / format_.max_gray();
+  const size_t plane = size_t{format_.height} * parts_;
+  bool saturated = true, dark = true, other = false;
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    double untouched = 0;
+    for (uint32_t v = 0; v < kPart; ++v)
+      untouched += untouched_.parts[c * plane + size_t{y + v} * parts_ + i] / kPart;
+    saturated = saturated && colour[c] >= saturation_gray_;
+    dark = dark && untouched < kDark_gray && colour[c] * scale < kDark_gray;
+    other = other || std::abs(colour[c] * scale - untouched) > kOtherColour_gray;
+  }
+  return other && !saturated && !dark;
+}
+
+/// Blocks of kPart x kPart px in one colour, the most frequent one, where the untouched image has structure,
+/// or most of the frame has.
+bool PictureCheck::has_one_colour(const Frame& frame) const {
+  struct Found {
+    uint32_t blocks = 0, structured = 0;
+  };
+  std::map<std::array<uint32_t, 3>, Found> colours;
+  uint32_t all = 0, flat = 0, rows = 0, whole_rows = 0;
+  for (uint32_t y = 0; y + kPart <= format_.height; y += kPart) {
+    std::array<uint32_t, 3> of_row{};
+    uint32_t of_pad = 0, in_row = 0;
+    for (uint32_t i = 0; i < parts_; ++i) {
+      const uint32_t x = i * kPart;
+      std::array<uint32_t, 3> colour{}, untouched{};
+      if (!places_.has(i, y, kPart)) continue;
+      const bool first = of_pad++ == 0;
+      if (!is_flat_block(frame, x, y, colour)) continue;
+      ++flat;
+      if (!is_foreign(colour, i, y)) continue;
+      Found& found = colours[colour];
+      ++found.blocks;
+      found.structured += !is_flat_block(reference_, x, y, untouched);
+      if (first) of_row = colour;
+      in_row += colour == of_row;
+    }
+    all += of_pad;
+    rows += of_pad > 0;
+    // Few blocks of a pad's corner may be what an object leaves.
+    whole_rows += in_row == of_pad && 2 * of_pad >= widest_;
+  }
+  if (whole_rows > 0 && whole_rows < rows) return true;
+  const auto least = static_cast<uint32_t>(std::max(3.0, kFlatShare * all));
+  return std::any_of(colours.begin(), colours.end(), [&](const auto& one) {
+    const auto& [blocks, structured] = one.second;
+    return structured >= least || (blocks >= least && 2 * (all - flat) > all - blocks);
+  });
+}
+
+/// Whether the median of scratch_ is, without looking for it.
+bool PictureCheck::most_are_below(double gray) const {
+  const auto small = std::ranges::count_if(scratch_, [&](float change) { return change < gray; });
+  return 2 * small > std::ssize(scratch_) - 1;
+}
+
+/// By all places together, or by the median over places of the colour that differs most.
+bool PictureCheck::colours_exchanged() {
+  if (format_.channels != 3) return false;
+  if (follows_another_order(now_.parts, untouched_.parts)) return true;
+  constexpr uint32_t kRows = 8;  // of a place
+  const size_t plane = size_t{format_.height} * parts_;
+  std::array<double, 6> misfit{};
+  for (size_t order = 0; order < kChannelOrders.size(); ++order) {
+    scratch_.clear();
+    for (uint32_t y = 0; y + kRows <= format_.height; y += kRows)
+      for (uint32_t i = 0; i < parts_; ++i) {
+        if (!places_.has(i, y, kRows)) continue;
+        float largest = 0;
+        for (size_t c = 0; c < 3; ++c) {
+          float change = 0;
+          for (uint32_t v = 0; v < kRows; ++v) {
+            const size_t at = size_t{y + v} * parts_ + i;
+            change += now_.parts[kChannelOrders[order][c] * plane + at] - untouched_.parts[c * plane + at];
+          }
+          largest = std::max(largest, std::abs(change) / kRows);
+        }
+        scratch_.push_back(largest);
+      }
+    if (order == 0 && most_are_below(kExchanged_gray)) return false;
+    misfit[order] = quantile_in_place(scratch_, 0.5);
+  }
+  return *std::min_element(misfit.begin() + 1, misfit.end()) < kExchangedFit * misfit[0];
+}
+
+/// Difference of value `i` of a line from the untouched line rolled by `shift`, of the channel where it is
+/// largest.
+static float difference(const PictureLine& line, uint32_t channels, size_t shift, size_t i) {
+  const size_t from = i >= shift ? i - shift : i + line.length - shift;
+  float largest = 0;
+  for (uint32_t c = 0; c < channels; ++c)
+    largest = std::max(largest, std::abs(line.frame[c * line.channel_step + i * line.step] -
+                                         line.untouched[c * line.channel_step + from * line.step]));
+  return largest;
+}
+
+/// Differences of some values from `from` to `to`, into scratch_.
+void PictureCheck::differences_of(const PictureLine& line, size_t shift, size_t from, size_t to) {
+  scratch_.clear();
+  const size_t stride = std::max<size_t>(1, line.length / 160);
+  for (size_t i = from; i < to; i += stride) scratch_.push_back(difference(line, format_.channels, shift, i));
+}
+
+/// `share` quantile of them.
+double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share) {
+  differences_of(line, shift, from, to);
+  return quantile_in_place(scratch_, share);
+}
+
+/// The shift that leaves least of the line's change; 0: none is clearly better than none.
+size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
+  constexpr size_t kValues = 64, kShifts = 160;
+  const auto least = std::max<size_t>(2, static_cast<size_t>(kMovedLeast * static_cast<double>(line.length)));
+  const size_t stride = std::max<size_t>(1, (line.to - line.from) / kValues);
+  const float most = static_cast<float>(2 * still);
+  size_t best = 0;
+  float smallest = std::numeric_limits<float>::infinity();
+  const auto look_at = [&](size_t shift) {
+    float sum = 0;
+    for (size_t i = line.from; i < line.to && sum < smallest; i += stride)
+      sum += std::min(most, difference(line, format_.channels, shift, i));
+    if (sum < smallest) smallest = sum, best = shift;
+  };
+  look_at(0);
+  const size_t step = std::max<size_t>(1, line.length / kShifts);
+  for (size_t shift = least; shift + least <= line.length; shift += step) look_at(shift);
+  if (best == 0) return 0;
+  const size_t coarse = best;
+  for (size_t shift = std::max(least, coarse - std::min(coarse, step)); shift < coarse + step; ++shift)
+    if (shift + least <= line.length) look_at(shift);
+  return best;
+}
+
+/// Both parts of the line, before and beyond the seam, have to fit where they come from, and not where they
+/// are.
+bool PictureCheck::line_moved(const PictureLine& line) {
+  differences_of(line, 0, line.from, line.to);
+  if (most_are_below(kMoved_gray) || changed_evenly(line)) return false;
+  const double still = quantile_in_place(scratch_, 0.5);
+  const size_t shift = likely_shift(line, still);
+  if (shift == 0) return false;
+  const double most = std::max(0.5 * kMoved_gray, kMovedFit * still);
+  // Where the pad lies on one side of the seam, what is around it says whether there is one.
+  const auto fits = [&](size_t from, size_t to) {
+    const size_t first = std::max(from, line.from), end = std::min(to, line.to);
+    return misfit_of(line, shift, first < end ? first : from, first < end ? end : to, 0.5) < most;
+  };
+  return misfit_of(line, shift, line.from, line.to, 0.5) < kMovedFit * still && fits(0, shift) &&
+         fits(shift, line.length) && misfit_of(line, shift, line.from, line.to, 0.75) < 2 * most;
+}
+
+/// As light changes a line, and no roll does: by nearly the same everywhere.
+bool PictureCheck::changed_evenly(const PictureLine& line) const {
+  const size_t stride = std::max<size_t>(1, line.length / 160);
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    float least = 1e9f, most = -1e9f;
+    for (size_t i = line.from; i < line.to; i += stride) {
+      const size_t at = c * line.channel_step + i * line.step;
+      const float change = line.frame[at] - line.untouched[at];
+      least = std::min(least, change);
+      most = std::max(most, change);
+    }
+    if (most - least > 2 * kMoved_gray) return false;
+  }
+  return true;
+}
+
+/// Both halves are alike, which those of the untouched image are not.
+bool PictureCheck::line_doubled(const PictureLine& line) {
+  const size_t half = line.length / 2;
+  if (line.from + half >= line.to) return false;
+  const auto unlike = [&](const float* values, size_t shift) {
+    PictureLine itself = line;
+    itself.frame = itself.untouched = values;
+    return misfit_of(itself, shift, line.from, std::min(half, line.to - half), 0.75);
+  };
+  const double untouched = unlike(line.untouched, half);
+  // Dark or saturated halves are alike as well.
+  return untouched > 2 * kMoved_gray && unlike(line.frame, half / 2) > 0.4 * untouched &&
+         unlike(line.frame, half) < std::max(0.5 * kMoved_gray, 0.2 * untouched);
+}
+
+bool PictureCheck::moved() {
+  // A line that hardly touches the pad says little.
+  const auto is_long = [](const PadRun& run, size_t length) { return 4 * size_t{run.length()} >= length; };
+  uint32_t bands = 0, rows = 0, columns = 0, doubled = 0;
+  for (uint32_t b = 0; b < bands_; ++b) {
+    const PadRun run = places_.columns[b];
+    if (!is_long(run, format_.width)) continue;
+    const size_t at = size_t{b} * format_.width;
+    const PictureLine line{now_.columns.data() + at,
+                           untouched_.columns.data() + at,
+                           size_t{bands_} * format_.width,
+                           1,
+                           format_.width,
+                           run.from,
+                           run.to};
+    ++bands;
+    rows += line_moved(line);
+    doubled += line_doubled(line);
+  }
+  if (2 * doubled > bands) return true;
+  if (rows >= std::max(1.0, kMovedLines * bands)) return true;
+  const uint32_t apart = std::max(1u, parts_ / 8);
+  uint32_t looked_at = 0;
+  for (uint32_t i = 0; i < parts_; i += apart) {
+    const PadRun run = places_.rows_of_part[i];
+    if (!is_long(run, format_.height)) continue;
+    ++looked_at;
+    columns += line_moved({now_.parts.data() + i, untouched_.parts.data() + i,
+                           size_t{format_.height} * parts_, parts_, format_.height, run.from, run.to});
+  }
+  return columns >= std::max(1.0, kMovedLines * looked_at);
+}
+
+/// Change of the steps from row `y` - 1 to `y`, against the untouched image's, where `pad` is 1.
+static void steps_to(const float* now, const float* untouched, const float* pad, std::span<float> steps) {
+  const size_t parts = steps.size();
+  const float *now_before = now - parts, *untouched_before = untouched - parts;
+  for (size_t i = 0; i < parts; ++i)
+    steps[i] = pad[i] * std::abs((now[i] - now_before[i]) - (untouched[i] - untouched_before[i]));
+}
+
+/// Steps from row to row over a quarter of the row at a stretch and near both its ends, that the rows next to
+/// them do not have; nor those at the next borders of a codec's blocks, where what changes evenly has such
+/// steps too.
+bool PictureCheck::torn() {
+  const uint32_t height = format_.height;
+  if (height < 8 || parts_ < 4) return false;
+  const size_t plane = size_t{height} * parts_;
+  scratch_.clear();
+  for (uint32_t c = 0; c < format_.channels; ++c)
+    for (uint32_t y = 1; y < height; ++y) {
+      const size_t row = size_t{y} * parts_, at = c * plane + row;
+      steps_to(now_.parts.data() + at, untouched_.parts.data() + at, pad_.data() + row,
+               {steps_.data() + at, parts_});
+      for (uint32_t i = 0; y % 5 == 0 && i < parts_; i += 3)
+        if (pad_[row + i] > 0) scratch_.push_back(steps_[at + i]);
+    }
+  const double usual = quantile_in_place(scratch_, 0.5);
+  if (usual == 0) return false;  // a picture without noise may have edges as sharp as a tear
+  // The median of a normal deviate's size is 0.67 of its standard deviation.
+  const auto least = static_cast<float>(std::max(kTorn_gray, kTornNoise * usual / 0.67));
+  for (uint32_t y = 3; y + 2 < height; ++y) {
+    const uint32_t of_pad = places_.parts_of_row[y].length();
+    const auto long_enough = std::max(3u, static_cast<uint32_t>(std::ceil(kTornShare * of_pad)));
+    uint32_t large = 0;
+    if (of_pad < 4) continue;
+    for (uint32_t c = 0; c < format_.channels; ++c) {
+      const float* steps = steps_.data() + c * plane + size_t{y} * parts_;
+      for (uint32_t i = 0; i < parts_; ++i) large += steps[i] >= least;
+    }
+    if (large >= long_enough && torn_at(y, least, long_enough)) return true;
+  }
+  return false;
+}
+
+bool PictureCheck::torn_at(uint32_t y, float least, uint32_t long_enough) const {
+  const size_t plane = size_t{format_.height} * parts_;
+  const PadRun pad = places_.parts_of_row[y];
+  const uint32_t outer = std::max(1u, pad.length() / 8);
+  uint32_t run = 0;
+  bool long_run = false, left = false, right = false;
+  for (uint32_t i = pad.from; i < pad.to; ++i) {
+    bool sharp = false;
+    for (uint32_t c = 0; c < format_.channels && !sharp; ++c) {
+      const size_t at = c * plane + size_t{y} * parts_ + i;
+      if (steps_[at] < least) continue;
+      float beside = 0;
+      for (const int rows : {-16, -8, -2, -1, 1, 2, 8, 16}) {
+        const int64_t there = int64_t{y} + rows;
+        if (there >= 1 && there < format_.height)
+          beside = std::max(beside, steps_[c * plane + static_cast<size_t>(there) * parts_ + i]);
+      }
+      sharp = beside < kTornBeside * steps_[at];
+    }
+    run = sharp ? run + 1 : 0;
+    long_run = long_run || run >= long_enough;
+    left = left || (sharp && i < pad.from + outer);
+    right = right || (sharp && i + outer >= pad.to);
+  }
+  // The straight edge of an object ends within the pad.
+  return long_run && left && right;
+}
+
+}  // namespace palpate
