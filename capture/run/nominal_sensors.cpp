@@ -30,18 +30,33 @@ double above_zero(const json::Value& section, const char* key) {
   return value;
 }
 
+/// It stands in error lines.
+std::string line_of(const json::Value& value) {
+  constexpr size_t kLongest = 100;
+  const std::string& line = value.text();
+  if (line.size() > kLongest || std::ranges::any_of(line, [](unsigned char c) { return c < ' '; }))
+    throw json::Error("a name of one line, of at most 100 characters, expected");
+  return line;
+}
+
 NominalSensor read(const json::Value& file) {
   if (file.at("palpate_nominal").number() != 1) throw json::Error("\"palpate_nominal\": 1 expected");
   NominalSensor kind;
-  kind.name = file.at("name").text();
+  kind.name = line_of(file.at("name"));
   const json::Value& camera = file.at("camera");
-  kind.channels = static_cast<uint32_t>(above_zero(camera, "channels"));
-  for (const json::Value& mode : camera.at("modes"))
-    kind.modes.push_back({.size_px = {static_cast<uint32_t>(mode.at("size_px").at(size_t{0}).number()),
-                                      static_cast<uint32_t>(mode.at("size_px").at(size_t{1}).number())},
-                          .rate_Hz = above_zero(mode, "rate_Hz")});
+  kind.channels = camera.at("channels").get<uint32_t>();
+  if (kind.channels != 1 && kind.channels != 3) throw json::Error("1 or 3 channels expected");
+  for (const json::Value& mode : camera.at("modes")) {
+    const auto size_px = mode.at("size_px").get<std::array<uint32_t, 2>>();
+    for (const uint32_t side : size_px)
+      if (side < 1 || side > kMaxSide_px)
+        throw json::Error(text("size_px from 1 to %u expected", kMaxSide_px));
+    kind.modes.push_back({.size_px = size_px, .rate_Hz = above_zero(mode, "rate_Hz")});
+  }
   const json::Value& scale = file.at("scale");
-  kind.field_mm = {scale.at("field_mm").at(size_t{0}).number(), scale.at("field_mm").at(size_t{1}).number()};
+  kind.field_mm = scale.at("field_mm").get<std::array<double, 2>>();
+  for (const double side : kind.field_mm)
+    if (!(side > 0)) throw json::Error("field_mm above 0 expected");
   kind.relative_sd = above_zero(scale, "relative_sd");
   kind.source = scale.at("source").text();
   if (const json::Value* gel = file.find("gel")) {
@@ -55,8 +70,11 @@ NominalSensor read(const json::Value& file) {
     kind.markers = NominalSensor::Markers{.spacing_mm = above_zero(*markers, "spacing_mm"),
                                           .size_mm = above_zero(*markers, "size_mm")};
   const std::string& signal = file.at("light").at("signal").text();
-  for (const Signal one : {Signal::Brighter, Signal::Darker, Signal::Either})
-    if (signal == to_string(one)) kind.signal = one;
+  constexpr std::array kSignals{Signal::Brighter, Signal::Darker, Signal::Either};
+  const auto* const found =
+      std::ranges::find_if(kSignals, [&](Signal one) { return signal == to_string(one); });
+  if (found == kSignals.end()) throw json::Error("signal brighter, darker or either expected");
+  kind.signal = *found;
   for (const json::Value& one : file.at("not_known")) kind.not_known.push_back(one.text());
   return kind;
 }

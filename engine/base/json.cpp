@@ -289,6 +289,9 @@ class Builder {
     what = at != std::string::npos ? "an error " + what.substr(at) : what.substr(code + 2);
     for (char& c : what)
       if (c < ' ' || c > '~') c = '?';  // it quotes the bytes, which may be no text
+    // All that was read of a string, where it does not end.
+    constexpr size_t kStart = 220, kEnd = 60;
+    if (what.size() > kStart + kEnd) what.replace(kStart, what.size() - kStart - kEnd, "...");
     throw Error(what);
   }
   Value take() { return std::move(whole_); }

@@ -90,7 +90,12 @@ void read(const Json& json, T& value) {
   }
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& found) {
+/// `found` may quote keys and values of the file.
+[[noreturn]] void refuse(const std::filesystem::path& file, std::string found) {
+  constexpr size_t kLongest = 300;
+  if (found.size() > kLongest) found.replace(kLongest, found.npos, "...");
+  for (char& c : found)
+    if (c < ' ' || c > '~') c = '?';
   throw Error(Failure::Input, "a profile.json of `palpate profile` in '" + file.string() + "'", found,
               "the profile.json of a finished run, or profiling again");
 }

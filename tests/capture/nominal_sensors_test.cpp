@@ -79,6 +79,19 @@ TEST(NominalSensors, WhatDoesNotFitIsRefused) {
   std::ofstream(folder / "bad.json") << R"({"palpate_nominal": 1, "name": "x"})";
   EXPECT_NE(refusal([&] { load_nominal((folder / "bad.json").string()); }).find("bad.json"),
             std::string::npos);
+  const auto says = [&](const char* camera, const char* field, const char* signal, const std::string& part) {
+    std::ofstream(folder / "kind.json")
+        << R"({"palpate_nominal": 1, "name": "x", "camera": {"channels": )" << camera
+        << R"(, "modes": [{"size_px": [320, 240], "rate_Hz": 9}]}, "scale": {"relative_sd": 0.1, "source": "s", )"
+        << R"("field_mm": )" << field << R"(}, "light": {"signal": ")" << signal << R"("}, "not_known": []})";
+    const std::string said = refusal([&] { load_nominal((folder / "kind.json").string()); });
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+  };
+  says("3", "[20, 15]", "either", "");
+  says("2", "[20, 15]", "either", "1 or 3 channels");
+  says("1e300", "[20, 15]", "either", "whole number");
+  says("3", "[20, 0]", "either", "field_mm above 0");
+  says("3", "[20, 15]", "bright", "signal brighter, darker or either");
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST_F(LumpFile, OtherFilesAreRefused) {
   change("schema", "something else");
   expect_error(Failure::Input, "another kind of file", [&] { lump::read_lump_file(file("other.h5")); });
   change("schema_version", "2");
-  expect_error(Failure::Input, "version 2", [&] { lump::read_lump_file(file("other.h5")); });
+  expect_error(Failure::Input, "version '2'", [&] { lump::read_lump_file(file("other.h5")); });
   change("sweep", nullptr);
   expect_error(Failure::Input, "sweep", [&] { lump::read_lump_file(file("other.h5")); });
   change("sweep", to_json(small_sweep(4)).dump().c_str());

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "capture/files/csv_table.h"
 #include "palpate/error.h"
 #include "perf/lab/dataset/file.h"
 #include "perf/lab/dataset/hdf5.h"
@@ -113,7 +114,7 @@ Data read_lump_file(const std::filesystem::path& path) {
   const Reader file(path);
   if (file.text("schema") != "palpate lump dataset") file.refuse("another kind of file");
   if (file.text("schema_version") != "1")
-    file.refuse("version " + file.text("schema_version") + " of it, not 1");
+    file.refuse("version " + printable(file.text("schema_version")) + " of it, not 1");
   Data data;
   data.program = file.text("program");
   data.sweep = sweep_from_json(file.text("sweep"));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "capture/files/csv_table.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/numeric/sobol.h"
 #include "palpate/error.h"
@@ -204,7 +205,8 @@ Sweep sweep_from_json(const std::string& text) {
     for (const json::Value& name : v.at("shapes")) {
       const auto* const found =
           std::find(std::begin(kShapeNames), std::end(kShapeNames), name.get<std::string>());
-      if (found == std::end(kShapeNames)) throw Error(Failure::Input, "a shape", name.dump(), "another file");
+      if (found == std::end(kShapeNames))
+        throw Error(Failure::Input, "a shape", printable(name.text()), "another file");
       s.shapes.push_back(static_cast<InclusionShape>(found - std::begin(kShapeNames)));
     }
     s.no_lump_fraction = v.at("no_lump_share").get<double>();
