@@ -21,12 +21,21 @@
 #include "capture/files/match_files.h"
 #include "capture/files/npy.h"
 #include "capture/files/video.h"
+#include "capture/run/modulus_frames.h"
+#include "capture/run/nominal_sensors.h"
 #include "capture/session/info.h"
 #include "capture/video/session_video.h"
 #include "engine/lump/network/network.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
+#include "perf/lab/dataset/journal.h"
 #include "perf/lab/judge/judged_table.h"
+#include "perf/profile/profile.h"
+#ifdef PALPATE_WHOLE_PROGRAM
+#include "capture/calibrate/presses.h"
+#include "capture/run/scan_recording.h"
+#include "viz/panels/settings.h"
+#endif
 
 namespace palpate::fuzz {
 namespace {
@@ -207,6 +216,70 @@ void read_network(const fs::path& file) {
   expect(lump::Network::parse(bytes, "its own bytes").bytes() == bytes, "a network's bytes read back");
 }
 
+void read_profile(const fs::path& file) {
+  const perf::Profile profile = perf::load_profile(file);
+  const std::string text = perf::file_text(profile);
+  expect(perf::file_text(perf::parse_profile(text, file)) == text, "a profile's text reads back");
+}
+
+void read_kind_of_sensor(const fs::path& file) {
+  const NominalSensor kind = load_nominal(file.string());
+  for (const NominalSensor::Mode& mode : kind.modes) {
+    const FrameFormat camera{
+        .width = mode.size_px[0], .height = mode.size_px[1], .channels = kind.channels, .bit_depth = 8};
+    Sensor sensor = any_sensor();
+    sensor.channels = kind.channels;
+    apply_nominal(kind, camera, sensor);
+    validate(sensor, "a kind of sensor");
+  }
+}
+
+void read_press_rows(const fs::path& file) {
+  std::vector<std::string> notes;
+  for (const PressFrame& frame : read_press_table(file, notes))
+    expect(std::isfinite(frame.force_N), "a press has a force");
+}
+
+void read_approaches(const fs::path& file) {
+  std::vector<std::string> notes;
+  const std::vector<uint64_t> frames{0, 1, 5, 1000};
+  expect(read_approach_table(file, frames, notes).size() == frames.size(), "an approach for each frame");
+}
+
+void read_journal(const fs::path& file) {
+  const lump::Journal::Glance glance = lump::Journal::glance(file);
+  if (glance.cases == 0) return;
+  const lump::Journal journal(file, glance.sweep, glance.program);
+  for (const auto& [number, at] : journal.cases())
+    expect(journal.read(number).what.number == number, "a case has its number");
+}
+
+// These lead on to cameras, simulated sensors and the window.
+#ifdef PALPATE_WHOLE_PROGRAM
+void read_settings(const fs::path& file) {
+  const viz::LoadedSettings loaded = viz::load_settings(file);
+  expect(std::ranges::none_of(loaded.warning, [](unsigned char c) { return c < ' ' || c == 0x7f; }),
+         "a warning is one line");
+  expect(loaded.warning.size() < 700, "a warning is short");
+  viz::save_settings(loaded.settings, file);
+  const std::string text = slurp(file);
+  const viz::LoadedSettings again = viz::load_settings(file);
+  expect(again.warning.empty(), "settings read back");
+  viz::save_settings(again.settings, file);
+  expect(slurp(file) == text, "settings stay as they are");
+}
+
+void read_pressed_balls(const fs::path& file) {
+  static_cast<void>(read_presses(file, file.parent_path() / "none", any_sensor(), false));
+}
+
+void read_scan_places(const fs::path& file) {
+  for (const RecordedPress& press : read_places(file, {}, "gauge.csv"))
+    expect(std::isfinite(press.place_mm[0]) && std::isfinite(press.place_mm[1]), "a press has a place");
+}
+
+#endif
+
 void put_big_endian(std::span<uint8_t> to, uint32_t value) {
   for (int i = 0; i < 4; ++i) to[static_cast<size_t>(i)] = static_cast<uint8_t>(value >> (24 - 8 * i));
 }
@@ -235,6 +308,23 @@ void mend_records(std::span<uint8_t> bytes) {
     if (static_cast<size_t>(bytes.end() - at) < kCovered + 4) return;
     const auto sum = static_cast<uint32_t>(crc32(0, &*at, kCovered));
     std::memcpy(&*at + kCovered, &sum, sizeof sum);
+  }
+}
+
+/// The sum of a journal's head, and those of its records where all have the length that the first one states.
+void mend_journal(std::span<uint8_t> bytes) {
+  constexpr size_t kMagic = 16, kFrame = 8;
+  const auto number = [&](size_t at) {
+    uint32_t value = 0;
+    std::memcpy(&value, &bytes[at], sizeof value);
+    return size_t{value};
+  };
+  for (size_t at = kMagic; at + kFrame <= bytes.size();) {
+    const size_t length = number(at);
+    if (length > bytes.size() - at - kFrame) return;
+    const auto sum = static_cast<uint32_t>(crc32(0, bytes.data() + at + kFrame, static_cast<uInt>(length)));
+    std::memcpy(&bytes[at + 4], &sum, sizeof sum);
+    at += kFrame + length;
   }
 }
 
@@ -269,6 +359,16 @@ constexpr std::array kReaders{
     Reader{"session_video", "frames.mkv", read_session_video, mend_records, true, true},
     Reader{"session_rows", "frames.csv", read_session_rows},
     Reader{"network", "model.lump", read_network, mend_network},
+    Reader{"profile", "profile.json", read_profile},
+    Reader{"kind", "kind.json", read_kind_of_sensor, nullptr, true, true},
+    Reader{"presses", "presses.csv", read_press_rows},
+    Reader{"approaches", "approaches.csv", read_approaches},
+    Reader{"journal", "set.part", read_journal, mend_journal},
+#ifdef PALPATE_WHOLE_PROGRAM
+    Reader{"settings", "window.json", read_settings},
+    Reader{"balls", "balls.csv", read_pressed_balls},
+    Reader{"places", "places.csv", read_scan_places},
+#endif
 };
 
 /// Missing parts of an error's line; empty: none.
