@@ -26,7 +26,8 @@ constexpr double kHidden = 0.5;           // of what a cell of unknown depth may
 constexpr double kRectified = 4;          // errors of a cell's pressure that nothing may look like
 constexpr double kUnseen = 2;             // errors of slopes over what is left of them, where tilts are free
 constexpr double kBeyond = 0.4;           // of what presses beyond the border: a standard error
-constexpr double kRising = 1.3;           // mean pressure at the border over that of the contact
+constexpr double kEven = 0.2;    // of the force of a contact over all of the border: a standard error
+constexpr double kRising = 1.3;  // mean pressure at the border over that of the contact
 
 }  // namespace
 
@@ -70,11 +71,10 @@ struct TractionSolver::Impl {
     const size_t x = cell % grid.width, y = cell / grid.width;
     return x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height;
   }
-  /// How far a contact goes on: a third of the border that it covers, which is right for half of a ball.
-  double reach_cells() const {
+  double covered_border_cells() const {
     double covered = 0;
     for (size_t i = 0; i < size(); ++i) covered += allowed[i] != 0 && on_border(i) ? 1 : 0;
-    return std::min(static_cast<double>(margin), covered / 3);
+    return covered;
   }
 
   /// Force and moments, N and N mm, of 1 MPa on a cell and on what goes on from it.
@@ -308,6 +308,9 @@ struct TractionSolver::Impl {
     wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], error[0]);
     wrench.moment_sd_Nmm[0] = std::hypot(wrench.moment_sd_Nmm[0], error[1]);
     wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], error[2]);
+    // Without a rim nothing anchors the pressure's level: an even one leaves no slopes.
+    if (covered_border_cells() == 2.0 * (grid.width + grid.height) - 4)
+      wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], kEven * wrench.force_N[2]);
   }
 
   void measure(const TractionInput& input) {
@@ -460,7 +463,8 @@ struct TractionSolver::Impl {
     if (goes_on && (!continuation || (shift && !continuation->has_shear())))
       continuation = std::make_unique<LayerContinuation>(kernel, grid.width, grid.height, margin, shift);
     beyond = goes_on && !input.depth_mm.empty();
-    if (goes_on) continuation->set_reach(reach_cells());
+    // A third of the border that the contact covers is right for half of a ball.
+    if (goes_on) continuation->set_reach(std::min(static_cast<double>(margin), covered_border_cells() / 3));
     if (!shift) {
       std::fill(shear_depth.begin(), shear_depth.end(), 0);
       result.shear_x_MPa.clear();

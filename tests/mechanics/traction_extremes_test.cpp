@@ -107,6 +107,23 @@ TEST(TractionAtTheBorder, ContactThatGoesOn) {
       }
 }
 
+// A contact of which the grid, 20 x 15 mm, sees the middle and hardly any rim, or none: then an even pressure
+// leaves no slopes, and the interval has to hold it.
+TEST(TractionAtTheBorder, ContactWiderThanTheGrid) {
+  for (const double contact : {10.5, 12.0, 14.0}) {
+    SCOPED_TRACE(contact);
+    const CutSphere wide(5.5, contact, 0);
+    const Traction found = wide.solve(5.5, true);
+    const double whole_N = wide.press.summary().force_N, sd_N = found.wrench.force_sd_N[2];
+    std::printf("contact of %.1f mm: %.1f of %.1f N in the grid, %.1f +- %.1f of %.1f N in all\n", contact,
+                wide.in_grid(found), wide.force, found.wrench.force_N[2], sd_N, whole_N);
+    EXPECT_NEAR(found.wrench.force_N[2], whole_N, 1.96 * sd_N);
+    if (contact > 12.5) continue;  // the grid's corners
+    EXPECT_NEAR(wide.in_grid(found), wide.force, 0.1 * wide.force);
+    EXPECT_LT(sd_N, 0.35 * whole_N);
+  }
+}
+
 // Inside the grid it changes nothing.
 TEST(TractionAtTheBorder, ContactInsideIsTheSame) {
   const CutSphere inside(5.5, 4, 0);

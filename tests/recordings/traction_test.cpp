@@ -177,6 +177,7 @@ TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
       }());
   EXPECT_LT(mean, 0.10);
   EXPECT_LT(own, 0.12);
+  EXPECT_LT(pooled, 0.16);
   // The intervals of objects that the modulus was not found with.
   size_t held = 0, count = 0;
   for (const auto& [name, one] : second) {
@@ -194,6 +195,7 @@ TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
   }
   std::printf("intervals of 95 %% hold %.0f %% of %zu\n",
               100.0 * static_cast<double>(held) / static_cast<double>(count), count);
+  EXPECT_GE(static_cast<double>(held), 0.9 * static_cast<double>(count));
 }
 
 }  // namespace
