@@ -178,6 +178,28 @@ TEST(ForceVerdict, LayersForceIsToldApartByItsHistory) {
   EXPECT_FALSE(calibrate_force({gives_way(1, 0.01)}, by_layer).choice.calibration.loading);
 }
 
+// Two recordings in each of two folders, of which the second reads a tenth more: two thirds of that are
+// missed where recordings are left out one by one, all of it by folders.
+TEST(ForceVerdict, WholeFoldersAreLeftOut) {
+  std::vector<GaugedRecording> recordings;
+  for (const char* input : {"monday/a.avi", "monday/b.avi", "friday/a.avi", "friday/b.avi"}) {
+    GaugedRecording& r =
+        recordings.emplace_back(recording(3, 0.001, static_cast<uint32_t>(recordings.size())));
+    r.input = input;
+    if (recordings.size() <= 2) continue;
+    for (GaugedFrame& f : r.frames) f.touch.gray_sum *= 1.1;
+  }
+  const ForceChoiceOptions line{ForceSignal::GraySum, ForceModel::Line, false};
+  const ForceOutcome both = calibrate_force(recordings, line);
+  const double one_by_one_N = both.choice.chosen.error_N;
+  const double whole_N = to_json(both, "").at("folders_left_out_error_N").get<double>();
+  EXPECT_GT(whole_N, 1.3 * one_by_one_N);
+  EXPECT_NEAR(whole_N, 0.1 * 6.4, 0.1) << "of forces of 6.4 N in the mean";
+  EXPECT_NE(describe(both).find("whole folders left out, one of 2"), std::string::npos);
+  recordings.resize(2);
+  EXPECT_EQ(describe(calibrate_force(recordings, line)).find("whole folders"), std::string::npos);
+}
+
 TEST(ForceVerdict, DriftNeedsTime) {
   EXPECT_FALSE(std::isfinite(calibrate(recording(3, 0.01)).choice.drift_sd_N_per_min));  // 7.5 s
   EXPECT_TRUE(std::isfinite(calibrate(recording(6, 0.01)).choice.drift_sd_N_per_min));   // 15 s

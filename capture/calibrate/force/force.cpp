@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "engine/base/json.h"
 #include "engine/base/text.h"
@@ -77,6 +79,39 @@ std::string curve_text(const ForceCalibration& c) {
                            c.knots.front()[1], c.knots.back()[1]);
   }
   return "";
+}
+
+/// Recordings that lie in one folder, of which each is left out whole: those of a day err alike.
+struct FolderError {
+  size_t folders = 0;
+  double error_N = 0;  ///< mean absolute, of each folder's readings by the curve of the others
+};
+std::optional<FolderError> left_out_folders(const ForceOutcome& o) {
+  std::map<std::filesystem::path, size_t> number;
+  std::vector<size_t> folder;
+  for (const GaugedRecording& r : o.recordings)
+    folder.push_back(
+        number.emplace(std::filesystem::path(r.input).parent_path(), number.size()).first->second);
+  if (number.size() < 2) return std::nullopt;
+  const ForceCandidate& c = o.choice.chosen.candidate;
+  const ForceTrack track = track_of(c.signal, o.samples);
+  FolderError found{.folders = number.size()};
+  double readings = 0;
+  for (size_t out = 0; out < number.size(); ++out) try {
+      const auto of_folder = [&](size_t i) { return folder[o.samples[i].recording] == out; };
+      const ForceCurves curves =
+          fit_curves(c.model, c.branches, track, o.samples, [&](size_t i) { return !of_folder(i); });
+      for (size_t i = 0; i < o.samples.size(); ++i) {
+        if (!is_used(o.samples[i]) || !of_folder(i)) continue;
+        found.error_N += std::abs(curves.at(track.signal[i], track.unloading[i]) - o.samples[i].force_N);
+        readings += 1;
+      }
+    } catch (const Error&) {
+      return std::nullopt;  // the others alone are too few
+    }
+  if (!(readings > 0)) return std::nullopt;
+  found.error_N /= readings;
+  return found;
 }
 
 }  // namespace
@@ -238,6 +273,10 @@ std::string describe(const ForceOutcome& o) {
           : !s.eligible && s.worse_N < 0 ? "   (only with --signal: see capture/calibrate/README.md)"
                                          : "");
   }
+  if (const std::optional<FolderError> whole = left_out_folders(o))
+    text += palpate::text(
+        "of whole folders left out, one of %zu after the other: error %.4g N (%.2g %% of full scale)\n",
+        whole->folders, whole->error_N, 100 * whole->error_N / full_N);
   text += "\n" + curve_text(f) + "\n";
   if (f.signal == ForceSignal::Area || f.signal == ForceSignal::Volume)
     text += palpate::text(
@@ -338,6 +377,7 @@ json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
   if (c.loading) lines["loading"] = curve_json(*c.loading);
   if (c.unloading) lines["unloading"] = curve_json(*c.unloading);
   const ForceVerdict verdict = verdict_of(o);
+  const std::optional<FolderError> whole = left_out_folders(o);
   const Json value = {
       {"sensor", sensor_file},
       {"fit_for_use", verdict.fit_for_use},
@@ -360,6 +400,7 @@ json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
       {"largest_residual_N", c.largest_residual_N},
       {"held_out_rms_N", c.held_out_rms_N},
       {"held_out_error_N", c.chosen.error_N},
+      {"folders_left_out_error_N", whole ? Json(whole->error_N) : Json(nullptr)},
       {"interval_95_full_scale_N", c.interval_full_N},
       {"interval_95_coverage", c.interval_coverage},
       {"signal_min", f.gray_min},
