@@ -179,7 +179,8 @@ constexpr MeasuredQuantity<Touch> kSurface[] = {
         "one (of colour gels by the presses that calibration left out, each depth of a contact having it "
         "too). The state is that of the whole depth map: valid, no contact, saturated, reaches the border "
         "(reading `elastic`: what presses outside the frame is missing) or slopes clipped, which make depths "
-        "lower bounds; too deep for the pad (of known thickness); covered where printed markers hide more than a hundredth of a gel's frame, with "
+        "lower bounds; too deep for the pad (of known thickness); covered where printed markers hide more "
+        "than a hundredth of a gel's frame, with "
         "nothing next to them to continue from; extrapolated as `extrapolated_px`; light unknown as "
         "`light_state`: then neither depth nor what "
         "follows from it, nor that nothing touches, is known.",

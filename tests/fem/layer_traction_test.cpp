@@ -241,12 +241,12 @@ TEST(LayerTraction, SphereOnAxisymmetricElements) {
   for (const double poisson : {0.3, 0.485, 0.4999}) {
     SCOPED_TRACE(poisson);
     const fem::IndenterOnLayer what{.thickness_mm = kThickness_mm,
-                                  .young_MPa = kYoung_MPa,
-                                  .poisson = poisson,
-                                  .radius_mm = 12,
-                                  .large_strain = false,
-                                  .cell_mm = 0.2,
-                                  .reach_mm = 4};
+                                    .young_MPa = kYoung_MPa,
+                                    .poisson = poisson,
+                                    .radius_mm = 12,
+                                    .large_strain = false,
+                                    .cell_mm = 0.2,
+                                    .reach_mm = 4};
     const auto pressed = fem::press_layer(what, {0.4});
     ASSERT_EQ(pressed.size(), 1u);
     constexpr uint32_t kAlong = 96;
