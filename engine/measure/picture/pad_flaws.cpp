@@ -225,11 +225,10 @@ void PadFlaws::box_mean(const Plane& from, uint32_t reach, Plane& to) {
 // Means of what has weight, about each place.
 void PadFlaws::find_bands() {
   box_mean(weight_, wide_, scratch_);
-  Plane shares = scratch_;
   for (size_t c = 0; c < change_.size(); ++c) {
     for (size_t i = 0; i < weighted_.size(); ++i) weighted_[i] = weight_[i] * change_[c][i];
     box_mean(weighted_, wide_, even_[c]);
-    for (size_t i = 0; i < shares.size(); ++i) even_[c][i] /= std::max(shares[i], kUnseen);
+    for (size_t i = 0; i < scratch_.size(); ++i) even_[c][i] /= std::max(scratch_[i], kUnseen);
   }
 }
 
