@@ -113,7 +113,7 @@ TEST(MatchingVerdict, ACurveIsFoundInAnyOrderAndWhereThereIsOne) {
 }
 
 /// Points over a square of 100, in a fixed order.
-PointSet scattered(size_t count, uint32_t seed) {
+PointSet scattered_set(size_t count, uint32_t seed) {
   std::mt19937 random(seed);
   return set_of(count, [&](size_t) -> Point {
     const double x = 100 * even(random), y = 100 * even(random);
@@ -124,7 +124,7 @@ PointSet scattered(size_t count, uint32_t seed) {
 // The left six tenths and the right four have changed places: no smooth warp does that.
 TEST(MatchingVerdict, PartsThatChangedPlacesArePartlyWrong) {
   for (uint32_t seed = 1; seed <= 3; ++seed) {
-    const PointSet from = scattered(90, seed);
+    const PointSet from = scattered_set(90, seed);
     const PointSet to = set_of(from.size(), [&](size_t i) -> Point {
       const double x = from.at(i)[0];
       return {x < 60 ? x + 40 : x - 60, from.at(i)[1]};
@@ -138,7 +138,7 @@ TEST(MatchingVerdict, PartsThatChangedPlacesArePartlyWrong) {
 // Nor is it where the part is missing, or where the whole has bent or is noisy.
 TEST(MatchingVerdict, WhatIsBentNoisyOrMissingIsNotPartlyWrong) {
   for (uint32_t seed = 1; seed <= 3; ++seed) {
-    const PointSet from = scattered(90, seed);
+    const PointSet from = scattered_set(90, seed);
     PointSet left;
     for (size_t i = 0; i < from.size(); ++i)
       if (from.at(i)[0] < 60)
