@@ -6,9 +6,9 @@
 namespace palpate {
 namespace {
 
-// Correlation of the colours in another order, and its lead over the right order. On 18 clips and 126 presses
-// of five sensors, and a marked gel that is dragged, the lead was at most -0.10 where nothing was exchanged;
-// of the same with red and blue exchanged it was at least 0.48, the correlation at least 0.46.
+// Correlation of the colours in another order, and its lead over the right order. On 18 clips of a Wedge and
+// of a marked gel that is dragged the lead was at most -0.10 where nothing was exchanged; where red and blue
+// were it was at least 0.48, the correlation at least 0.46.
 constexpr double kOtherOrder = 0.4, kOtherLead = 0.3;
 constexpr double kLeastColour_gray = 1;
 constexpr size_t kEvery = 7;  // of the places: enough, and no divisor of a usual number in a row
