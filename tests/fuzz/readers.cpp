@@ -32,7 +32,7 @@
 #include "perf/lab/judge/judged_table.h"
 #include "perf/profile/profile.h"
 #ifdef PALPATE_WHOLE_PROGRAM
-#include "capture/calibrate/presses.h"
+#include "capture/calibrate/photometric/presses.h"
 #include "capture/run/scan_recording.h"
 #include "viz/panels/settings.h"
 #endif

@@ -1,6 +1,6 @@
 // Flaws of real gels: none where another clip of the day, or the sensor's own untouched picture, is the
 // untouched image; and a scratch drawn on all of a sensor's presses is found.
-#include "engine/measure/pad_flaws.h"
+#include "engine/measure/picture/pad_flaws.h"
 
 #include <gtest/gtest.h>
 
