@@ -1,22 +1,16 @@
-// Normals as PhotometricCalibration's polynomial in colours and place, in doubles.
+// Least squares of the normals that a polynomial in colours and place reads.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <vector>
 
-#include "palpate/sensor.h"
+#include "engine/sensor/polynomial_normal.h"
 
 namespace palpate {
 
-/// The normal (n_x, n_y) that a calibration reads from the changes of red, green and blue,
-/// in units of full scale, at X, Y in [-1, 1] across the frame.
-std::array<double, 2> polynomial_normal(const PhotometricCalibration& calibration,
-                                        const std::array<double, 3>& change, double across, double down);
-
 namespace photometric {
 
-inline constexpr int kColours = 9, kPlaces = 10, kDegree = 3, kTerms = kColours * kPlaces;
 /// The place's monomials up to twice the degree: those of products of two terms.
 inline constexpr int kMoments = (2 * kDegree + 1) * (2 * kDegree + 2) / 2;
 /// Products of two colour terms, and each once.
@@ -27,15 +21,6 @@ struct Pixel {
   std::array<double, 3> change{};
   double across = 0, down = 0;
 };
-
-/// The changes and their products rr, rg, rb, gg, gb, bb.
-std::array<double, kColours> colour_terms(const std::array<double, 3>& change);
-/// 1, X, Y, XX, XY, YY, ...: `count` of them, full degrees.
-void place_terms(double across, double down, int count, double* terms);
-/// The number of terms of a full degree; 0 of degree -1.
-constexpr int places_of(int degree) {
-  return (degree + 1) * (degree + 2) / 2;
-}
 
 /// Sums over pixels from which the normal equations of every order follow.
 struct Moments {
