@@ -182,8 +182,8 @@ constexpr MeasuredQuantity<Touch> kSurface[] = {
         "lower bounds; too deep for the pad (of known thickness); covered where printed markers hide more "
         "than a hundredth of a gel's frame, with "
         "nothing next to them to continue from; extrapolated as `extrapolated_px`; light unknown as "
-        "`light_state`: then neither depth nor what "
-        "follows from it, nor that nothing touches, is known.",
+        "`light_state`, or where what changed smoothly around a contact of a colour gel may be light or pad: "
+        "then neither depth nor what follows from it, nor that nothing touches, is known.",
         depth_of,
         {.state = "depth_state",
          .error = "depth_sd_mm",

@@ -60,7 +60,7 @@ void write_contact(FrameParts& parts, Touch& touch) {
 void write_surface(const SurfacePart& part, const FrameParts& parts, bool light_unknown, Touch& touch) {
   touch.surface = part.summary;
   DepthFaults faults = part.faults;
-  faults.light_unknown = light_unknown;
+  faults.light_unknown = faults.light_unknown || light_unknown;
   faults.untouched = !parts.touched();
   touch.surface->validity = validity_of(faults);
 }

@@ -24,6 +24,7 @@ struct SurfaceSlot {
   RestCorrection::Slot rest_correction;
   gpu::Commands heights, corrected;  ///< after the solve: find it, take it off
   bool was_corrected = false;        ///< the frame that is measured
+  bool rest_unknown = false;         ///< what was taken off may have been touched
   gpu::DeviceBuffer rest_records;
   gpu::DeviceBuffer clipped;         ///< of slopes
   gpu::DeviceBuffer border_records;  ///< of pressure

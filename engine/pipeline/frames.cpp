@@ -51,6 +51,8 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
   if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_on_host);
   if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
+  if (rest_correction_ && sensor.reading == SurfaceReading::Photometric)
+    smooth_touch_.emplace(sensor, format);
   if (surface_ && DepthError::states_seen(sensor)) depth_error_.emplace(sensor.photometric, format);
   if (confidence_ && !background_) {
     Frame black;
@@ -304,13 +306,34 @@ void Frames::correct_rest(FrameSlot& slot) {
     slot.surface.heights.submit();
     slot.surface.heights.wait();
   }
-  slot.surface.was_corrected = rest_correction_->find(slot.surface.rest_correction, gel_contacts_->at_rest());
+  const auto find = [&] {
+    return rest_correction_->find(slot.surface.rest_correction, gel_contacts_->at_rest());
+  };
+  slot.surface.was_corrected = find();
+  slot.surface.rest_unknown = false;
+  if (slot.surface.was_corrected && smooth_touch_) {
+    const SmoothTouch::TakenOff what = taken_off();
+    slot.surface.rest_unknown = what == SmoothTouch::TakenOff::PerhapsTouch;
+    if (what == SmoothTouch::TakenOff::Touch) {
+      gel_contacts_->rest_where_unchanged();
+      slot.surface.was_corrected = find();
+      slot.surface.rest_unknown = !slot.surface.was_corrected;
+    }
+  }
   if (!slot.surface.was_corrected) return;
   slot.surface.corrected.submit();
   gel_contacts_->split(rest_correction_->depth_mm(), rest_correction_->error_mm(), gray_regions_,
                        parts_.contacts);
   set_whole();
   slot.surface.corrected.wait();
+}
+
+SmoothTouch::TakenOff Frames::taken_off() {
+  return smooth_touch_->look_at({.at_rest = gel_contacts_->at_rest(),
+                                 .raised = gel_contacts_->raised(),
+                                 .level_mm = rest_correction_->level_mm(),
+                                 .depth_mm = rest_correction_->depth_mm(),
+                                 .change = gel_contacts_->mean_change()});
 }
 
 void Frames::measure_skin(FrameSlot& slot) {
@@ -323,6 +346,7 @@ void Frames::measure_skin(FrameSlot& slot) {
 // The surface's own doubts, by saturated and clipped pixels, are of the outlines of a gel's contacts.
 void Frames::measure_surface(FrameSlot& slot) {
   parts_.surface = surface_->measure(slot, parts_.whole);
+  parts_.surface->faults.light_unknown = slot.surface.rest_unknown;
   parts_.surface->faults.too_deep = parts_.surface->summary.depth_max_mm > thickness_mm_;
   std::optional<GelContacts::Dent> dent;
   if (slot.surface.was_corrected && rest_correction_) dent = measure_areas();
@@ -334,13 +358,13 @@ void Frames::measure_surface(FrameSlot& slot) {
   parts_.map.pitch = grid.pitch * 4;
 }
 
-// Whether a contact reaches the border stays its outline's.
+// What reached the border by its outline still does.
 GelContacts::Dent Frames::measure_areas() {
   const std::span<const float> depth_mm = rest_correction_->depth_mm();
   const bool at_border = parts_.whole.at_border;
   gel_contacts_->shrink_to_depth(depth_mm, gray_regions_, parts_.contacts);
   set_whole();
-  parts_.whole.at_border = at_border;
+  parts_.whole.at_border = parts_.whole.at_border || at_border;
   const GelContacts::Dent dent = gel_contacts_->dent(depth_mm);
   parts_.surface->summary.dented_mm2 = dent.area_px * pitch_mm_per_px_ * pitch_mm_per_px_;
   return dent;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/measure/contact/gel_contacts.h"
+#include "engine/measure/contact/smooth_touch.h"
 #include "engine/measure/depth_error.h"
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
@@ -63,6 +64,7 @@ class Frames {
   void measure_regions(const FrameSlot& slot, const ShapeScale& scale);
   void measure_gel_contacts(const FrameSlot& slot);
   void correct_rest(FrameSlot& slot);
+  SmoothTouch::TakenOff taken_off();
   void measure_skin(FrameSlot& slot);
   void measure_surface(FrameSlot& slot);
   GelContacts::Dent measure_areas();
@@ -82,6 +84,7 @@ class Frames {
   std::optional<CellChangeStage> cell_change_;
   std::optional<GelContacts> gel_contacts_;
   std::optional<RestCorrection> rest_correction_;  ///< of a gel's surface
+  std::optional<SmoothTouch> smooth_touch_;        ///< that it must not take off
   std::optional<DepthError> depth_error_;          ///< where the sensor file states one
   std::optional<Gradient> gradient_;
   std::optional<Skin> skin_;

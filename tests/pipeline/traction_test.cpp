@@ -82,6 +82,24 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
 }
 
 // Contacts that were not asked for are found all the same: the force is the same.
+// So large and smooth that noise hides its outline: what it dents is not at rest.
+TEST_F(TractionTest, WideSmoothBall) {
+  const std::string scene = "synthetic:press?mode=gel&size=320x240&radius=25&force=8";
+  size_t pressed = 0;
+  run(scene, sensor_of(scene), {.outputs = kTractionOutputs}, 6,
+      [&](const Result& result, const Truth& truth) {
+        if (truth.force_N < 0.5) return;
+        ++pressed;
+        ASSERT_TRUE(result.touch.contact) << truth.force_N;
+        const double deepest_mm = double{*std::ranges::max_element(truth.depth_mm)};
+        EXPECT_NEAR(result.touch.surface->depth_max_mm, deepest_mm, 0.15 * deepest_mm);
+        const Estimate& force = result.touch.traction->fz_N;
+        EXPECT_NEAR(force.value, truth.force_N, 3 * force.standard_error);
+        EXPECT_LT(force.standard_error, 0.3 * truth.force_N);
+      });
+  EXPECT_GT(pressed, 20u);
+}
+
 TEST_F(TractionTest, FindsItsContacts) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";
   std::vector<double> force;

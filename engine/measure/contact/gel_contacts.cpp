@@ -438,8 +438,7 @@ void GelContacts::set_shapes(std::vector<ContactTouch>& found) {
   for (size_t k = 0; k < found.size(); ++k) {
     const ContactMoments& m = moments_[k + 1];
     PixelRect& box = found[k].box;  // until here its last row and column
-    box.width -= box.x;
-    box.height -= box.y;
+    box = m.area == 0 ? PixelRect{} : PixelRect{box.x, box.y, box.width - box.x, box.height - box.y};
     set_shape(found[k], m, scale_);
     found[k].id = lineage_[foot_of_[k + 1]];
     all.area += m.area, all.x += m.x, all.y += m.y;

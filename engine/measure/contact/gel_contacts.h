@@ -68,8 +68,8 @@ class GelContacts {
   /// The area in contact of each contact that the last call of split() left, in place of its outline: what
   /// lies deeper than the level at which the sides of its dent are steepest, since a pad follows an object as
   /// far as they touch and rises less steeply beyond (Hertz). Area, centroid and ellipse are then its; box
-  /// and border stay those of the outline, and the outline itself where the dent does not stand out of the
-  /// noise. Arguments as of split().
+  /// and border are those of both, and the outline stays where the dent does not stand out of the noise.
+  /// Arguments as of split().
   void shrink_to_depth(std::span<const float> depth_mm, std::span<const ContactTouch> gray,
                        std::vector<ContactTouch>& found);
   /// The pad where it lies deeper than kDented of the deepest point and than three times the noise at rest.
@@ -83,6 +83,12 @@ class GelContacts {
   const ContactTouch& whole() const { return whole_; }
   /// Whether each cell of the last frame is surely not touched: kRestMargin_mm from any contact's outline.
   std::span<const uint8_t> at_rest() const { return at_rest_; }
+  /// From now on, for the last frame, only where the image has not changed either.
+  void rest_where_unchanged();
+  /// Of each cell of the last frame: mean square change over noise, smoothed.
+  std::span<const float> raised() const { return raised_; }
+  /// Of each cell of the last frame: mean change of red, green and blue, gray levels.
+  const std::array<std::vector<float>, 3>& mean_change() const { return means_; }
   /// Red, green and blue of the last frame.
   const std::array<LightChange, 3>& light() const { return light_; }
   /// Whether enough of the last frame was untouched to estimate them.

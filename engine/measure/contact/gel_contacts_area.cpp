@@ -15,6 +15,11 @@ constexpr double kFewCells = 12;     // of a dent, whose sides are too short
 constexpr double kSureErrors = 5;    // of the heights at rest, by which a dent stands out
 constexpr double kDentedErrors = 3;  // likewise, by which a place does
 
+PixelRect around(const PixelRect& a, const PixelRect& b) {
+  const uint32_t x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
+}
+
 }  // namespace
 
 void GelContacts::find_rest() {
@@ -24,6 +29,11 @@ void GelContacts::find_rest() {
         (foot_[i] != 0 && owner_[i] != 0) || (patterned_ && raised_[i] >= static_cast<float>(kCore));
   spread(at_rest_, near_, at_rest_, margin_);
   for (uint8_t& rest : at_rest_) rest = rest == 0 && light_known_;
+}
+
+void GelContacts::rest_where_unchanged() {
+  for (size_t i = 0; i < at_rest_.size(); ++i)
+    if (double{raised_[i]} >= kFoot) at_rest_[i] = 0;
 }
 
 void GelContacts::shrink_to_depth(std::span<const float> depth_mm, std::span<const ContactTouch> gray,
@@ -39,9 +49,10 @@ void GelContacts::shrink_to_depth(std::span<const float> depth_mm, std::span<con
   }
   outlines_ = found;
   set_shapes(found);
+  // An outline encloses the area in contact, unless the touch is too smooth to have one.
   for (size_t k = 0; k < found.size(); ++k) {
-    found[k].box = outlines_[k].box;
-    found[k].at_border = outlines_[k].at_border;
+    if (outlines_[k].area_px > 0) found[k].box = around(found[k].box, outlines_[k].box);
+    found[k].at_border = found[k].at_border || outlines_[k].at_border;
   }
   add_gray(gray, found);
 }

@@ -45,6 +45,8 @@ class RestCorrection {
   /// at rest scattered before, a standard deviation, mm.
   std::span<const float> depth_mm() const { return depth_mm_; }
   double error_mm() const { return error_mm_; }
+  /// What was taken off each cell of the last corrected frame, mm.
+  std::span<const float> level_mm() const { return levels_; }
   /// Takes it off.
   void record(gpu::Commands& commands, const FloatMap& depth, const Slot& slot) const;
 
