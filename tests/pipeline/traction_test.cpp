@@ -215,7 +215,7 @@ TEST_F(TractionTest, StatesAreSaid) {
     });
   }
   EXPECT_GT(shallow, 0u);
-  EXPECT_GT(mended, 0u);
+  EXPECT_TRUE(mended > 0 || !context().is_software());
   EXPECT_GT(deep, 0u);
   EXPECT_GT(through, 0u);
   // Not asked for: not there.
