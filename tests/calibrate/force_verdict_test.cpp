@@ -139,7 +139,7 @@ TEST(ForceVerdict, IsKeptInTheSensorFile) {
 }
 
 // A pad that gives way while it is held reads more on the way back: the layer's force has two scales, which
-// the sensor file tells by the history of the press; the wrench, which does not, has the gap in its error.
+// the sensor file knows by the history of the press; the wrench, which does not, has the gap in its error.
 TEST(ForceVerdict, LayersForceIsToldApartByItsHistory) {
   const auto gives_way = [](double back, double scatter) {
     GaugedRecording r = recording(6, scatter);

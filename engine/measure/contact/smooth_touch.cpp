@@ -31,6 +31,7 @@ double SmoothTouch::taken_off_mm(const Cells& cells) {
   for (size_t i = 0; i < cells.at_rest.size(); ++i)
     if (cells.at_rest[i] != 0)
       (double{cells.raised[i]} < GelContacts::kFoot ? still_ : changed_).push_back(cells.level_mm[i]);
+  if (changed_.empty()) return 0;
   return double{quantile_in_place(changed_, kHighest)} - double{median_in_place(still_)};
 }
 
