@@ -44,7 +44,8 @@ void add_check(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--weight-g", options->weight_g,
                    "What a scale showed at each press of RECORDING, grams; the force is then judged too")
       ->delimiter(',');
-  command->add_option("--out", common.out, "Sensor file to write: this one, mended by --weight-g");
+  command->add_option("--out", common.out, "Sensor file to write: this one, mended by --weight-g")
+      ->option_text("FILE");
   add_common(*command, common,
              "  palpate check gel.json today.avi\n"
              "  palpate check gel.json presses/ --background rest.png --ball-radius-mm 3\n"
