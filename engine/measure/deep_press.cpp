@@ -29,7 +29,8 @@ PressShape press_shape(std::span<const float> pressure, const TractionGrid& grid
   for (size_t i = 0; i < pressure.size(); ++i) {
     if (!(pressure[i] > 0)) continue;
     const double p = double{pressure[i]};
-    const auto column = static_cast<double>(i % grid.width), row = static_cast<double>(i / grid.width);
+    const size_t line = i / grid.width;
+    const auto column = static_cast<double>(i % grid.width), row = static_cast<double>(line);
     sum += p, x += p * column, y += p * row;
     xx += p * column * column, xy += p * column * row, yy += p * row * row;
   }

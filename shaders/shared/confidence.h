@@ -14,7 +14,8 @@ const uint kReasonShift = 8;
 const uint kSaturated = 1;  // a raw value at or above the saturation level, in the frame or the background
 const uint kShadowed = 2;   // too dark to carry a slope, in the frame or the background
 const uint kOutside = 4;    // beyond the pad's outline
-const uint kCovered = 8;    // by printed markers, with nothing seen around them to continue from, or by a flaw of the pad
+const uint kCovered =
+    8;  // by printed markers, with nothing seen around them to continue from, or by a flaw of the pad
 
 struct ConfidencePush {
   uint width;       // px
