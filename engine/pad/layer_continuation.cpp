@@ -27,9 +27,10 @@ void LayerContinuation::set_reach(double cells) {
   reach_ = cells;
   std::ranges::fill(carried_, CarriedLoad{.cells = 0});
   for (size_t i = 0; i < nearest_.size(); ++i) {
-    const uint32_t width = layer_.width(), nearest = inside_[nearest_[i]];
+    const uint32_t width = layer_.width(), nearest = inside_[nearest_[i]], nearest_row = nearest / width;
+    const size_t row = i / width;
     const double x = static_cast<double>(i % width) - nearest % width;
-    const double y = static_cast<double>(i / width) - nearest / width;
+    const double y = static_cast<double>(row) - nearest_row;
     const double far = std::hypot(x, y);
     share_[i] = far > 0 ? std::clamp(cells + 0.5 - far, 0.0, 1.0) : 1;
     CarriedLoad& load = carried_[nearest_[i]];
@@ -44,7 +45,7 @@ void LayerContinuation::widen(const std::vector<double>& pressure) {
 }
 
 uint32_t LayerContinuation::margin_cells(const LayerKernel& kernel, uint32_t width, uint32_t height) {
-  const double most = std::min(width, height) / 2;
+  const double most = std::floor(std::min(width, height) / 2.0);
   return static_cast<uint32_t>(std::clamp(std::ceil(kernel.thickness_cells()), 1.0, std::max(1.0, most)));
 }
 

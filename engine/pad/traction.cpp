@@ -58,7 +58,8 @@ struct TractionSolver::Impl {
     return (static_cast<double>(cell % grid.width) + 0.5 - 0.5 * grid.width) * grid.cell_mm;
   }
   double y_mm(size_t cell) const {
-    return (static_cast<double>(cell / grid.width) + 0.5 - 0.5 * grid.height) * grid.cell_mm;
+    const size_t row = cell / grid.width;
+    return (static_cast<double>(row) + 0.5 - 0.5 * grid.height) * grid.cell_mm;
   }
 
   /// Minus the divergence of the gradient between known cells, 1 / mm^2. Of a contact that reaches the border

@@ -263,7 +263,8 @@ void Frames::measure_confidence(FrameSlot& slot) {
 
 void Frames::measure_contact(const FrameSlot& slot) {
   slot.records.invalidate();
-  const ShapeScale scale{static_cast<double>(format_.width / 2), static_cast<double>(format_.height / 2),
+  const uint32_t middle_x_px = format_.width / 2, middle_y_px = format_.height / 2;
+  const ShapeScale scale{static_cast<double>(middle_x_px), static_cast<double>(middle_y_px),
                          pitch_mm_per_px_};
   set_shape(parts_.whole, contact_.sum(slot.records.as<const shared::ContactRecord>()), scale);
   if (regions_) measure_regions(slot, scale);
@@ -384,8 +385,9 @@ void Frames::measure_depth_error(FrameSlot& slot, const GelContacts::Dent& dent)
     parts_.extrapolated = {depth_error_->cells_x(), depth_error_->cells_y(), shared::kCellSide,
                            slot.extrapolated};
     const auto deepest = static_cast<uint32_t>(std::ranges::max_element(depth_mm) - depth_mm.begin());
-    x_px = (deepest % depth_error_->cells_x() + 0.5) * shared::kCellSide;
-    y_px = (deepest / depth_error_->cells_x() + 0.5) * shared::kCellSide;
+    const uint32_t column = deepest % depth_error_->cells_x(), row = deepest / depth_error_->cells_x();
+    x_px = (column + 0.5) * shared::kCellSide;
+    y_px = (row + 0.5) * shared::kCellSide;
     rest_mm = dent.noise_mm;
   }
   if (!parts_.touched()) return;

@@ -24,8 +24,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kTruth = "truth";
 
 std::string number(double value, const char* format = "%.4g") {
-  const std::string line = text(format, value);
-  return line;
+  return text(format, value);
 }
 
 std::string counted(size_t count, const char* what) {
