@@ -15,6 +15,7 @@
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/surface_map.h"
+#include "engine/sensor/fit.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -231,6 +232,22 @@ class Recorder {
   TouchTable touches_;
 };
 
+// Pictures of presses show together what each of them may hide. One that cannot be read is the run's to
+// refuse, with all before it measured.
+void look_for_flaws(const std::string& input, const Sensor& sensor, const RunWatch& watch,
+                    Pipeline& pipeline) {
+  constexpr uint64_t kMostPictures = 60;
+  try {
+    const std::unique_ptr<Source> pictures = open_source(input, sensor);
+    const uint64_t count = pictures->frame_count().value_or(0), every = count / kMostPictures + 1;
+    Frame picture;
+    for (uint64_t n = 0; n < count && !watch.stopped(); n += every)
+      if (seek_frame(*pictures, n) && pictures->next(picture))
+        PipelineAccess::look_for_flaws(pipeline, picture);
+  } catch (const Error&) {
+  }
+}
+
 }  // namespace
 
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
@@ -268,15 +285,8 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   summary.solved_by = pipeline.solved_by();
   summary.separate = separate;
   summary.untouched = background_origin(sensor, *source);
-  // Pictures of presses show together what each of them may hide.
-  if (separate && summary.untouched == BackgroundOrigin::File) {
-    constexpr uint64_t kMostPictures = 60;
-    const std::unique_ptr<Source> pictures = open_source(request.input, sensor);
-    const uint64_t every = pictures->frame_count().value_or(0) / kMostPictures + 1;
-    Frame picture;
-    for (uint64_t n = 0; !watch.stopped() && pictures->next(picture); ++n)
-      if (n % every == 0) PipelineAccess::look_for_flaws(pipeline, picture);
-  }
+  if (separate && summary.untouched == BackgroundOrigin::File && shows_flaws(sensor))
+    look_for_flaws(request.input, sensor, watch, pipeline);
   std::optional<RestCheck> rest_check;
   if (summary.untouched == BackgroundOrigin::File || summary.untouched == BackgroundOrigin::FirstFrames)
     rest_check.emplace(background, sensor);
