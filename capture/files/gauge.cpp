@@ -24,8 +24,7 @@ std::string lower(std::string text) {
 }
 
 std::string number_text(double value) {
-  const std::string line = palpate::text("%.6g", value);
-  return line;
+  return palpate::text("%.6g", value);
 }
 
 class GaugeTable {

@@ -378,7 +378,7 @@ json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
   if (c.unloading) lines["unloading"] = curve_json(*c.unloading);
   const ForceVerdict verdict = verdict_of(o);
   const std::optional<FolderError> whole = left_out_folders(o);
-  const Json value = {
+  Json value = {
       {"sensor", sensor_file},
       {"fit_for_use", verdict.fit_for_use},
       {"shapes_judged", verdict.shapes_judged},

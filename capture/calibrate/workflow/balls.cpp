@@ -89,7 +89,9 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
     if (run.watch.stopped()) break;
     const auto [recording, radius_mm] = other_ball(entry);
     search.ball_radius_mm = radius_mm;
-    search.judge = [&](const BallPresses& of) { refuse_contradictions(of, sensor, recording); };
+    search.judge = [&, &input = recording](const BallPresses& of) {
+      refuse_contradictions(of, sensor, input);
+    };
     append(find_presses(recording, sensor, search, 1), recording, found);
   }
   return found;
