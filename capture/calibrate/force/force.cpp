@@ -332,18 +332,7 @@ std::string describe(const ForceOutcome& o) {
 json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
   const ForceChoice& c = o.choice;
   const ForceCalibration& f = c.calibration;
-  Json recordings = Json::array(), scores = Json::array(), left_out = Json::object(), checks = Json::array();
-  for (const GaugedRecording& r : o.recordings) {
-    Json value = {
-        {"input", r.input}, {"gauge", r.gauge}, {"frames", r.frames.size()}, {"offset_s", r.offset_s}};
-    if (r.alignment) {
-      value["offset_sd_s"] = r.alignment->sd_s;
-      value["correlation"] = r.alignment->correlation;
-      value["clock_signal"] = r.clock_signal;
-    }
-    value["notes"] = r.notes;
-    recordings.push_back(value);
-  }
+  Json scores = Json::array(), left_out = Json::object(), checks = Json::array();
   for (const CandidateScore& s : c.scores) {
     Json value = {{"signal", to_string(s.candidate.signal)},
                   {"model", to_string(s.candidate.model)},
@@ -385,7 +374,7 @@ json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
       {"verdict", verdict.line},
       {"interval_95_share_of_full_scale", verdict.interval_fraction},
       {"presses", verdict.presses},
-      {"recordings", recordings},
+      {"recordings", to_json(o.recordings)},
       {"touched_frames", o.samples.size()},
       {"used_frames", c.readings},
       {"left_out", left_out},

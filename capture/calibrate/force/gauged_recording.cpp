@@ -444,6 +444,22 @@ std::string describe(const GaugedRecording& recording) {
   return text;
 }
 
+json::Value to_json(const std::vector<GaugedRecording>& recordings) {
+  json::Value all = json::Value::array();
+  for (const GaugedRecording& r : recordings) {
+    json::Value value = {
+        {"input", r.input}, {"gauge", r.gauge}, {"frames", r.frames.size()}, {"offset_s", r.offset_s}};
+    if (r.alignment) {
+      value["offset_sd_s"] = r.alignment->sd_s;
+      value["correlation"] = r.alignment->correlation;
+      value["clock_signal"] = r.clock_signal;
+    }
+    value["notes"] = r.notes;
+    all.push_back(value);
+  }
+  return all;
+}
+
 Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::string& note) {
   Origin origin;
   for (const GaugedRecording& r : recordings)

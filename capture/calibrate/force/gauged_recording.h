@@ -9,6 +9,7 @@
 #include "capture/files/gauge.h"
 #include "capture/run/input.h"
 #include "capture/run/run_watch.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/time_alignment.h"
 #include "palpate/touch.h"
 
@@ -61,6 +62,9 @@ GaugedRecording measure_with_gauge(gpu::Context& context, const MeasuredInput& i
 
 /// "offset 0.1234 s +- 0.0004 s (correlation 0.9991)" and the notes, a line each.
 std::string describe(const GaugedRecording& recording);
+
+/// Input, gauge, number of frames, clocks and notes of each.
+json::Value to_json(const std::vector<GaugedRecording>& recordings);
 
 /// Origin of a calibration, for its sensor file: recordings, gauges, the time now.
 Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::string& note);

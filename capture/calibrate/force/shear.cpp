@@ -177,20 +177,8 @@ std::string describe(const ShearOutcome& o) {
 }
 
 json::Value to_json(const ShearOutcome& o, const std::string& sensor_file) {
-  Json recordings = Json::array();
-  for (const GaugedRecording& r : o.recordings) {
-    Json value = {
-        {"input", r.input}, {"gauge", r.gauge}, {"frames", r.frames.size()}, {"offset_s", r.offset_s}};
-    if (r.alignment) {
-      value["offset_sd_s"] = r.alignment->sd_s;
-      value["correlation"] = r.alignment->correlation;
-      value["clock_signal"] = r.clock_signal;
-    }
-    value["notes"] = r.notes;
-    recordings.push_back(value);
-  }
   Json value = {{"sensor", sensor_file},
-                {"recordings", recordings},
+                {"recordings", to_json(o.recordings)},
                 {"touched_frames", o.samples.size()},
                 {"signal", to_string(o.signal)},
                 {"x", stiffness_json(o.fit.x)},
