@@ -22,6 +22,7 @@ SmoothTouch::SmoothTouch(const Sensor& sensor, const FrameFormat& format)
       cells_y_((format.height + shared::kCellSide - 1) / shared::kCellSide) {
   still_.reserve(cells_x_ * cells_y_);
   changed_.reserve(cells_x_ * cells_y_);
+  slopes_.resize(cells_x_ * cells_y_);
 }
 
 // How much higher the surface lies where the image has changed than elsewhere outside of contacts.
@@ -35,19 +36,25 @@ double SmoothTouch::taken_off_mm(const Cells& cells) {
   return double{quantile_in_place(changed_, kHighest)} - double{median_in_place(still_)};
 }
 
+// The slope that each cell's colours show.
+void SmoothTouch::find_slopes(const std::array<std::vector<float>, 3>& change_gray) {
+  for (size_t y = 0; y < cells_y_; ++y)
+    for (size_t x = 0; x < cells_x_; ++x) {
+      const size_t cell = y * cells_x_ + x;
+      std::array<double, 3> change;
+      for (size_t c = 0; c < 3; ++c) change[c] = double{change_gray[c][cell]} / max_gray_;
+      const auto n = polynomial_normal(sensor_->photometric, change,
+                                       (2 * static_cast<double>(x) + 1) / static_cast<double>(cells_x_) - 1,
+                                       (2 * static_cast<double>(y) + 1) / static_cast<double>(cells_y_) - 1);
+      const double up = std::sqrt(std::max(1 - n[0] * n[0] - n[1] * n[1], kLeastNormal));
+      slopes_[cell] = {n[0] / up, n[1] / up};
+    }
+}
+
 SmoothTouch::TakenOff SmoothTouch::look_at(const Cells& cells) {
   const double deepest_mm = double{*std::ranges::max_element(cells.depth_mm)};
   if (taken_off_mm(cells) < std::max(kLeast_mm, kOfDepth * deepest_mm)) return TakenOff::Nothing;
-  const auto slope_at = [&](size_t x, size_t y) {
-    const size_t cell = y * cells_x_ + x;
-    std::array<double, 3> change;
-    for (size_t c = 0; c < 3; ++c) change[c] = double{cells.change[c][cell]} / max_gray_;
-    const auto n = polynomial_normal(sensor_->photometric, change,
-                                     (2 * static_cast<double>(x) + 1) / static_cast<double>(cells_x_) - 1,
-                                     (2 * static_cast<double>(y) + 1) / static_cast<double>(cells_y_) - 1);
-    const double up = std::sqrt(std::max(1 - n[0] * n[0] - n[1] * n[1], kLeastNormal));
-    return std::array{n[0] / up, n[1] / up};
-  };
+  find_slopes(cells.change);
   const double apart_mm = 2.0 * shared::kCellSide * sensor_->pitch_mm_per_px;
   const auto height = [&](size_t cell) {
     return double{cells.level_mm[cell]} + double{cells.depth_mm[cell]};
@@ -59,8 +66,9 @@ SmoothTouch::TakenOff SmoothTouch::look_at(const Cells& cells) {
       const size_t cell = y * cells_x_ + x;
       if (cells.at_rest[cell] == 0 || double{cells.raised[cell]} < GelContacts::kOnset) continue;
       // Between the middles of the two neighbours, as the heights' difference.
-      const double across = (slope_at(x - 1, y)[0] + 2 * slope_at(x, y)[0] + slope_at(x + 1, y)[0]) / 4;
-      const double down = (slope_at(x, y - 1)[1] + 2 * slope_at(x, y)[1] + slope_at(x, y + 1)[1]) / 4;
+      const double across = (slopes_[cell - 1][0] + 2 * slopes_[cell][0] + slopes_[cell + 1][0]) / 4;
+      const double down =
+          (slopes_[cell - cells_x_][1] + 2 * slopes_[cell][1] + slopes_[cell + cells_x_][1]) / 4;
       squares += across * across + down * down;
       misfit += std::pow(across - (height(cell + 1) - height(cell - 1)) / apart_mm, 2) +
                 std::pow(down - (height(cell + cells_x_) - height(cell - cells_x_)) / apart_mm, 2);

@@ -1,4 +1,4 @@
-// Whether a smooth change of a gel's image is the pad that gives way, or light that glows through it.
+// Judges a smooth change of a gel's image: the pad gives way, or light glows through it.
 #pragma once
 
 #include <array>
@@ -41,11 +41,13 @@ class SmoothTouch {
 
  private:
   double taken_off_mm(const Cells& cells);
+  void find_slopes(const std::array<std::vector<float>, 3>& change_gray);
 
   const Sensor* sensor_;
   double max_gray_;
   size_t cells_x_, cells_y_;
   std::vector<float> still_, changed_;
+  std::vector<std::array<double, 2>> slopes_;  ///< of each cell: across, down
 };
 
 }  // namespace palpate
