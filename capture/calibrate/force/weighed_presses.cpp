@@ -22,8 +22,8 @@ namespace {
 constexpr double kGravity = 9.80665;  // m/s^2, standard
 constexpr double kHeld_s = 0.5;       // over which a scale's display averages
 constexpr double kLeastPress = 0.1;   // of the largest press's force: less is a brush
-// Of the gain over objects, relative: on the second day of a GelSight Wedge; where pixels show pressure, what
-// a kitchen scale and a hand leave open.
+// Scatter of the gain over objects, relative: on the second day of a GelSight Wedge; where pixels show
+// pressure, what a kitchen scale and a hand leave open.
 constexpr double kObjectsOnGel = 0.2, kObjects = 0.03;
 constexpr double kSigmas = 2;
 constexpr double kSdOfMedian = 1.4826;  // of a bell, over the median distance from its middle

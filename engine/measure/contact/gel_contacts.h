@@ -85,9 +85,9 @@ class GelContacts {
   std::span<const uint8_t> at_rest() const { return at_rest_; }
   /// From now on, for the last frame, only where the image has not changed either.
   void rest_where_unchanged();
-  /// Of each cell of the last frame: mean square change over noise, smoothed.
+  /// Mean square change of each cell of the last frame over its noise, smoothed.
   std::span<const float> raised() const { return raised_; }
-  /// Of each cell of the last frame: mean change of red, green and blue, gray levels.
+  /// Mean change of red, green and blue of each cell of the last frame, gray levels.
   const std::array<std::vector<float>, 3>& mean_change() const { return means_; }
   /// Red, green and blue of the last frame.
   const std::array<LightChange, 3>& light() const { return light_; }

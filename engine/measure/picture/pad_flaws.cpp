@@ -95,7 +95,8 @@ bool PadFlaws::look_at(const Frame& frame) {
   return look_at_following();
 }
 
-// What the first frame shows and the next ones too; once settled, places of which half is still seen.
+// Flaws are what the first frame shows and the next ones too; once settled, places of which half is still
+// seen.
 bool PadFlaws::look_at_following() {
   if (frames_ == 1) {
     sure_ = clear_;
