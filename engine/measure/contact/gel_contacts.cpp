@@ -35,8 +35,7 @@ double sum_of(const shared::CellChange& cell, uint32_t colour) {
 
 GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
     : format_(format),
-      scale_{static_cast<double>(format.width / 2), static_cast<double>(format.height / 2),
-             sensor.pitch_mm_per_px},
+      scale_{std::floor(format.width / 2.0), std::floor(format.height / 2.0), sensor.pitch_mm_per_px},
       cells_x_((format.width + kSide - 1) / kSide),
       cells_y_((format.height + kSide - 1) / kSide),
       estimate_(size_t{cells_x_} * cells_y_) {
