@@ -246,6 +246,30 @@ TEST_F(PanelTest, APadAtRestSaysSoOnce) {
   EXPECT_NE(warned.find("NOT FIT FOR USE"), std::string::npos) << warned;
 }
 
+// Without a force curve there is no calibrated range that a force could be within.
+TEST_F(PanelTest, AForceByTheLayerIsNotCalledWithinCalibration) {
+  Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
+  sensor.force.reset();
+  Frame image;
+  image.reshape({320, 240, 1, 8});
+  Touch touch;
+  touch.contact = true;
+  touch.force_N.validity = Validity::NotCalibrated;
+  touch.traction.emplace().fz_N = {2, 0.3, Validity::Valid};
+  const Layout layout = make_layout({1280, 720}, 1, image.format, true);
+  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
+  const auto words = [&] {
+    return words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
+  };
+  const std::string valid = words();
+  EXPECT_NE(valid.find("normal force, by the layer's elasticity"), std::string::npos) << valid;
+  EXPECT_EQ(valid.find("within calibration"), std::string::npos) << valid;
+  touch.traction->fz_N.validity = Validity::AtBorder;
+  const std::string cut = words();
+  EXPECT_EQ(cut.find("by the layer's elasticity"), std::string::npos) << cut;
+  EXPECT_NE(cut.find("BORDER"), std::string::npos) << cut;
+}
+
 TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
   const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
   Frame image;

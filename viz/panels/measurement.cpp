@@ -95,6 +95,8 @@ std::pair<std::string, Verdict> state_of(const Touch& shown, const Sensor& senso
   const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->fz_N);
   const bool by_depth = !by_layer && !has_value(shown.force_N) && shown.surface;
   Verdict verdict = force_verdict(by_layer ? shown.traction->fz_N.validity : shown.force_N.validity);
+  if (by_layer && shown.traction->fz_N.validity == Validity::Valid)
+    verdict.words = "normal force, by the layer's elasticity";  // which no calibrated range bounds
   if (by_depth && shown.surface->validity != Validity::Valid &&
       (shown.contact || shown.surface->validity == Validity::LightUnknown)) {
     verdict = force_verdict(shown.surface->validity);
