@@ -12,6 +12,7 @@
 #include <new>
 #include <sstream>
 
+#include "engine/base/freed_memory.h"
 #include "engine/base/json.h"
 #include "palpate/error.h"
 #include "palpate/version.h"
@@ -141,6 +142,7 @@ int run(const Program& what, int argc, char** argv) {
 }  // namespace
 
 int run_program(const Program& program, int argc, char** argv) {
+  keep_freed_memory();
   quieten_libraries();
   const Form form = form_of(argc, argv);
   try {
