@@ -9,6 +9,7 @@
 #include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
 #include "capture/files/video.h"
+#include "capture/genicam/camera.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
@@ -42,6 +43,11 @@ std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& s
             std::to_string(format.width) + "x" + std::to_string(format.height) + " px",
         "other mode, bits and size after " + input.substr(0, input.find('?')) + "?, or another sensor file");
   return source;
+}
+
+std::unique_ptr<Source> open_camera(const CameraOptions& options, const Sensor& sensor) {
+  if (is_genicam(options)) return std::make_unique<GenicamCamera>(options, sensor);
+  return std::make_unique<Camera>(options, sensor);
 }
 
 /// Those of the frames whose pictures are whole, by comparison with one that agrees with most.
@@ -107,9 +113,14 @@ bool is_recording(const std::string& input) {
   return input.rfind(kSynthetic, 0) != 0 && !is_camera(input);
 }
 
+FrameFormat camera_format(const std::string& input) {
+  const CameraOptions options = parse_camera(input);
+  return is_genicam(options) ? genicam_format(options) : v4l2_format(options);
+}
+
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor) {
   if (input.rfind(kSynthetic, 0) == 0) return open_synthetic(input, sensor);
-  if (is_camera(input)) return std::make_unique<Camera>(parse_camera(input), sensor);
+  if (is_camera(input)) return open_camera(parse_camera(input), sensor);
   std::error_code error;
   const fs::path path(input);
   if (!fs::exists(path, error))

@@ -12,9 +12,14 @@ namespace palpate {
 bool is_recording(const std::string& input);
 
 /// Opens a video file, an image file, a folder of images, "synthetic:SCENE" (see synthetic.h), or
-/// "camera:NODE" (see camera.h).
+/// "camera:NODE" (see camera/camera_options.h).
 /// Throws Error(Failure::Input).
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor);
+
+/// Format that the camera `input` ("camera:NODE") would deliver to an uncalibrated sensor: colour where it
+/// has any, else gray of its most bits, unless a format is named. Opens the camera and closes it again.
+/// Throws Error(Failure::Device).
+FrameFormat camera_format(const std::string& input);
 
 /// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of
 /// its first frames. For the last a recording is opened a second time, so that `source` loses no frame; a

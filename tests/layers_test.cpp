@@ -56,8 +56,10 @@ constexpr Arrow kArrows[] = {
     {"capture/files",
      "capture/video capture/rectify capture/clock engine/calibrate engine/elasticity/modulus "
      "engine/palpation"},
-    {"capture/session capture/v4l2 capture/synthetic", "capture/files"},
-    {"capture/open_source capture/module_folder", "capture/session capture/v4l2 capture/synthetic"},
+    {"capture/camera", "capture/files"},
+    {"capture/session capture/v4l2 capture/genicam capture/synthetic", "capture/camera"},
+    {"capture/open_source capture/module_folder",
+     "capture/session capture/v4l2 capture/genicam capture/synthetic"},
     {"capture/live", "capture/open_source"},
     {"capture/run", "capture/live"},
     {"capture/calibrate", "capture/run"},

@@ -2,11 +2,11 @@
 
 #include <memory>
 
+#include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
-#include "capture/v4l2/camera.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -30,7 +30,7 @@ bool shows_colour(const Frame& frame) {
 Sensor sensor_of_any(const std::string& input) {
   FrameFormat format{.width = 0, .height = 0, .channels = 0, .bit_depth = 0};
   if (is_session(input)) format = Session(input).info().format;
-  if (is_camera(input)) format = camera_format(parse_camera(input));
+  if (is_camera(input)) format = camera_format(input);
   if (is_synthetic(input)) return find_input(1, input, std::filesystem::path()).sensor;
   Sensor sensor = uncalibrated_sensor({.width = 0, .height = 0});
   sensor.channels = format.channels;
@@ -78,7 +78,7 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::opt
   if (sensor) {
     found.sensor = *sensor;
   } else if (is_camera(input)) {
-    found.sensor = uncalibrated_sensor(camera_format(parse_camera(input)));
+    found.sensor = uncalibrated_sensor(camera_format(input));
   } else if (found.session) {
     found.sensor = found.session->sensor.value_or(uncalibrated_sensor(found.session->format));
   } else if (!synthetic) {

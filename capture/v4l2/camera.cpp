@@ -9,9 +9,9 @@
 #include <sstream>
 #include <thread>
 
+#include "capture/camera/camera_clock.h"
 #include "capture/clock.h"
 #include "capture/rectify.h"
-#include "capture/v4l2/camera_clock.h"
 #include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/stream.h"
 #include "palpate/error.h"
@@ -31,12 +31,6 @@ std::string brief(double value) {
   s.precision(4);
   s << value;
   return s.str();
-}
-
-CameraNeeds needs_of(const Sensor& sensor) {
-  CameraNeeds needs{sensor.channels, sensor.bit_depth, {}};
-  if (!sensor.crop_px && !sensor.quad_px) needs.size_px = sensor.size_px;
-  return needs;
 }
 
 }  // namespace
@@ -376,7 +370,7 @@ std::vector<std::pair<std::string, std::string>> Camera::details() const {
   return list;
 }
 
-FrameFormat camera_format(const CameraOptions& options) {
+FrameFormat v4l2_format(const CameraOptions& options) {
   v4l2::Device device(camera_node(options.node));
   const CameraSetup setup = set_up(device, options, {});
   return {setup.image.width, setup.image.height, setup.channels, setup.format->bit_depth};

@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "capture/camera/camera_options.h"
 #include "capture/source.h"
-#include "capture/v4l2/camera_options.h"
 
 namespace palpate {
 
-/// Format that the camera would deliver to an uncalibrated sensor: colour where it has any, else gray of its
-/// most bits, unless a format is named. Opens the camera and closes it again. Throws Error(Failure::Device).
-FrameFormat camera_format(const CameraOptions& options);
+/// Format that the camera would deliver to an uncalibrated sensor. Opens the camera and closes it again.
+/// Throws Error(Failure::Device).
+FrameFormat v4l2_format(const CameraOptions& options);
 
 /// Frames of a camera. It survives what happens to cameras: damaged buffers are left out and counted, lost
 /// frames are counted and leave gaps in the sequence, a stream that stalls or fails is started again, a

@@ -7,17 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "capture/v4l2/camera_options.h"
+#include "capture/camera/choose_format.h"
 #include "capture/v4l2/device.h"
 
 namespace palpate {
-
-/// Requirements of the frames. 0: as much as the camera has.
-struct CameraNeeds {
-  uint32_t channels = 0;
-  uint32_t bit_depth = 0;
-  std::array<uint32_t, 2> size_px{};
-};
 
 struct CameraSetup {
   const PixelFormat* format = nullptr;
@@ -26,11 +19,6 @@ struct CameraSetup {
   uint32_t channels = 1;                ///< that frames are decoded to
   std::vector<v4l2::Control> controls;  ///< as they read once all was set
 };
-
-/// The formats that can serve, best first: those of the bits wanted, then of more; gray for gray, raw before
-/// computed before compressed. Empty where none can.
-std::vector<const PixelFormat*> fitting_formats(const std::vector<v4l2::FormatInfo>& offered,
-                                                const CameraNeeds& needs);
 
 /// One control to set.
 struct ControlStep {

@@ -169,8 +169,8 @@ Device::~Device() {
   close(file_);
 }
 
-std::vector<FormatInfo> Device::formats() const {
-  std::vector<FormatInfo> list;
+std::vector<OfferedFormat> Device::formats() const {
+  std::vector<OfferedFormat> list;
   for (uint32_t i = 0;; ++i) {
     v4l2_fmtdesc about{};
     about.index = i;

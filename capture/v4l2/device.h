@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/v4l2/formats.h"
+#include "capture/camera/choose_format.h"
 
 namespace palpate::v4l2 {
 
@@ -39,15 +39,6 @@ struct SizeRange {
 /// A range of frame rates; a single one where least and most are equal.
 struct RateRange {
   double least_Hz = 0, most_Hz = 0;
-};
-
-/// Capabilities of a node.
-struct FormatInfo {
-  uint32_t fourcc = 0;
-  std::string description;
-  bool compressed = false;
-  bool emulated = false;               ///< made by a library, not by the camera
-  const PixelFormat* known = nullptr;  ///< null: cannot be read
 };
 
 enum class ControlType { Integer, Boolean, Menu, Button, Other };
@@ -93,7 +84,7 @@ class Device {
   int file() const { return file_; }
   const Identity& identity() const { return identity_; }
 
-  std::vector<FormatInfo> formats() const;
+  std::vector<OfferedFormat> formats() const;
   /// Empty where the driver does not say.
   std::vector<SizeRange> sizes(uint32_t fourcc) const;
   std::vector<RateRange> rates(uint32_t fourcc, uint32_t width, uint32_t height) const;

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
-#include "capture/v4l2/camera_clock.h"
-#include "capture/v4l2/camera_options.h"
+#include "capture/camera/camera_clock.h"
+#include "capture/camera/camera_options.h"
 #include "capture/v4l2/camera_setup.h"
 #include "palpate/error.h"
 
@@ -17,7 +17,8 @@ using v4l2::ControlType;
 TEST(CameraOptions, EveryKeyIsReadAndWritten) {
   const CameraOptions o = parse_camera(
       "camera:/dev/"
-      "video3?format=Y16&size=1392x1042&fps=29.97&exposure=8ms&gain=12&white_balance=4500K&timeout=3s&"
+      "video3?format=Y16&size=1392x1042&fps=29.97&exposure=8ms&gain=12&white_balance=4500K&trigger=Line0&"
+      "timeout=3s&"
       "buffers=5&control.brightness=-7");
   EXPECT_EQ(o.node, "/dev/video3");
   EXPECT_EQ(o.format, "Y16");
@@ -27,6 +28,7 @@ TEST(CameraOptions, EveryKeyIsReadAndWritten) {
   EXPECT_EQ(o.exposure.value, 0.008);
   EXPECT_EQ(o.gain.value, 12);
   EXPECT_EQ(o.white_balance.value, 4500);
+  EXPECT_EQ(o.trigger, "Line0");
   EXPECT_EQ(o.timeout_s, 3);
   EXPECT_EQ(o.buffers, 5u);
   ASSERT_EQ(o.controls.size(), 1u);
@@ -36,7 +38,7 @@ TEST(CameraOptions, EveryKeyIsReadAndWritten) {
   EXPECT_EQ(
       text,
       "camera:/dev/video3?format=Y16&size=1392x1042&fps=29.97&exposure=0.008s&gain=12&white_balance=4500&"
-      "timeout=3s&buffers=5&control.brightness=-7");
+      "trigger=Line0&timeout=3s&buffers=5&control.brightness=-7");
   EXPECT_EQ(to_string(parse_camera("camera:")), "camera:");
   EXPECT_TRUE(is_camera("camera:0"));
   EXPECT_FALSE(is_camera("film.avi"));
@@ -55,8 +57,8 @@ TEST(CameraOptions, NonsenseIsRefusedByName) {
   for (const char* text :
        {"exposure=8", "exposure=-8ms", "exposure=8m",    "exposure=ms",      "exposure=", "exposure=nan s",
         "size=640",   "size=0x480",    "size=640x480x3", "size=99999x1",     "fps=0",     "fps=fast",
-        "fps=inf",    "gain=1.5",      "gain=high",      "white_balance=50", "timeout=2", "buffers=2",
-        "buffers=99", "control.=3",    "control.gain=x", "colour=3",         "="}) {
+        "fps=inf",    "gain=1.5",      "gain=high",      "white_balance=50", "timeout=2", "trigger=",
+        "buffers=2",  "buffers=99",    "control.=3",     "control.gain=x",   "colour=3",  "="}) {
     try {
       parse_camera(std::string("camera:0?") + text);
       ADD_FAILURE() << text;
@@ -142,10 +144,10 @@ TEST(CameraControls, WhatIsNotThereIsNamed) {
   refused("gain=3", fixed, "cannot be set");
 }
 
-std::vector<v4l2::FormatInfo> offer(const std::vector<const char*>& names) {
-  std::vector<v4l2::FormatInfo> list;
+std::vector<OfferedFormat> offer(const std::vector<const char*>& names) {
+  std::vector<OfferedFormat> list;
   for (const char* name : names) {
-    v4l2::FormatInfo format;
+    OfferedFormat format;
     format.known = find_pixel_format(std::string_view(name));
     list.push_back(format);
   }

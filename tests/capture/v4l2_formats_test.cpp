@@ -1,5 +1,5 @@
 // Every pixel format against plain loops: sizes, padding, short and damaged buffers.
-#include "capture/v4l2/formats.h"
+#include "capture/camera/formats.h"
 
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>

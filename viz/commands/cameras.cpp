@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "capture/files/output_file.h"
+#include "capture/genicam/camera.h"
+#include "capture/genicam/module.h"
 #include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/device.h"
 #include "engine/base/json.h"
@@ -61,7 +63,7 @@ void list_size(const v4l2::Device& device, uint32_t fourcc, const v4l2::SizeRang
 void list_formats(const v4l2::Device& device, Facts& to) {
   to.json["formats"] = Json::array();
   std::string unknown;
-  for (const v4l2::FormatInfo& format : device.formats()) {
+  for (const OfferedFormat& format : device.formats()) {
     const std::string code = fourcc_text(format.fourcc);
     if (!format.known) {
       unknown += (unknown.empty() ? "" : ", ") + code;
@@ -119,10 +121,79 @@ void list_controls(const v4l2::Device& device, Facts& to) {
   }
 }
 
+std::string range_text(const std::optional<genicam::Range>& range, const char* unit) {
+  if (!range) return "cannot be set";
+  return number(range->least) + " to " + number(range->most) + unit;
+}
+
+Json range_json(const std::optional<genicam::Range>& range) {
+  return range ? Json{range->least, range->most} : Json(nullptr);
+}
+
+void list_genicam(const std::string& id, Report& all) {
+  const std::unique_ptr<genicam::Device> device = genicam::module().open(id);
+  const genicam::Identity& is = device->identity();
+  const genicam::Abilities can = device->abilities();
+  std::string readable, unknown, triggers;
+  Json formats = Json::array();
+  for (const std::string& name : can.formats) {
+    const PixelFormat* known = find_pixel_format(name);
+    std::string& list = known ? readable : unknown;
+    list += (list.empty() ? "" : ", ") + (known ? std::string(known->name) + " (" + name + ")" : name);
+    formats.push_back({{"format", known ? Json(known->name) : Json(nullptr)},
+                       {"genicam", name},
+                       {"readable", known != nullptr}});
+  }
+  for (const std::string& name : can.triggers) triggers += (triggers.empty() ? "" : ", ") + name;
+  const auto side = [](const genicam::WholeRange& r) {
+    return palpate::text("%lld to %lld px in steps of %lld", static_cast<long long>(r.least),
+                         static_cast<long long>(r.most), static_cast<long long>(r.step));
+  };
+  all.text += "genicam:" + is.id + "  " + is.vendor + " " + is.model + " (" + is.protocol +
+              ", serial number " + is.serial + (is.address.empty() ? "" : ", at " + is.address) + ")\n";
+  all.text += "  formats " + (readable.empty() ? "none that can be read" : readable) + "\n";
+  if (!unknown.empty()) all.text += "  cannot be read: " + unknown + "\n";
+  all.text += "  width " + side(can.width_px) + ", height " + side(can.height_px) + "\n";
+  all.text += "  rate " + range_text(can.rate_Hz, " frames/s") + "\n";
+  all.text +=
+      "  exposure " + range_text(can.exposure_us, " us") + (can.exposure_auto ? ", or auto" : "") + "\n";
+  all.text += "  gain " + range_text(can.gain_dB, " dB") + (can.gain_auto ? ", or auto" : "") + "\n";
+  all.text += "  triggers " + (triggers.empty() ? "none" : triggers) + "\n";
+  const auto side_json = [](const genicam::WholeRange& r) { return Json{r.least, r.most, r.step}; };
+  all.json["cameras"].push_back({{"node", "genicam:" + is.id},
+                                 {"name", is.vendor + " " + is.model},
+                                 {"driver", is.protocol},
+                                 {"serial", is.serial},
+                                 {"bus", is.address},
+                                 {"formats", formats},
+                                 {"width_px", side_json(can.width_px)},
+                                 {"height_px", side_json(can.height_px)},
+                                 {"rate_Hz", range_json(can.rate_Hz)},
+                                 {"exposure_us", range_json(can.exposure_us)},
+                                 {"gain_dB", range_json(can.gain_dB)},
+                                 {"triggers", can.triggers}});
+}
+
+void list_v4l2(const std::string& path, Report& all) {
+  const v4l2::Device device(path);
+  const v4l2::Identity& id = device.identity();
+  Facts one{path + "  " + id.card + " (driver " + id.driver + ", at " + id.bus + ")\n",
+            {{"node", path}, {"name", id.card}, {"driver", id.driver}, {"bus", id.bus}}};
+  list_formats(device, one);
+  list_controls(device, one);
+  all.json["cameras"].push_back(one.json);
+  all.text += one.text;
+}
+
 Report list(const Common& common, const std::string& asked) {
   Report all("", {{"cameras", Json::array()}, {"other_nodes", Json::array()}});
   std::vector<std::string> paths;
-  if (!asked.empty()) paths.push_back(camera_node(asked));
+  CameraOptions one;
+  one.node = asked;
+  if (is_genicam(one))
+    list_genicam(asked.substr(asked.find(':') + 1), all);
+  else if (!asked.empty())
+    paths.push_back(camera_node(asked));
   for (const v4l2::NodeReport& node : v4l2::list_nodes()) {
     if (!asked.empty()) break;
     if (node.capture) {
@@ -133,20 +204,18 @@ Report list(const Common& common, const std::string& asked) {
     all.json["other_nodes"].push_back({{"node", node.path}, {"reason", why}});
     all.text += node.path + "  " + why + "\n";
   }
-  for (const std::string& path : paths) {
-    const v4l2::Device device(path);
-    const v4l2::Identity& id = device.identity();
-    Facts one{path + "  " + id.card + " (driver " + id.driver + ", at " + id.bus + ")\n",
-              {{"node", path}, {"name", id.card}, {"driver", id.driver}, {"bus", id.bus}}};
-    list_formats(device, one);
-    list_controls(device, one);
-    all.json["cameras"].push_back(one.json);
-    all.text += one.text;
-  }
-  if (paths.empty())
+  for (const std::string& path : paths) list_v4l2(path, all);
+  const genicam::Module* module = asked.empty() ? genicam::module_if_there() : nullptr;
+  if (module)
+    for (const genicam::Identity& camera : module->list(false)) list_genicam(camera.id, all);
+  if (asked.empty() && !module)
     all.text +=
-        "no camera: nothing under /dev/video* delivers frames to this user; plug one in, or see dmesg\n";
-  if (paths.empty()) all.exit_code = static_cast<int>(Failure::Device);
+        "cameras of USB3 Vision and GigE Vision are not looked for: the module palpate_genicam is missing\n";
+  if (all.json["cameras"].empty()) {
+    all.text += std::string("no camera: nothing under /dev/video* delivers frames to this user") +
+                (module ? ", no GenICam camera answers" : "") + "; plug one in, or see dmesg\n";
+    all.exit_code = static_cast<int>(Failure::Device);
+  }
   if (!common.out.empty()) {
     make_output_folder(common.out);
     write_whole(common.out / "cameras.json", all.json.dump(2, json::Utf8::Replace) + "\n");
@@ -160,11 +229,12 @@ void add_cameras(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "cameras", "List cameras: formats, sizes, rates, and controls with their ranges");
   auto node = std::make_shared<std::string>();
-  command->add_option("NODE", *node, "One of them, /dev/videoN or N (default: all)");
+  command->add_option("NODE", *node, "One of them, /dev/videoN, N or genicam:ID (default: all)");
   command->add_option("--out", common.out, "Folder for cameras.json");
   add_common(*command, common,
              "  palpate cameras                     every camera of this machine\n"
              "  palpate cameras /dev/video0         one of them\n"
+             "  palpate cameras genicam:Fake_1      the simulated camera of Aravis\n"
              "  palpate cameras --json              for a script: .cameras[].formats[].sizes[]\n");
   command->callback([&common, &chosen, node] { chosen = [&common, node] { return list(common, *node); }; });
 }

@@ -72,7 +72,7 @@ palpate_package(program palpate "touch sensing through a camera behind a silicon
 contact shape and the surface of the pad, each with its standard error, live
 in a window or from a recording. It calibrates sensors, measures Young's
 modulus, finds lumps in tissue, and simulates all of it with known truth."
-  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS palpate-lab)
+  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS "palpate-lab, palpate-genicam")
 if(TARGET palpate-lab)
   palpate_package(lab palpate-lab "laboratory of palpate: models, training, studies, benchmarks"
     "palpate-lab presses finite-element models of tissue, makes data sets of them
@@ -87,6 +87,11 @@ if(TARGET palpate_mpi)
     "What palpate-lab needs to share the making of data sets between the processes
 of mpirun." DEPENDS "palpate-lab (= ${version}), openmpi-bin")
 endif()
+if(TARGET palpate_genicam)
+  palpate_package(genicam palpate-genicam "touch sensing through a camera behind a silicone pad: GenICam cameras"
+    "What palpate needs to open cameras of USB3 Vision and GigE Vision (Aravis)."
+    DEPENDS "palpate (= ${version})")
+endif()
 if(TARGET palpate_python)
   # A compiled module is for one minor version.
   execute_process(COMMAND ${PALPATE_PYTHON_EXECUTABLE} -c
@@ -100,7 +105,7 @@ endif()
 
 # All that the packages hold.
 add_custom_target(packaged)
-foreach(target IN ITEMS palpate palpate-lab palpate_shared palpate_capture_shared palpate_mpi palpate_python)
+foreach(target IN ITEMS palpate palpate-lab palpate_shared palpate_capture_shared palpate_mpi palpate_genicam palpate_python)
   if(TARGET ${target})
     add_dependencies(packaged ${target})
   endif()

@@ -6,11 +6,11 @@
 #include <fstream>
 #include <utility>
 
+#include "capture/genicam/module.h"
 #include "capture/open_source.h"
 #include "capture/run/shipped_sensors.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
-#include "capture/v4l2/camera.h"
 #include "capture/v4l2/device.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -36,6 +36,13 @@ std::vector<SourceEntry> find_cameras() {
       trouble = node.path + ": " + node.trouble;
     }
   }
+  if (const genicam::Module* module = genicam::module_if_there())
+    for (const genicam::Identity& camera : module->list(false))
+      found.push_back({Group::Cameras,
+                       "camera:genicam:" + camera.id,
+                       camera.vendor + " " + camera.model,
+                       camera.protocol + ", serial number " + camera.serial,
+                       {}});
   if (found.empty())
     found.push_back({Group::Cameras,
                      "",

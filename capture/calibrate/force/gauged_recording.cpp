@@ -9,9 +9,9 @@
 #include <iterator>
 #include <limits>
 
+#include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
-#include "capture/v4l2/camera.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"

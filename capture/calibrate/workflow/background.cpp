@@ -7,11 +7,11 @@
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/untouched_recording.h"
+#include "capture/camera/camera_options.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
 #include "capture/session/session.h"
-#include "capture/v4l2/camera_options.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"

@@ -7,10 +7,10 @@
 #include <map>
 #include <utility>
 
+#include "capture/camera/camera_options.h"
 #include "capture/files/gauge.h"
 #include "capture/run/press_timeline.h"
 #include "capture/synthetic/tissue.h"
-#include "capture/v4l2/camera.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"

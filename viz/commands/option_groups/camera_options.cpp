@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "capture/v4l2/camera.h"
+#include "capture/camera/camera_options.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"
 
@@ -18,7 +18,7 @@ void CameraChoice::add_to(CommandLine& command) {
   const auto add = [&](const char* name, std::string& value, const char* about) {
     command.add_option(name, value, about)->group(kGroup);
   };
-  add("--camera", node, "Take frames from this camera: /dev/videoN or N (see palpate cameras)");
+  add("--camera", node, "Take frames from this camera: /dev/videoN, N or genicam:ID (see palpate cameras)");
   add("--format", format,
       "Pixel format: GREY, Y10, Y12, Y16, YUYV, UYVY, NV12, RGGB8 and its kin, MJPEG "
       "(default: fits the sensor)");
@@ -28,15 +28,17 @@ void CameraChoice::add_to(CommandLine& command) {
   add("--gain", gain, "Gain in the camera's own steps, or auto (default: locked where it is)");
   add("--white-balance", white_balance, "White balance in K, or auto (default: locked where it is)");
   command.add_option("--control", controls, "Any other control: NAME=VALUE (repeatable)")->group(kGroup);
+  add("--trigger", trigger,
+      "Source that starts each frame of a GenICam camera: Line0, Software ... (default: its rate)");
   add("--camera-timeout", timeout, "Restart the stream after this long without a frame, e.g. 3s");
   add("--camera-buffers", buffers, "Frames that the driver keeps, 3 to 32 (default 8)");
 }
 
 std::string CameraChoice::input(const std::string& input) const {
   const std::pair<const char*, const std::string*> options[] = {
-      {"format", &format},     {"size", &size},      {"fps", &rate},
-      {"exposure", &exposure}, {"gain", &gain},      {"white_balance", &white_balance},
-      {"timeout", &timeout},   {"buffers", &buffers}};
+      {"format", &format},     {"size", &size},       {"fps", &rate},
+      {"exposure", &exposure}, {"gain", &gain},       {"white_balance", &white_balance},
+      {"trigger", &trigger},   {"timeout", &timeout}, {"buffers", &buffers}};
   std::string composed = "camera:" + node;
   char mark = '?';
   const auto add = [&](const std::string& key, const std::string& value) {

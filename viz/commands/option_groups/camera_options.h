@@ -8,7 +8,7 @@ namespace palpate {
 
 class CommandLine;
 
-/// Requested settings of a camera; texts as capture/v4l2/camera.h reads them.
+/// Requested settings of a camera; texts as capture/camera/camera_options.h reads them.
 struct CameraChoice {
   std::string node;
   std::string format;
@@ -17,12 +17,13 @@ struct CameraChoice {
   std::string exposure;
   std::string gain;
   std::string white_balance;
+  std::string trigger;
   std::string timeout;
   std::string buffers;
   std::vector<std::string> controls;  ///< NAME=VALUE
 
   /// Adds --camera, --format, --size, --fps, --exposure, --gain, --white-balance, --control,
-  /// --camera-timeout, --camera-buffers. The choice must outlive the parsing.
+  /// --trigger, --camera-timeout, --camera-buffers. The choice must outlive the parsing.
   void add_to(CommandLine& command);
   /// "camera:..." where --camera is given, else `input`. Throws Error(Failure::Usage) where both are, where
   /// options of a camera come without one, or a value makes no sense. An `input` that is a camera itself

@@ -1,4 +1,5 @@
-// Sequence numbers and times of a camera's frames, made to go on where drivers start again.
+// Sequence numbers and times of a camera's frames, made to go on where drivers start again, and on the host's
+// clock.
 #pragma once
 
 #include <algorithm>
@@ -74,6 +75,34 @@ class FrameClock {
   int64_t lag_ns_ = 0;
   uint64_t believed_ = 0;
   uint64_t refused_ = 0;
+};
+
+/// Stamps of a camera's own clock on the host's CLOCK_MONOTONIC: no frame arrives before it was taken, and
+/// the one that came fastest shows how far the clocks are apart. What is left is the least time that a frame
+/// needs on its way.
+class DeviceClock {
+ public:
+  /// Never after `delivered_ns`.
+  int64_t on_host(int64_t stamp_ns, int64_t delivered_ns) {
+    const int64_t apart_ns = delivered_ns - stamp_ns;
+    if (!started_) {
+      apart_ns_ = static_cast<double>(apart_ns);
+    } else {
+      // The clocks may drift apart: what was seen long ago counts less and less.
+      const auto since_ns = static_cast<double>(std::max<int64_t>(0, delivered_ns - last_ns_));
+      apart_ns_ = std::min(apart_ns_ + kDrift * since_ns, static_cast<double>(apart_ns));
+    }
+    started_ = true;
+    last_ns_ = delivered_ns;
+    return std::min(stamp_ns + static_cast<int64_t>(std::llround(apart_ns_)), delivered_ns);
+  }
+
+  static constexpr double kDrift = 100e-6;  ///< of two quartz clocks, more than they have
+
+ private:
+  bool started_ = false;
+  double apart_ns_ = 0;
+  int64_t last_ns_ = 0;
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Pixel formats of V4L2 drivers, and conversion of a driver's buffer to an image.
+// Pixel formats of cameras, and conversion of a driver's buffer to an image.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,9 @@ enum class PixelLayout {
 };
 
 struct PixelFormat {
-  uint32_t fourcc = 0;    ///< V4L2_PIX_FMT_...
-  const char* name = "";  ///< as the person types it
+  uint32_t fourcc = 0;       ///< V4L2_PIX_FMT_...
+  const char* name = "";     ///< as the person types it
+  const char* genicam = "";  ///< its name by GenICam's Pixel Format Naming Convention; empty: none
   PixelLayout layout = PixelLayout::Gray8;
   uint32_t bit_depth = 8;  ///< of a pixel's value
   uint32_t channels = 1;   ///< the most that it holds: 3 formats can serve gray sensors too
@@ -34,7 +35,7 @@ struct PixelFormat {
 /// All that can be read.
 std::span<const PixelFormat> pixel_formats();
 /// Null where the format is not known. Names in any case; MJPEG may be called MJPG, and each its four
-/// characters.
+/// characters or its GenICam name.
 const PixelFormat* find_pixel_format(uint32_t fourcc);
 const PixelFormat* find_pixel_format(std::string_view name);
 /// The four characters, with V4L2's "-BE" for big endian.

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "capture/v4l2/camera_options.h"
+#include "capture/camera/camera_options.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 
@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kCamera = "camera:";
 constexpr const char* kKeys =
     "format=NAME, size=WxH, fps=HZ, exposure=8ms|500us|auto|locked, gain=N|auto|locked, "
-    "white_balance=4500|auto|locked, timeout=2s, buffers=3..32, control.NAME=N";
+    "white_balance=4500|auto|locked, trigger=Line0|Software, timeout=2s, buffers=3..32, control.NAME=N";
 
 Error bad(const std::string& key, const std::string& value, const std::string& wanted) {
   return {Failure::Usage, wanted + " for '" + key + "' of a camera", "'" + value + "'", kKeys};
@@ -84,6 +84,9 @@ void set(CameraOptions& o, const std::string& key, const std::string& value) {
     o.white_balance = automatic(value, [&](const std::string& t) {
       return whole(key, !t.empty() && t.back() == 'K' ? t.substr(0, t.size() - 1) : t, 1000, 40000);
     });
+  } else if (key == "trigger") {
+    if (value.empty()) throw bad(key, value, "the name of a source");
+    o.trigger = value;
   } else if (key == "timeout") {
     o.timeout_s = seconds(key, value);
   } else if (key == "buffers") {
@@ -140,6 +143,7 @@ std::string to_string(const CameraOptions& o) {
   add("exposure", text_of(o.exposure, "s"));
   add("gain", text_of(o.gain, ""));
   add("white_balance", text_of(o.white_balance, ""));
+  add("trigger", o.trigger);
   if (o.timeout_s > 0) add("timeout", digits(o.timeout_s) + "s");
   if (o.buffers != CameraOptions{}.buffers) add("buffers", std::to_string(o.buffers));
   for (const auto& [name, value] : o.controls) add("control." + name, std::to_string(value));

@@ -1,4 +1,4 @@
-#include "capture/v4l2/formats.h"
+#include "capture/camera/formats.h"
 
 #include <linux/videodev2.h>
 
@@ -15,19 +15,19 @@ namespace palpate {
 namespace {
 
 constexpr std::array kFormats = {
-    PixelFormat{V4L2_PIX_FMT_GREY, "GREY", PixelLayout::Gray8, 8, 1},
-    PixelFormat{V4L2_PIX_FMT_Y10, "Y10", PixelLayout::Gray16, 10, 1},
-    PixelFormat{V4L2_PIX_FMT_Y12, "Y12", PixelLayout::Gray16, 12, 1},
-    PixelFormat{V4L2_PIX_FMT_Y16, "Y16", PixelLayout::Gray16, 16, 1},
-    PixelFormat{V4L2_PIX_FMT_YUYV, "YUYV", PixelLayout::Yuyv, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_UYVY, "UYVY", PixelLayout::Uyvy, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_NV12, "NV12", PixelLayout::Nv12, 8, 1},
-    PixelFormat{V4L2_PIX_FMT_SRGGB8, "RGGB8", PixelLayout::Bayer8, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_SGRBG8, "GRBG8", PixelLayout::Bayer8, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_SGBRG8, "GBRG8", PixelLayout::Bayer8, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_SBGGR8, "BGGR8", PixelLayout::Bayer8, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_MJPEG, "MJPEG", PixelLayout::Jpeg, 8, 3},
-    PixelFormat{V4L2_PIX_FMT_JPEG, "JPEG", PixelLayout::Jpeg, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_GREY, "GREY", "Mono8", PixelLayout::Gray8, 8, 1},
+    PixelFormat{V4L2_PIX_FMT_Y10, "Y10", "Mono10", PixelLayout::Gray16, 10, 1},
+    PixelFormat{V4L2_PIX_FMT_Y12, "Y12", "Mono12", PixelLayout::Gray16, 12, 1},
+    PixelFormat{V4L2_PIX_FMT_Y16, "Y16", "Mono16", PixelLayout::Gray16, 16, 1},
+    PixelFormat{V4L2_PIX_FMT_YUYV, "YUYV", "YUV422_8", PixelLayout::Yuyv, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_UYVY, "UYVY", "YUV422_8_UYVY", PixelLayout::Uyvy, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_NV12, "NV12", "", PixelLayout::Nv12, 8, 1},
+    PixelFormat{V4L2_PIX_FMT_SRGGB8, "RGGB8", "BayerRG8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_SGRBG8, "GRBG8", "BayerGR8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_SGBRG8, "GBRG8", "BayerGB8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_SBGGR8, "BGGR8", "BayerBG8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_MJPEG, "MJPEG", "", PixelLayout::Jpeg, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_JPEG, "JPEG", "", PixelLayout::Jpeg, 8, 3},
 };
 
 std::string upper(std::string_view text) {
@@ -91,7 +91,8 @@ const PixelFormat* find_pixel_format(uint32_t fourcc) {
 const PixelFormat* find_pixel_format(std::string_view name) {
   const std::string wanted = upper(name);
   const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PixelFormat& format) {
-    return wanted == format.name || wanted == fourcc_text(format.fourcc);
+    return wanted == format.name || wanted == fourcc_text(format.fourcc) ||
+           (*format.genicam && wanted == upper(format.genicam));
   });
   return found == kFormats.end() ? nullptr : &*found;
 }

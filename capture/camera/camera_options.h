@@ -19,11 +19,14 @@ struct Automatic {
 /// best, the sensor's size (else the largest that comes at 25 frames/s), the highest rate up to 60 frames/s,
 /// automatic controls off.
 struct CameraOptions {
-  std::string node;    ///< /dev/videoN, or N; empty: the first camera
+  /// /dev/videoN, or N; "genicam:ID" for a GenICam camera, "genicam:" for the first of them; empty: the first
+  /// camera of Linux
+  std::string node;
   std::string format;  ///< name of a PixelFormat
   uint32_t width = 0;  ///< px; 0: chosen
   uint32_t height = 0;
   double rate_Hz = 0;       ///< 0: chosen
+  std::string trigger;      ///< what starts a frame of a GenICam camera (Line0, Software); empty: the rate
   Automatic exposure;       ///< s
   Automatic gain;           ///< in the camera's own steps
   Automatic white_balance;  ///< K
@@ -34,8 +37,8 @@ struct CameraOptions {
 };
 
 /// "camera:NODE?key=value&..." with any of the keys format, size, fps, exposure (8ms, 500us, 0.01s, auto,
-/// locked), gain (N, auto, locked), white_balance (4500, auto, locked), timeout (s), buffers, and
-/// control.NAME. Throws Error(Failure::Usage) that lists what exists.
+/// locked), gain (N, auto, locked), white_balance (4500, auto, locked), trigger (NAME), timeout (s), buffers,
+/// and control.NAME. Throws Error(Failure::Usage) that lists what exists.
 CameraOptions parse_camera(const std::string& input);
 /// The inverse; only what differs from the default.
 std::string to_string(const CameraOptions& options);
