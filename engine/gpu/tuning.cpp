@@ -23,7 +23,7 @@ namespace {
 
 using Json = json::Value;
 
-constexpr int kVersion = 1;
+constexpr int kTuningVersion = 1;
 
 constexpr std::array<uint32_t, 6> kContactRows{0, 8, 16, 32, 48, 64};
 constexpr std::array<uint32_t, 6> kKeepingRows{8, 16, 24, 32, 48, 64};
@@ -105,8 +105,8 @@ Json entries_of(const std::filesystem::path& file) {
   std::ostringstream bytes;
   bytes << in.rdbuf();
   const Json whole = json::parse(bytes.str(), {.deepest = 16});
-  if (!(whole.at("palpate_tuning") == kVersion) || !whole.at("devices").is_array())
-    refuse("a tuning file of version " + std::to_string(kVersion), "another one");
+  if (!(whole.at("palpate_tuning") == kTuningVersion) || !whole.at("devices").is_array())
+    refuse("a tuning file of version " + std::to_string(kTuningVersion), "another one");
   return whole.at("devices");
 }
 
@@ -228,7 +228,7 @@ void save_tuning(const gpu::Context& context, const Tuning& tuning, const std::f
   Json& values = entry["tuning"];
   for (const TuningField& field : kFields) values[field.name] = tuning.*field.value;
   devices.push_back(entry);
-  const std::string text = Json{{"palpate_tuning", kVersion}, {"devices", devices}}.dump(2) + "\n";
+  const std::string text = Json{{"palpate_tuning", kTuningVersion}, {"devices", devices}}.dump(2) + "\n";
 
   std::error_code failed;
   std::filesystem::create_directories(file.parent_path(), failed);

@@ -7,15 +7,15 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kSide = shared::kCellSide;
+using shared::kCellSide;
 
 uint32_t cells_of(uint32_t size_px) {
-  return (size_px + kSide - 1) / kSide;
+  return (size_px + kCellSide - 1) / kCellSide;
 }
 
 // Pixels of a frame's cell along one axis.
 uint32_t pixels_of(uint32_t cell, uint32_t size_px) {
-  return std::min(kSide, size_px - cell * kSide);
+  return std::min(kCellSide, size_px - cell * kCellSide);
 }
 
 }  // namespace
@@ -36,7 +36,8 @@ DepthError::DepthError(const PhotometricCalibration& calibration, const FrameFor
   }
   for (uint32_t y = 0; y < cells_of(format.height); ++y)
     for (uint32_t x = 0; x < cells_x_; ++x)
-      saw_cell_.push_back(saw_place(x * kSide + 0.5 * (kSide - 1), y * kSide + 0.5 * (kSide - 1)));
+      saw_cell_.push_back(
+          saw_place(x * kCellSide + 0.5 * (kCellSide - 1), y * kCellSide + 0.5 * (kCellSide - 1)));
 }
 
 bool DepthError::states_error(const Sensor& sensor) {
@@ -90,8 +91,8 @@ DepthError::SeenPart DepthError::seen_part() const {
     const uint32_t x = i % cells_x_, y = i / cells_x_;
     const uint32_t wide = pixels_of(x, format_.width), tall = pixels_of(y, format_.height);
     seen += static_cast<double>(wide * tall);
-    left = std::min(left, x * kSide), right = std::max(right, x * kSide + wide);
-    top = std::min(top, y * kSide), bottom = std::max(bottom, y * kSide + tall);
+    left = std::min(left, x * kCellSide), right = std::max(right, x * kCellSide + wide);
+    top = std::min(top, y * kCellSide), bottom = std::max(bottom, y * kCellSide + tall);
   }
   if (seen <= 0) return {};
   return {seen / static_cast<double>(size_t{format_.width} * format_.height),

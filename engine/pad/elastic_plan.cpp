@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/numbers.h"
 #include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kRadius = static_cast<int>(shared::kElasticRadius);
 constexpr uint32_t kMaxCoarsestCells = 400;
 // Variance of a level's narrower Gaussian, cells^2. Smaller aliases more, larger leaves more beyond the

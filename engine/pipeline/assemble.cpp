@@ -1,11 +1,11 @@
 #include "engine/pipeline/assemble.h"
 
 #include <algorithm>
-#include <array>
 #include <initializer_list>
 #include <iterator>
-#include <limits>
 #include <utility>
+
+#include "engine/base/numbers.h"
 
 namespace palpate {
 namespace {
@@ -19,10 +19,6 @@ struct Fault {
 Validity gravest(std::initializer_list<Fault> faults) {
   const auto first = std::ranges::find_if(faults, &Fault::holds);
   return first == faults.end() ? Validity::Valid : first->says;
-}
-
-std::array<Estimate*, 6> components(TractionSummary& t) {
-  return {&t.fx_N, &t.fy_N, &t.fz_N, &t.mx_Nmm, &t.my_Nmm, &t.mz_Nmm};
 }
 
 // Changes of light are as likely as forces: numbers that are there say so. A calibration that is not fit for
@@ -79,7 +75,6 @@ void write_traction(const TractionPart& part, const FrameParts& parts, bool ligh
 
 // No contact, states that say so, and values that are no numbers.
 void write_spoilt(const FrameParts& parts, Touch& touch) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   constexpr Estimate kUnknown{kNaN, kNaN, Validity::PictureDamaged};
   for (double* value :
        {&touch.gray_sum, &touch.centroid_x_px, &touch.centroid_y_px, &touch.area_mm2, &touch.peak_gray,

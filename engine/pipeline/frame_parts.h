@@ -1,6 +1,7 @@
 // Frame parts: what each stage finds in one finished frame, by itself; assemble() makes a Touch of them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -45,6 +46,11 @@ struct TractionPart {
   TractionSummary summary;  ///< components are Valid, NotCalibrated or NoContact
   bool not_converged = false, too_deep = false, covered = false;  ///< as in WrenchFaults
 };
+
+/// Of the wrench.
+inline std::array<Estimate*, 6> components(TractionSummary& t) {
+  return {&t.fx_N, &t.fy_N, &t.fz_N, &t.mx_Nmm, &t.my_Nmm, &t.mz_Nmm};
+}
 
 struct FrameParts {
   /// The contact as a whole: its shape, with the saturated pixels of the whole frame.

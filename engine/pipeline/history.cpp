@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
+
+#include "engine/base/numbers.h"
 
 namespace palpate {
 
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 template <typename Shape>
 void forget_motion(Shape& shape) {

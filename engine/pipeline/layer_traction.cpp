@@ -1,7 +1,6 @@
 #include "engine/pipeline/layer_traction.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "engine/gpu/context.h"
@@ -53,10 +52,6 @@ TractionOptions options_of(const Sensor& sensor, const LayerCalibration& layer, 
 
 Estimate with_modulus(double value, double sd, double relative_sd) {
   return {value, std::hypot(sd, relative_sd * value), Validity::Valid};
-}
-
-std::array<Estimate*, 6> components(TractionSummary& t) {
-  return {&t.fx_N, &t.fy_N, &t.fz_N, &t.mx_Nmm, &t.my_Nmm, &t.mz_Nmm};
 }
 
 /// Shear over pressure of the cells whose pressure is enough to divide by.

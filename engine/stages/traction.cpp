@@ -32,10 +32,6 @@ namespace {
 // since arithmetic costs less there than what it is fetched with.
 constexpr TractionStage::Blocks kOnCpu{16, 32, 8, 8}, kOnGpu{64, 128, 1, 2};
 
-void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
-  throw Error(Failure::Input, wanted, found, remedy);
-}
-
 uint32_t padded(uint32_t cells) {
   return divide_up(cells, shared::kTractionBlock) * shared::kTractionBlock;
 }
@@ -54,7 +50,8 @@ TractionStage::TractionStage(gpu::Context& context, const Pad& pad, const Tracti
                              const TractionOptions& options, uint32_t iterations, const Blocks& blocks)
     : grid_(grid), iterations_(iterations), blocks_(blocks) {
   check_traction(grid, options);
-  if (iterations == 0) refuse("iterations of the traction stage", "none", "TractionStage::kIterations");
+  if (iterations == 0)
+    throw Error(Failure::Input, "iterations of the traction stage", "none", "TractionStage::kIterations");
   const LayerKernel kernel(pad, grid.cell_mm);
   const TractionWeights weights = traction_weights(pad.material, options);
   push_.width = grid.width;
@@ -199,8 +196,8 @@ void TractionStage::write_masks(const Slot& slot, std::span<const uint8_t> conta
   const size_t cells = size_t{grid_.width} * grid_.height;
   for (const std::span<const uint8_t> mask : {contact, known})
     if (!mask.empty() && mask.size() != cells)
-      refuse("masks of " + std::to_string(cells) + " cells", std::to_string(mask.size()),
-             "masks of the stage's grid");
+      throw Error(Failure::Input, "masks of " + std::to_string(cells) + " cells", std::to_string(mask.size()),
+                  "masks of the stage's grid");
   const std::span<uint8_t> flags = slot.flags.as<uint8_t>();
   for (size_t i = 0; i < cells; ++i)
     flags[i] = static_cast<uint8_t>((contact.empty() || contact[i] != 0 ? shared::kTractionContact : 0) |

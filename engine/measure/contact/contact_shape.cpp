@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "engine/base/numbers.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +25,6 @@ Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
 }  // namespace
 
 void set_shape(ContactTouch& shape, const ContactMoments& m, const ShapeScale& scale) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   shape.gray_sum = static_cast<double>(m.gray) / 256;
   shape.area_px = m.area;
   shape.area_mm2 = static_cast<double>(m.area) * scale.pitch_mm_per_px * scale.pitch_mm_per_px;

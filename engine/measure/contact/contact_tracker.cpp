@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kNone = UINT32_MAX;
+constexpr uint32_t kNoTrack = UINT32_MAX;
 
 double radius_px(const ContactTouch& contact) {
   return std::sqrt(static_cast<double>(contact.area_px) / std::numbers::pi);
@@ -62,11 +62,11 @@ void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
   match();
   for (Track& track : tracks_) ++track.missed;
   for (size_t i = 0; i < regions_.size(); ++i) {
-    if (track_of_[i] == kNone && regions_[i].area_px < smallest_px_) {
+    if (track_of_[i] == kNoTrack && regions_[i].area_px < smallest_px_) {
       ++touch.regions->small;
       continue;
     }
-    Track& track = track_of_[i] == kNone ? begin() : tracks_[track_of_[i]];
+    Track& track = track_of_[i] == kNoTrack ? begin() : tracks_[track_of_[i]];
     track.lineage = regions_[i].id;
     regions_[i].id = track.last.id;
     regions_[i].frames = track.last.frames + track.missed;
@@ -99,9 +99,9 @@ void ContactTracker::choose(Touch& touch) {
   std::swap(regions_, chosen_);
 }
 
-// The track of each region, or kNone.
+// The track of each region, or kNoTrack.
 void ContactTracker::match() {
-  track_of_.assign(regions_.size(), kNone);
+  track_of_.assign(regions_.size(), kNoTrack);
   const auto rows = static_cast<uint32_t>(tracks_.size());
   const auto count = static_cast<uint32_t>(regions_.size());
   if (rows == 0 || count == 0) return;
@@ -126,15 +126,15 @@ void ContactTracker::match() {
   for (uint32_t row = 0; row < rows; ++row)
     if (column_of[row] < count) track_of_[column_of[row]] = row;
   for (uint32_t i = 0; i < count; ++i)
-    if (track_of_[i] == kNone && regions_[i].id != 0) track_of_[i] = nearest_of_lineage(regions_[i]);
+    if (track_of_[i] == kNoTrack && regions_[i].id != 0) track_of_[i] = nearest_of_lineage(regions_[i]);
 }
 
 // Searches the tracks without a region.
 uint32_t ContactTracker::nearest_of_lineage(const ContactTouch& region) const {
-  uint32_t nearest = kNone;
+  uint32_t nearest = kNoTrack;
   for (uint32_t row = 0; row < tracks_.size(); ++row) {
     if (tracks_[row].lineage != region.id || std::ranges::find(track_of_, row) != track_of_.end()) continue;
-    if (nearest == kNone ||
+    if (nearest == kNoTrack ||
         squared_way(tracks_[row].last, region) < squared_way(tracks_[nearest].last, region))
       nearest = row;
   }

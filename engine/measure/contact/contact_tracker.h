@@ -70,7 +70,7 @@ class ContactTracker {
   // State of the present frame; kept so that frames allocate nothing.
   std::vector<ContactTouch> regions_, chosen_;
   std::vector<uint32_t> largest_;
-  std::vector<uint32_t> track_of_;  // of each region, or kNone
+  std::vector<uint32_t> track_of_;  // of each region, or kNoTrack
   std::vector<double> cost_;
   Assignment assignment_;
   std::vector<SkinTracker> spare_skins_;  // of contacts that have ended

@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kNone = UINT32_MAX;
+constexpr uint32_t kNoBasin = UINT32_MAX;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ uint32_t DepthBasins::split(std::span<const float> depth_mm, double error_mm, st
                             std::span<uint32_t> owner, std::vector<uint32_t>& was) {
   sort(depth_mm, owner);
   peaks_.clear();
-  std::fill(basin_.begin(), basin_.end(), kNone);
+  std::fill(basin_.begin(), basin_.end(), kNoBasin);
   for (const uint32_t cell : order_) {
     add(cell, owner, depth_mm, error_mm);
     peaks_[basin_[cell]].area_px += double{pixels[cell]};
@@ -46,17 +46,17 @@ void DepthBasins::sort(std::span<const float> depth_mm, std::span<const uint32_t
 void DepthBasins::add(uint32_t cell, std::span<const uint32_t> owner, std::span<const float> depth_mm,
                       double error_mm) {
   const uint32_t x = cell % shape_.cells_x, y = cell / shape_.cells_x;
-  uint32_t own = kNone;
+  uint32_t own = kNoBasin;
   const auto look_at = [&](uint32_t neighbour) {
-    if (basin_[neighbour] == kNone || owner[neighbour] != owner[cell]) return;
+    if (basin_[neighbour] == kNoBasin || owner[neighbour] != owner[cell]) return;
     const uint32_t other = root(basin_[neighbour]);
-    own = own == kNone || own == other ? other : meet(own, other, depth_mm[cell], error_mm);
+    own = own == kNoBasin || own == other ? other : meet(own, other, depth_mm[cell], error_mm);
   };
   if (x > 0) look_at(cell - 1);
   if (x + 1 < shape_.cells_x) look_at(cell + 1);
   if (y > 0) look_at(cell - shape_.cells_x);
   if (y + 1 < shape_.cells_y) look_at(cell + shape_.cells_x);
-  if (own == kNone) {
+  if (own == kNoBasin) {
     own = static_cast<uint32_t>(peaks_.size());
     // Lamps at the pad's sides change with any touch, and their slopes leave depth there.
     const bool at_border = x < shape_.margin || y < shape_.margin || x + shape_.margin >= shape_.cells_x ||

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kSide = shared::kCellSide;
+using shared::kCellSide;
 constexpr float kNoise_gray2 = 0.75f;      // of a camera, until it is learned
 constexpr float kLeastNoise_gray2 = 0.3f;  // rounding and compression leave this much
 constexpr size_t kLightCells = 1500;       // that the light is estimated from
@@ -20,7 +20,7 @@ constexpr float kLeastClean = 0.5f;      // of the weight of steady cells about 
 constexpr float kFewSteady = 0.25f;      // of it over the whole picture: below, a pattern is printed on it
 constexpr uint8_t kSeen = GelContacts::kMostContacts + 1;  // of cells: an onset, but no contact yet
 constexpr double kUnsteady = 0.1;           // of the untouched picture's variance over 3 x 3 cells
-constexpr double kEven = 0.25;              // of the reach, within which light is even
+constexpr double kEvenReach = 0.25;         // of the reach, within which light is even
 constexpr double kFine = 0.4;               // of the reach, for outlines
 constexpr double kWideReach_px = 1.0 / 24;  // of the frame's width, where a sensor has no scale
 
@@ -36,19 +36,19 @@ double sum_of(const shared::CellChange& cell, uint32_t colour) {
 GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
     : format_(format),
       scale_{std::floor(format.width / 2.0), std::floor(format.height / 2.0), sensor.pitch_mm_per_px},
-      cells_x_((format.width + kSide - 1) / kSide),
-      cells_y_((format.height + kSide - 1) / kSide),
+      cells_x_((format.width + kCellSide - 1) / kCellSide),
+      cells_y_((format.height + kCellSide - 1) / kCellSide),
       estimate_(size_t{cells_x_} * cells_y_) {
   const bool scaled = has_scale(sensor);
   const double reach_px = scaled ? kReach_mm / sensor.pitch_mm_per_px : kWideReach_px * format.width;
   // Three running means of width 2 r + 1 have the variance r (r + 1).
-  const double variance = std::pow(reach_px / kSide, 2);
+  const double variance = std::pow(reach_px / kCellSide, 2);
   const double radius = (std::sqrt(1 + 4 * variance) - 1) / 2;
   const auto low = static_cast<uint32_t>(radius);
   radii_.fill(std::max(low, 1u));
   for (size_t i = 0; i < 3; ++i)
     if (radius - low > (static_cast<double>(i) + 0.5) / 3) radii_[i] = low + 1;
-  even_radius_ = std::max(1u, static_cast<uint32_t>(std::lround(radius * kEven)));
+  even_radius_ = std::max(1u, static_cast<uint32_t>(std::lround(radius * kEvenReach)));
   fine_radius_ = std::max(1u, static_cast<uint32_t>(std::lround(radius * kFine)));
   least_px_ = scaled ? kLeast_mm2 / std::pow(sensor.pitch_mm_per_px, 2) : smallest_contact_px(sensor, format);
   const size_t cells = size_t{cells_x_} * cells_y_;
@@ -64,10 +64,11 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   at_rest_.assign(cells, 1);
   near_.assign(cells, 0);
   if (scaled) {
-    apart_ = static_cast<uint32_t>(std::lround(kApart_mm / sensor.pitch_mm_per_px / kSide));
+    apart_ = static_cast<uint32_t>(std::lround(kApart_mm / sensor.pitch_mm_per_px / kCellSide));
     far_px_ = kLeastApart_mm2 / std::pow(sensor.pitch_mm_per_px, 2);
   }
-  margin_ = std::max(1u, static_cast<uint32_t>(std::lround(reach_px / kSide * kRestMargin_mm / kReach_mm)));
+  margin_ =
+      std::max(1u, static_cast<uint32_t>(std::lround(reach_px / kCellSide * kRestMargin_mm / kReach_mm)));
   basins_ = DepthBasins({.cells_x = cells_x_, .cells_y = cells_y_, .margin = margin_, .least_px = least_px_});
   before_.assign(cells, 0);
   for (Pieces* pieces : {&by_depth_, &by_structure_}) {
@@ -90,8 +91,8 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   edge_.reserve(cells);
   for (uint32_t y = 0; y < cells_y_; ++y)
     for (uint32_t x = 0; x < cells_x_; ++x)
-      pixels_.push_back(static_cast<float>(std::min(kSide, format.width - x * kSide) *
-                                           std::min(kSide, format.height - y * kSide)));
+      pixels_.push_back(static_cast<float>(std::min(kCellSide, format.width - x * kCellSide) *
+                                           std::min(kCellSide, format.height - y * kCellSide)));
 }
 
 void GelContacts::set_background(const Frame& background) {
@@ -99,8 +100,8 @@ void GelContacts::set_background(const Frame& background) {
     for (uint32_t y = 0; y < cells_y_; ++y)
       for (uint32_t x = 0; x < cells_x_; ++x) {
         uint32_t sum = 0;
-        for (uint32_t v = y * kSide; v < std::min((y + 1) * kSide, format_.height); ++v)
-          for (uint32_t u = x * kSide; u < std::min((x + 1) * kSide, format_.width); ++u)
+        for (uint32_t v = y * kCellSide; v < std::min((y + 1) * kCellSide, format_.height); ++v)
+          for (uint32_t u = x * kCellSide; u < std::min((x + 1) * kCellSide, format_.width); ++u)
             sum += background.at(colour, u, v);
         const size_t cell = size_t{y} * cells_x_ + x;
         rest_gray_[colour][cell] = static_cast<float>(sum) / pixels_[cell];
@@ -123,7 +124,8 @@ void GelContacts::restart() {
 void GelContacts::find_unsteady(const Frame& background) {
   std::fill(unsteady_.begin(), unsteady_.end(), 0.0f);
   const auto around = [](uint32_t cell, uint32_t size) {
-    return std::pair{cell * kSide - std::min(cell * kSide, kSide), std::min((cell + 2) * kSide, size)};
+    return std::pair{cell * kCellSide - std::min(cell * kCellSide, kCellSide),
+                     std::min((cell + 2) * kCellSide, size)};
   };
   for (uint32_t colour = 0; colour < 3; ++colour)
     for (uint32_t y = 0; y < cells_y_; ++y)
@@ -449,8 +451,8 @@ void GelContacts::set_shapes(std::vector<ContactTouch>& found) {
 
 // `box` holds the first and the last row and column, those one further.
 void GelContacts::add_cell(uint32_t cell, ContactMoments& m, PixelRect& box) const {
-  const uint32_t x0 = cell % cells_x_ * kSide, y0 = cell / cells_x_ * kSide;
-  const uint32_t x1 = std::min(x0 + kSide, format_.width), y1 = std::min(y0 + kSide, format_.height);
+  const uint32_t x0 = cell % cells_x_ * kCellSide, y0 = cell / cells_x_ * kCellSide;
+  const uint32_t x1 = std::min(x0 + kCellSide, format_.width), y1 = std::min(y0 + kCellSide, format_.height);
   for (uint32_t v = y0; v < y1; ++v)
     for (uint32_t u = x0; u < x1; ++u) {
       const int64_t x = int64_t{u} - format_.width / 2, y = int64_t{v} - format_.height / 2;
@@ -484,8 +486,8 @@ void GelContacts::spread(const std::vector<uint8_t>& from, std::vector<uint8_t>&
 
 void GelContacts::add_gray(std::span<const ContactTouch> gray, std::vector<ContactTouch>& found) {
   for (const ContactTouch& region : gray) {
-    const auto x = static_cast<uint32_t>(std::max(region.centroid_x_px, 0.0)) / kSide;
-    const auto y = static_cast<uint32_t>(std::max(region.centroid_y_px, 0.0)) / kSide;
+    const auto x = static_cast<uint32_t>(std::max(region.centroid_x_px, 0.0)) / kCellSide;
+    const auto y = static_cast<uint32_t>(std::max(region.centroid_y_px, 0.0)) / kCellSide;
     const uint32_t owner = owner_[size_t{std::min(y, cells_y_ - 1)} * cells_x_ + std::min(x, cells_x_ - 1)];
     if (owner == 0) continue;
     ContactTouch& contact = found[owner - 1];

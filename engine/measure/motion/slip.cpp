@@ -11,7 +11,7 @@ constexpr double kSure = 5;              // times the noise
 constexpr double kLeastShort_px = 0.12;  // within two frames
 constexpr double kLeastLong_px = 0.3;    // within six
 constexpr double kRimSlips = 0.8;        // stick share below which the rim is said to slip
-constexpr double kCentroidError_px = 0.03;
+constexpr double kSlipCentroidError_px = 0.03;
 
 }  // namespace
 
@@ -44,7 +44,8 @@ std::optional<Slip> SlipWatch::update(double x_mm, double y_mm, const SkinMotion
   const auto since = [&](size_t frames) {
     return std::hypot(here.x_mm - ago(frames).x_mm, here.y_mm - ago(frames).y_mm);
   };
-  const double stated_mm = std::hypot(kCentroidError_px * pitch_mm_per_px_, skin.shift_x_mm.standard_error);
+  const double stated_mm =
+      std::hypot(kSlipCentroidError_px * pitch_mm_per_px_, skin.shift_x_mm.standard_error);
   const double sure_mm = kSure * std::sqrt(2.0) * noise_mm(stated_mm);
   bends_[bend_count_++ % kNoise] =
       std::hypot(here.x_mm - 2 * ago(1).x_mm + ago(2).x_mm, here.y_mm - 2 * ago(1).y_mm + ago(2).y_mm);

@@ -18,7 +18,7 @@ constexpr size_t kLeast_px = 8;
 constexpr float kFoot = 0.5f;  // of the limit, down to which a flaw reaches
 constexpr float kHalo =
     0.25f;  // of the largest near by: less is what a strong flaw leaves in means around it
-constexpr float kUnseen = 0.05f;  // of a place's pixels: fewer do not show it
+constexpr float kFewestSeen = 0.05f;  // of a place's pixels: fewer do not show it
 constexpr uint32_t kRim_px = 2;
 constexpr float kAlike = 0.5f;  // scatter of a flaw over pictures, over its mean
 
@@ -161,7 +161,7 @@ bool PadFlaws::compare(const Frame& frame) {
   box_mean(weight_, wide_, scratch_);
   calm_.resize(clear_.size());
   for (size_t i = 0; i < calm_.size(); ++i) {
-    bool calm = scratch_[i] >= kUnseen;
+    bool calm = scratch_[i] >= kFewestSeen;
     for (const Plane& even : even_) calm = calm && std::abs(double{even[i]}) < kCalm_gray;
     calm_[i] = calm;
   }
@@ -229,7 +229,7 @@ void PadFlaws::find_bands() {
   for (size_t c = 0; c < change_.size(); ++c) {
     for (size_t i = 0; i < weighted_.size(); ++i) weighted_[i] = weight_[i] * change_[c][i];
     box_mean(weighted_, wide_, even_[c]);
-    for (size_t i = 0; i < scratch_.size(); ++i) even_[c][i] /= std::max(scratch_[i], kUnseen);
+    for (size_t i = 0; i < scratch_.size(); ++i) even_[c][i] /= std::max(scratch_[i], kFewestSeen);
   }
 }
 

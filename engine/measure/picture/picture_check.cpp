@@ -18,7 +18,7 @@ namespace palpate {
 namespace {
 
 // Gray levels of 8 bits; deeper frames have as many times more.
-constexpr double kDark_gray = 12;        // untouched: black there is no fault
+constexpr double kShown_gray = 12;       // untouched: black there is no fault
 constexpr double kOtherColour_gray = 6;  // from the untouched image, of a part of one colour
 constexpr double kFlatShare = 0.01;      // of the frame's blocks, in one colour
 constexpr double kExchanged_gray = 2.5;  // least change of most places, for colours that are exchanged
@@ -211,7 +211,7 @@ bool PictureCheck::is_foreign(const std::array<uint32_t, 3>& colour, uint32_t i,
     for (uint32_t v = 0; v < kPart; ++v)
       untouched += untouched_.parts[c * plane + size_t{y + v} * parts_ + i] / kPart;
     saturated = saturated && colour[c] >= saturation_gray_;
-    dark = dark && untouched < kDark_gray && colour[c] * scale < kDark_gray;
+    dark = dark && untouched < kShown_gray && colour[c] * scale < kShown_gray;
     other = other || std::abs(colour[c] * scale - untouched) > kOtherColour_gray;
   }
   return other && !saturated && !dark;

@@ -5,12 +5,12 @@
 #include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/cell_change.spv.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kCellsPerTexel = 4;
 
 }  // namespace
@@ -31,8 +31,7 @@ void CellChangeStage::record(gpu::Commands& commands, const PaddedImage& frame, 
                              const gpu::DeviceBuffer& cells) const {
   const auto scope = commands.scope("cell change");
   const uint32_t texels = divide_up(push_.cells_x, kCellsPerTexel) * push_.cells_y;
-  commands.dispatch(kernel_, {&frame.texels(), &background.texels(), &cells}, push_,
-                    {divide_up(texels, kWorkgroup), 1, 1});
+  commands.dispatch(kernel_, {&frame.texels(), &background.texels(), &cells}, push_, workgroups(texels));
   commands.barrier();
 }
 

@@ -7,6 +7,7 @@
 #include "engine/gpu/context.h"
 #include "engine/sensor/outline.h"
 #include "engine/stages/frame/markers.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/confidence.spv.h"
 #include "shaders/confidence_color.spv.h"
 #include "shaders/confidence_markers.spv.h"
@@ -16,8 +17,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
-constexpr uint32_t kRowsOnCpu = 16, kRowsOnGpu = 4;
+constexpr uint32_t kConfidenceRowsOnCpu = 16, kConfidenceRowsOnGpu = 4;
 constexpr uint32_t kFilterReach_px = 2;  // of the contact stage's 5 x 5 filter
 
 gpu::Shader shader_for(const FrameFormat& format, bool markers) {
@@ -45,7 +45,7 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
     : sensor_(sensor),
       format_(format),
       markers_(markers),
-      rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
+      rows_(context.is_software() ? kConfidenceRowsOnCpu : kConfidenceRowsOnGpu),
       reach_(sensor.reading == SurfaceReading::Shading || sensor.reading == SurfaceReading::Elastic ||
                      sensor.reading == SurfaceReading::Lookup
                  ? kFilterReach_px
@@ -121,7 +121,7 @@ void Confidence::record(gpu::Commands& commands, const PaddedImage& frame, const
   std::vector<gpu::Argument> arguments{&frame.texels(), &frame.words(), &still_texels_, &map.buffer,
                                        &records};
   if (markers_) arguments.emplace_back(&markers_->unknown_words());
-  commands.dispatch(kernel_, arguments, &push_, {divide_up(invocations(), kWorkgroup), 1, 1});
+  commands.dispatch(kernel_, arguments, &push_, workgroups(invocations()));
   commands.barrier();
 }
 
@@ -142,7 +142,7 @@ bool Confidence::only_still(const ConfidenceCounts& counts) const {
 void Confidence::record_weights(gpu::Commands& commands, const gpu::TexelView& map,
                                 const FloatMap& weights) const {
   const uint32_t texels = (push_.width + 3) / 4 * push_.height;
-  commands.dispatch(weights_kernel_, {&map, &weights.buffer}, push_, {divide_up(texels, kWorkgroup), 1, 1});
+  commands.dispatch(weights_kernel_, {&map, &weights.buffer}, push_, workgroups(texels));
   commands.barrier();
 }
 

@@ -35,13 +35,13 @@ constexpr uint32_t kLeadIn = 4;
 
 // Tile of a workgroup of contact_tile.comp: a row of eight words for each of eight rows, an invocation a
 // word.
-constexpr uint32_t kTileRows = 8, kTileWorkgroup = 64;
+constexpr uint32_t kContactTileRows = 8, kContactTileWorkgroup = 64;
 // Workgroups of parts in a row of the dispatch, which devices limit to 65535.
 constexpr uint32_t kPartsAcross = 32768;
 
 // The tuning's height of a tile, or the one that fetches the fewest rows in all.
 uint32_t rows_for(const Tuning& tuning, uint32_t height, bool keep_filtered) {
-  if (tuning.contact_tiles) return kTileRows;
+  if (tuning.contact_tiles) return kContactTileRows;
   if (keep_filtered) return tuning.contact_rows_keeping;
   if (tuning.contact_rows > 0) return tuning.contact_rows;
   uint32_t best = shared::kMaxTileRows / 2;
@@ -169,13 +169,13 @@ void Contact::make_tiles(gpu::Context& context, const Sensor& sensor, const Fram
   kernel_ = gpu::Kernel(context, tile_for(format),
                         {{Texels, Texels, Storage, Storage, Storage},
                          sizeof push_,
-                         {kTileWorkgroup, 1, 1},
+                         {kContactTileWorkgroup, 1, 1},
                          {filters, signal, keep_filtered, keep_shift(format), subtracts, keep_marks}});
   if (!keep_marks) return;
   parts_kernel_ = gpu::Kernel(context, tile_parts_for(format),
                               {{Texels, Texels, Storage, Storage, Texels, Storage},
                                sizeof push_,
-                               {kTileWorkgroup, 1, 1},
+                               {kContactTileWorkgroup, 1, 1},
                                {filters, signal, 0, 0, subtracts, 0}});
 }
 

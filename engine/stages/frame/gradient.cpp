@@ -6,6 +6,7 @@
 #include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/gradient.spv.h"
 #include "shaders/gradient_color.spv.h"
 #include "shaders/gradient_tile.spv.h"
@@ -14,10 +15,9 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kColumns = 16;
 // Tile of gradient_tile.comp, whose workgroup owns as many words.
-constexpr uint32_t kTileColumns = 32, kTileRows = 8;
+constexpr uint32_t kGradientTileColumns = 32, kGradientTileRows = 8;
 
 gpu::Shader shader_for(bool color, bool tiled) {
   if (tiled && color) return {"gradient_tile_color", k_gradient_tile_color};
@@ -34,8 +34,8 @@ Gradient::Gradient(gpu::Context& context, const Sensor& sensor, const FrameForma
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = PaddedLayout(format).pitch;
-  push_.tiles_x = divide_up(format.width, tiled_ ? kTileColumns : kColumns);
-  push_.tiles_y = divide_up(format.height, tiled_ ? kTileRows : shared::kGradientRows);
+  push_.tiles_x = divide_up(format.width, tiled_ ? kGradientTileColumns : kColumns);
+  push_.tiles_y = divide_up(format.height, tiled_ ? kGradientTileRows : shared::kGradientRows);
   push_.limit = static_cast<uint32_t>(std::lround(sensor.gradient_gray_per_px * shared::kGradientUnits));
   using enum gpu::Binding;
   std::vector<gpu::Binding> bindings(tiled_ ? 2 : 4, Texels);
@@ -56,7 +56,7 @@ void Gradient::record(gpu::Commands& commands, const PaddedImage& frame, const P
   } else {
     commands.dispatch(kernel_,
                       {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &sums},
-                      push_, {divide_up(push_.tiles_x * push_.tiles_y, kWorkgroup), 1, 1});
+                      push_, workgroups(push_.tiles_x * push_.tiles_y));
   }
   commands.barrier();
 }

@@ -12,10 +12,10 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kSide = 8;  // of a workgroup
+constexpr uint32_t kWorkgroupSide = 8;
 
-uint32_t groups(uint32_t invocations) {
-  return divide_up(invocations, kSide);
+uint32_t groups_along(uint32_t invocations) {
+  return divide_up(invocations, kWorkgroupSide);
 }
 
 bool same(const std::weak_ptr<MappedPages>& a, const std::shared_ptr<MappedPages>& b) {
@@ -59,7 +59,7 @@ ImportPages::ImportPages(gpu::Context& context, const FrameFormat& format)
   kernel_ = gpu::Kernel(context, {"import_pages", k_import_pages},
                         {{gpu::Binding::Texels, gpu::Binding::Texels, gpu::Binding::Storage},
                          sizeof(shared::PadPush),
-                         {kSide, kSide, 1},
+                         {kWorkgroupSide, kWorkgroupSide, 1},
                          {}});
 }
 
@@ -91,7 +91,7 @@ void ImportPages::record(gpu::Commands& commands, const Frame& frame, const Page
                              static_cast<uint32_t>(format_.row_bytes()), rows, layout_.pitch,
                              static_cast<uint32_t>(format_.bytes_per_pixel())};
   commands.dispatch(kernel_, {&import.texels(), &import.words(), &image.buffer()}, push,
-                    {groups(layout_.pitch), groups(rows), 1});
+                    {groups_along(layout_.pitch), groups_along(rows), 1});
   commands.barrier();
 }
 

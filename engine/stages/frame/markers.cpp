@@ -9,6 +9,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/measure/motion/skin_points.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/marker_cells.spv.h"
 #include "shaders/marker_dark.spv.h"
 #include "shaders/marker_fill.spv.h"
@@ -19,17 +20,12 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr double kOfDarkness = 0.4;     // of the typical dot: fainter ones belong, and half of its edge
 constexpr double kLeastDarkness = 0.1;  // of a dot: less is dirt
 constexpr double kBlack_gray = 10;      // as kMarkerBlack
 constexpr double kSmall_px = 6;         // dots below are found, and filled, pixel by pixel
 constexpr double kMostSizes = 2;        // that a dot and the place it has left cover together
 constexpr uint32_t kNothing = 2 * shared::kMarkerDark;  // no cell is as dark
-
-std::array<uint32_t, 3> groups(uint32_t invocations) {
-  return {divide_up(invocations, kWorkgroup), 1, 1};
-}
 
 // The padded image as a frame.
 Frame read_back(gpu::Context& context, const PaddedImage& image, const FrameFormat& format) {
@@ -145,7 +141,7 @@ Markers::Markers(gpu::Context& context, const Sensor& sensor, const FrameFormat&
 void Markers::record_cells(gpu::Commands& commands, const PaddedImage& image, const Map& cells) const {
   const uint32_t texels = (push_.width + 15) / 16;
   commands.dispatch(cells_kernel_, {&image.texels(), &cells.buffer, &light_.buffer}, push_,
-                    groups(texels * push_.blocks_y));
+                    workgroups(texels * push_.blocks_y));
   commands.barrier();
 }
 
@@ -154,14 +150,14 @@ void Markers::record_marked(gpu::Commands& commands, const PaddedImage& image, c
                             const Kernels& kernels, const gpu::DeviceBuffer& marked) const {
   const uint32_t words = push_.words * push_.cells_y, blocks = push_.blocks_x * push_.blocks_y;
   record_cells(commands, image, cells);
-  commands.dispatch(largest_, {&light_.texels, &closed_.buffer}, push_, groups(blocks));
+  commands.dispatch(largest_, {&light_.texels, &closed_.buffer}, push_, workgroups(blocks));
   commands.barrier();
-  commands.dispatch(smallest_, {&closed_.texels, &light_.buffer}, push_, groups(blocks));
+  commands.dispatch(smallest_, {&closed_.texels, &light_.buffer}, push_, workgroups(blocks));
   commands.barrier();
-  commands.dispatch(dark_kernel_, {&cells.texels, &light_.texels, &dark_.buffer}, push_, groups(words));
+  commands.dispatch(dark_kernel_, {&cells.texels, &light_.texels, &dark_.buffer}, push_, workgroups(words));
   commands.barrier();
   const Map& rest = &kernels == &change_ ? rest_marked_ : dark_;
-  commands.dispatch(kernels.mask, {&dark_.texels, &rest.texels, &marked}, push_, groups(words));
+  commands.dispatch(kernels.mask, {&dark_.texels, &rest.texels, &marked}, push_, workgroups(words));
   commands.barrier();
 }
 
@@ -176,12 +172,12 @@ Frame Markers::set_background(const Frame& untouched, const PaddedImage& backgro
     commands.dispatch(untouched_.fill,
                       {&rest_cells_.texels, &rest_cells_.texels, &rest_marked_.texels, &rest_cells_.buffer,
                        &unknown_, &records},
-                      push_, groups(words));
+                      push_, workgroups(words));
     commands.barrier();
     commands.dispatch(untouched_.frame,
                       {&background.words(), &background.words(), &rest_cells_.texels, &rest_cells_.texels,
                        &rest_marked_.texels, &unknown_words_, &background.buffer()},
-                      push_, groups(4 * push_.pitch * push_.cells_y));
+                      push_, workgroups(4 * push_.pitch * push_.cells_y));
     commands.barrier();
     record_cells(commands, background, rest_cells_);
   });
@@ -195,12 +191,12 @@ void Markers::record(gpu::Commands& commands, const PaddedImage& frame, const Pa
   commands.dispatch(
       change_.fill,
       {&cells_.texels, &rest_cells_.texels, &marked_.texels, &cells_.buffer, &unknown_, &slot.records}, push_,
-      groups(push_.words * push_.cells_y));
+      workgroups(push_.words * push_.cells_y));
   commands.barrier();
   commands.dispatch(change_.frame,
                     {&frame.words(), &background.words(), &cells_.texels, &rest_cells_.texels,
                      &marked_.texels, &unknown_words_, &slot.frame.buffer()},
-                    push_, groups(4 * push_.pitch * push_.cells_y));
+                    push_, workgroups(4 * push_.pitch * push_.cells_y));
   commands.barrier();
 }
 

@@ -5,15 +5,14 @@
 #include <limits>
 #include <numeric>
 
-#include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/regions.spv.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kSpareParts = 4096;  // beyond one of each tile
 
 uint64_t whole(uint32_t low, uint32_t high) {
@@ -63,7 +62,7 @@ void Regions::record(gpu::Commands& commands, const PaddedImage& frame, const Pa
                      const gpu::DeviceBuffer& records, const Slot& slot) const {
   const auto scope = commands.scope("regions");
   commands.dispatch(kernel_, {&marks_, &records, &slot.heads, &slot.list, &part_marks_, &slot.count}, push_,
-                    {divide_up(push_.tiles, kWorkgroup), 1, 1});
+                    workgroups(push_.tiles));
   commands.barrier();
   contact_.record_parts(commands, frame, background,
                         {slot.list, part_mark_texels_, slot.count, push_.capacity}, slot.records);

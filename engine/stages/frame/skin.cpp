@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
-#include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "palpate/error.h"
 #include "shaders/shared/skin.h"
 #include "shaders/skin.spv.h"
@@ -16,7 +16,6 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 using Texel = std::array<float, 4>;
 
 gpu::Shader shader_for(const FrameFormat& format) {
@@ -103,7 +102,7 @@ void Skin::record(gpu::Commands& commands, const PaddedImage& frame, const gpu::
                               search_px_,     static_cast<float>(pattern_.spacing_px)};
   commands.barrier();  // the frame before has left its motions
   commands.dispatch(kernel_, {&frame.words(), &point_texels_, &window_texels_, &before_texels_, &records},
-                    push, {divide_up(points(), kWorkgroup), 1, 1});
+                    push, workgroups(points()));
   commands.barrier();
   commands.copy(records, before_, record_bytes());
   commands.barrier();

@@ -3,12 +3,11 @@
 #include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/rest_cells.spv.h"
 
 namespace palpate {
 namespace {
-
-constexpr uint32_t kWorkgroup = 64;
 
 uint32_t cells_along(uint32_t pixels) {
   return divide_up(pixels, shared::kCellSide);
@@ -31,7 +30,7 @@ void CellHeights::record(gpu::Commands& commands, const FloatMap& depth,
                          const gpu::DeviceBuffer& means) const {
   const auto scope = commands.scope("cell heights");
   const uint32_t cells = push_.cells_x * push_.cells_y;
-  commands.dispatch(kernel_, {&depth.texels, &means}, push_, {divide_up(cells, kWorkgroup), 1, 1});
+  commands.dispatch(kernel_, {&depth.texels, &means}, push_, workgroups(cells));
   commands.barrier();
 }
 

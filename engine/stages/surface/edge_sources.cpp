@@ -1,19 +1,12 @@
 #include "engine/stages/surface/edge_sources.h"
 
-#include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/edge_residual.spv.h"
 #include "shaders/edge_sources.spv.h"
 
 namespace palpate {
-namespace {
-constexpr uint32_t kWorkgroup = 64;
-
-std::array<uint32_t, 3> groups(uint32_t invocations) {
-  return {divide_up(invocations, kWorkgroup), 1, 1};
-}
-}  // namespace
 
 EdgeSources::EdgeSources(gpu::Context& context, const Capacitance& edge, const Grid& grid) {
   const auto cells = static_cast<uint32_t>(edge.cells.size()), row = grid.pitch * 4;
@@ -57,11 +50,11 @@ void EdgeSources::record(gpu::Commands& commands, const FloatMap& right, const F
   shared::EdgePush push = push_;
   push.first = first ? 1 : 0;
   commands.dispatch(residual_kernel_, {&cell_words_, &weight_texels_, &x.words, &source_words_, &residual_},
-                    push, groups(4 * push.groups));
+                    push, workgroups(4 * push.groups));
   commands.barrier();
   commands.dispatch(sources_kernel_,
                     {&cell_words_, &matrix_texels_, &residual_words_, &sources_, &right.buffer}, push,
-                    groups(push.groups));
+                    workgroups(push.groups));
   commands.barrier();
 }
 

@@ -18,10 +18,10 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kRowsOnCpu = 32;  // even; longer strips waste less on the rows that they only look at
-constexpr uint32_t kRowsOnGpu = 8;
+constexpr uint32_t kStripRowsOnCpu = 32;  // even; longer strips waste less on the rows that they only look at
+constexpr uint32_t kStripRowsOnGpu = 8;
 // More than this cost a GPU registers; surface_workgroup may be that of a tile.
-constexpr uint32_t kMostInvocations = 64;
+constexpr uint32_t kMostElasticInvocations = 64;
 // A saturating response is read up to here: beyond, a gray level is worth more than 2 % of the pressure.
 constexpr double kReadableFraction = 0.98;
 
@@ -29,8 +29,8 @@ constexpr double kReadableFraction = 0.98;
 
 Elastic::Elastic(gpu::Context& context, const ElasticPlan& plan, const Tuning& tuning)
     : grid_(grid_for(plan.levels.front().width, plan.levels.front().height)),
-      strip_rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
-      workgroup_(std::min(tuning.surface_workgroup, kMostInvocations)) {
+      strip_rows_(context.is_software() ? kStripRowsOnCpu : kStripRowsOnGpu),
+      workgroup_(std::min(tuning.surface_workgroup, kMostElasticInvocations)) {
   const uint32_t margin = shared::kElasticMargin;
   for (const ElasticLevel& from : plan.levels) {
     const std::string name = "elastic level " + std::to_string(levels_.size());

@@ -13,12 +13,12 @@ namespace palpate {
 namespace {
 constexpr uint32_t kStoredValues = 1u << 16;
 // surface_workgroup may be that of a tile, for which there are too few pixels here.
-constexpr uint32_t kMostInvocations = 64;
+constexpr uint32_t kMostLookupInvocations = 64;
 }  // namespace
 
 Lookup::Lookup(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
                const Tuning& tuning)
-    : workgroup_(std::min(tuning.surface_workgroup, kMostInvocations)) {
+    : workgroup_(std::min(tuning.surface_workgroup, kMostLookupInvocations)) {
   using enum gpu::Binding;
   push_.width = format.width;
   push_.height = format.height;

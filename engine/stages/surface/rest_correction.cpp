@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/rest_correction.spv.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kSmoothing_cells = 2;
 
 }  // namespace
@@ -90,8 +89,7 @@ void RestCorrection::smooth() {
 void RestCorrection::record(gpu::Commands& commands, const FloatMap& depth, const Slot& slot) const {
   const auto scope = commands.scope("rest correction");
   const uint32_t cells = push_.cells_x * push_.cells_y;
-  commands.dispatch(kernel_, {&slot.level_texels, &depth.texels, &depth.buffer}, push_,
-                    {divide_up(cells, kWorkgroup), 1, 1});
+  commands.dispatch(kernel_, {&slot.level_texels, &depth.texels, &depth.buffer}, push_, workgroups(cells));
   commands.barrier();
 }
 

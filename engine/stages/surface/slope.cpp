@@ -32,7 +32,7 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kTileWorkgroup = 256;  // as shaders/surface/slope_tile.comp has it
+constexpr uint32_t kSlopeTileWorkgroup = 256;  // as shaders/surface/slope_tile.comp has it
 constexpr uint32_t kBlock = 8;  // px; the side of the blocks whose means tell the direction of a gray slope
 
 // Contact pixels darker than this many stored units are steeper than max_slope; 0 where the threshold leaves
@@ -57,7 +57,7 @@ gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const Form
   bindings.resize(bindings.size() + (both ? 2 : 1) + (clips ? 1 : 0), gpu::Binding::Storage);
   const gpu::Shader& shader = tuning.slope_tiles ? (both ? forms.tiles : forms.tiles_of_cells)
                                                  : (both ? forms.strips : forms.strips_of_cells);
-  const uint32_t workgroup = tuning.slope_tiles ? kTileWorkgroup : tuning.slope_workgroup;
+  const uint32_t workgroup = tuning.slope_tiles ? kSlopeTileWorkgroup : tuning.slope_workgroup;
   return {context, shader, {std::move(bindings), sizeof(shared::SlopePush), {workgroup, 1, 1}, constants}};
 }
 

@@ -8,6 +8,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/jacobi_weights.h"
+#include "engine/stages/workgroups.h"
 #include "shaders/weighted_coarsen.spv.h"
 #include "shaders/weighted_coarsest.spv.h"
 #include "shaders/weighted_direction.spv.h"
@@ -25,7 +26,6 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kRowsOnCpu = 16, kRowsOnGpu = 4;
 // The coarsest level is one invocation's work; where a dispatch costs more than its arithmetic a larger one
 // pays.
@@ -130,12 +130,6 @@ uint32_t WeightedSurface::strips(const Grid& grid, uint32_t columns, uint32_t ro
   return divide_up(grid.pitch, columns) * (divide_up(grid.height, rows));
 }
 
-namespace {
-std::array<uint32_t, 3> groups(uint32_t invocations) {
-  return {divide_up(invocations, kWorkgroup), 1, 1};
-}
-}  // namespace
-
 // One V(2,2) cycle from zero; the result is in x[0].
 void WeightedSurface::cycle(gpu::Commands& commands, uint32_t l) const {
   const Level& v = levels_[l];
@@ -147,7 +141,7 @@ void WeightedSurface::cycle(gpu::Commands& commands, uint32_t l) const {
     return;
   }
   const Level& coarse = levels_[l + 1];
-  const auto whole = groups(strips(v.grid, 2, rows_));
+  const auto whole = workgroups(strips(v.grid, 2, rows_));
   commands.dispatch(sweep_zero_,
                     {&v.across.texels, &v.across.words, &v.down.texels, &v.right.texels, &v.right.words,
                      &v.down.words, &v.x[0].buffer},
@@ -156,7 +150,7 @@ void WeightedSurface::cycle(gpu::Commands& commands, uint32_t l) const {
   commands.dispatch(restrict_,
                     {&v.across.texels, &v.across.words, &v.down.texels, &v.right.texels, &v.x[0].texels,
                      &v.x[0].words, &coarse.right.buffer},
-                    p, groups(strips(coarse.grid, 1, rows_ / 2)));
+                    p, workgroups(strips(coarse.grid, 1, rows_ / 2)));
   commands.barrier();
   cycle(commands, l + 1);
   commands.dispatch(sweep_correct_,
@@ -186,7 +180,7 @@ void WeightedSurface::solve(gpu::Commands& commands, const FloatMap& depth,
                             const gpu::DeviceBuffer& s) const {
   const Level& v = levels_.front();
   const shared::WeightedPush p = push(0);
-  const auto whole = groups(strips(v.grid, 2, rows_));
+  const auto whole = workgroups(strips(v.grid, 2, rows_));
   commands.dispatch(start_, {&v.right.texels, &depth.buffer, &squares_}, p, whole);
   commands.barrier();
   scalars(commands, shared::kScalarStart, s);
@@ -212,7 +206,7 @@ void WeightedSurface::solve(gpu::Commands& commands, const FloatMap& depth,
 void WeightedSurface::record_fill(gpu::Commands& commands, const FloatMap& depth) const {
   const auto scope = commands.scope("weighted fill");
   const Level& v = levels_.front();
-  const auto whole = groups(strips(v.grid, 2, rows_));
+  const auto whole = workgroups(strips(v.grid, 2, rows_));
   commands.dispatch(
       fill_residual_,
       {&v.across.texels, &v.across.words, &v.down.texels, &depth.texels, &depth.words, &v.right.buffer},
@@ -231,7 +225,7 @@ void WeightedSurface::coarsen(gpu::Commands& commands) const {
     const Level &fine = levels_[l], &coarse = levels_[l + 1];
     commands.dispatch(coarsen_,
                       {&fine.across.texels, &fine.down.texels, &coarse.across.buffer, &coarse.down.buffer},
-                      push(l), groups(coarse.grid.pitch * coarse.grid.height));
+                      push(l), workgroups(coarse.grid.pitch * coarse.grid.height));
     commands.barrier();
   }
 }
@@ -249,7 +243,7 @@ void WeightedSurface::record_right_side(gpu::Commands& commands, const FloatMap&
   commands.dispatch(faces_,
                     {&slope_x().texels, &slope_y().texels, &weights().texels, &finest.across.buffer,
                      &finest.down.buffer, &right.buffer, &field_},
-                    push(0), groups(strips(finest.grid, 1, rows_)));
+                    push(0), workgroups(strips(finest.grid, 1, rows_)));
   commands.barrier();
 }
 
