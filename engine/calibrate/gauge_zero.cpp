@@ -12,7 +12,7 @@ constexpr size_t kEnough = 3;          // readings of a stretch that all count
 constexpr double kErrors = 3;          // standard errors that an offset may be from 0
 constexpr double kNegligible = 0.002;  // of the range
 constexpr double kSteady = 0.1;        // of the range
-constexpr double kAlike = 0.005;       // of the range: stretches of one zero
+constexpr double kAlikeZero = 0.005;   // of the range: stretches of one zero
 constexpr double kFlat = 0.5;          // of its distance from the zero: a stretch that is no unseen touch
 constexpr double kTrimmed = 0.1;       // of a stretch's readings at each end: spikes of a gauge
 constexpr double kMostCorrelated = 0.98;
@@ -109,7 +109,7 @@ std::optional<GaugeZero> find_gauge_zero(std::span<const double> reading, const 
     if (std::isfinite(r)) zero.range = std::max(zero.range, std::abs(r - lowest.value));
   std::vector<Mean> used;
   for (const Mean& m : stretches) {
-    const double alike = std::max(kErrors * std::sqrt(m.variance + lowest.variance), kAlike * zero.range);
+    const double alike = std::max(kErrors * std::sqrt(m.variance + lowest.variance), kAlikeZero * zero.range);
     if (pressed == Pressed::Either || m.value <= lowest.value + alike) used.push_back(m);
   }
   for (const Mean& m : used) {

@@ -16,7 +16,7 @@ constexpr size_t kLeastPoints = 12;
 constexpr double kWorthIt = 0.95;        // held-out error with a further term over without it
 constexpr double kLeastError_px = 0.05;  // of a point, whatever the residuals
 constexpr double kMostDrawnOut_px = 2;   // standard error of the distortion at the image's corners
-constexpr std::array<int, 4> kTerms = {0, 1, 2, 4};
+constexpr std::array<int, 4> kTermChoices = {0, 1, 2, 4};
 
 struct Camera {
   double focal, cx, cy;
@@ -77,7 +77,7 @@ Eigen::Matrix<double, 8, 1> first_homography(const Scaled& view) {
   return dense::least_squares(a, b);
 }
 
-struct Model {
+struct GridModel {
   std::vector<Eigen::Matrix<double, 8, 1>> views;
   Eigen::Vector4d lens = Eigen::Vector4d::Zero();
 };
@@ -89,7 +89,7 @@ bool in(Part part, size_t i) {
 }
 
 // Squared distances of a part's points, and how many there are.
-double squared(const std::vector<Scaled>& views, const Model& model, Part part, size_t& count) {
+double squared(const std::vector<Scaled>& views, const GridModel& model, Part part, size_t& count) {
   double sum = 0;
   for (size_t v = 0; v < views.size(); ++v)
     for (size_t i = 0; i < views[v].seen.size(); ++i)
@@ -102,8 +102,9 @@ double squared(const std::vector<Scaled>& views, const Model& model, Part part, 
 }
 
 /// `information`: of the lens alone, where it is asked for: the homographies are free.
-Model fitted(const std::vector<Scaled>& views, int terms, Part part, Eigen::MatrixXd* information = nullptr) {
-  Model model;
+GridModel fitted(const std::vector<Scaled>& views, int terms, Part part,
+                 Eigen::MatrixXd* information = nullptr) {
+  GridModel model;
   for (const Scaled& view : views) model.views.push_back(first_homography(view));
   const auto unknowns = static_cast<Eigen::Index>(8 * views.size()) + terms;
   double damping = 1e-4;
@@ -149,7 +150,7 @@ Model fitted(const std::vector<Scaled>& views, int terms, Part part, Eigen::Matr
       Eigen::MatrixXd damped = normal;
       damped.diagonal() *= 1 + damping;
       const Eigen::VectorXd step = dense::Ldlt(damped).solve(gradient);
-      Model next = model;
+      GridModel next = model;
       for (size_t v = 0; v < views.size(); ++v)
         next.views[v] -= step.segment<8>(static_cast<Eigen::Index>(8 * v));
       for (int t = 0; t < terms; ++t) next.lens[t] -= step[lens_at + t];
@@ -231,7 +232,7 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
       fit.reach = std::max(fit.reach, p.norm() * camera.focal / std::hypot(camera.cx, camera.cy));
   fit.reach = std::min(fit.reach, 1.0);
   double best = std::numeric_limits<double>::infinity();
-  for (const int terms : kTerms) {
+  for (const int terms : kTermChoices) {
     size_t count = 0;
     double sum = 0;
     for (const auto& [fit_on, judge_on] : {std::pair{Part::Even, Part::Odd}, {Part::Odd, Part::Even}})
@@ -248,7 +249,7 @@ GridFit fit_grid(const std::vector<GridView>& views, uint32_t width, uint32_t he
       fit.held_out_px = held_out;
     }
   }
-  const Model model = fitted(scaled_views, fit.terms, Part::All);
+  const GridModel model = fitted(scaled_views, fit.terms, Part::All);
   size_t count = 0;
   const double rms = std::sqrt(squared(scaled_views, model, Part::All, count) / static_cast<double>(count));
   if (!std::isfinite(rms))

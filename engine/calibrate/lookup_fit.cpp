@@ -15,7 +15,7 @@ constexpr size_t kBins = 64;
 constexpr size_t kLeastSamples = 200;
 constexpr uint32_t kSectors = 8;
 // Share of the depths' variance that the table explains, below which the change does not determine depth.
-constexpr double kLeastExplained = 0.7;
+constexpr double kLeastExplainedDepth = 0.7;
 }  // namespace
 
 std::vector<double> filtered_change(const Frame& frame, const Frame& background, Signal signal) {
@@ -185,7 +185,7 @@ LookupFitResult LookupFit::solve() const {
   const double explained = spread > 0 ? 1 - result.depth_rmse_mm * result.depth_rmse_mm / spread : 0;
   result.calibration.points = table(all);
   result.calibration.depth_sd_mm = result.depth_rmse_mm;
-  if (!(explained >= kLeastExplained) || result.calibration.points.size() < 2)
+  if (!(explained >= kLeastExplainedDepth) || result.calibration.points.size() < 2)
     throw Error(Failure::Input, "a change of gray that predicts the depth of held-out pixels",
                 std::to_string(static_cast<int>(std::lround(100 * std::max(0.0, explained)))) +
                     " % of the depths explained",

@@ -26,11 +26,10 @@ constexpr double kAtLimit = 0.9;        // of the force that it slips at
 constexpr double kLeastRSquared = 0.8;  // of K u: less is no spring
 constexpr int kForGood = 3;             // frames in a row
 constexpr double kPlateau = 0.93;       // of the upper tenth's ratio: still the plateau
-constexpr size_t kStretches = 8;
+constexpr size_t kShearStretches = 8;
 
-std::string number(double value) {
-  const std::string line = text("%.3g", value);
-  return line;
+std::string rounded(double value) {
+  return text("%.3g", value);
 }
 
 /// One direction's component of shift and force.
@@ -67,8 +66,8 @@ void check_pulled(std::span<const ShearSample> samples, double noise_mm) {
     const bool shift = shift_mm[a] > kLeastShift_noise * noise_mm;
     if (force && shift && force_N[a] > 0) continue;
     throw Error(Failure::Input, "a contact that is pulled in both directions, x and y",
-                "none along " + std::string(kAxes[a].name) + ": at most " + number(force_N[a]) + " N and " +
-                    number(shift_mm[a]) + " mm there",
+                "none along " + std::string(kAxes[a].name) + ": at most " + rounded(force_N[a]) + " N and " +
+                    rounded(shift_mm[a]) + " mm there",
                 "a recording in which it is pulled that way too");
   }
 }
@@ -165,17 +164,17 @@ Stiffness stiffness_of(std::span<const ShearSample> samples, const Axis& axis) {
   const double spread = uu - u_sum * u_sum / n;
   if (spread > 0) s.offset_N = f_sum / n - (uf - u_sum * f_sum / n) / spread * u_sum / n;
   // Jackknife over stretches of time.
-  std::array<double, kStretches> without{};
+  std::array<double, kShearStretches> without{};
   double mean = 0;
-  for (size_t b = 0; b < kStretches; ++b) {
+  for (size_t b = 0; b < kShearStretches; ++b) {
     std::vector<bool> counts(samples.size());
-    for (size_t j = 0; j < used.size(); ++j) counts[used[j]] = j * kStretches / used.size() != b;
+    for (size_t j = 0; j < used.size(); ++j) counts[used[j]] = j * kShearStretches / used.size() != b;
     without[b] = through_origin(samples, axis, [&](size_t i) { return bool{counts[i]}; });
-    mean += without[b] / kStretches;
+    mean += without[b] / kShearStretches;
   }
   double variance = 0;
   for (const double k : without) variance += (k - mean) * (k - mean);
-  s.sd_N_per_mm = std::sqrt(variance * (kStretches - 1) / kStretches);
+  s.sd_N_per_mm = std::sqrt(variance * (kShearStretches - 1) / kShearStretches);
   return s;
 }
 
@@ -225,7 +224,7 @@ ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
     if (s.readings >= kLeastReadings && s.shift_max_mm < kLeastShift_noise * noise_mm)
       throw Error(Failure::Input,
                   "a contact that is pulled along " + std::string(kAxes[a].name) + " while it sticks",
-                  "at most " + number(s.shift_max_mm) + " mm there before it slips",
+                  "at most " + rounded(s.shift_max_mm) + " mm there before it slips",
                   "a recording in which it is pulled that way too, with more normal force");
     if (s.readings < kLeastReadings || !(s.k_N_per_mm > 0))
       throw Error(Failure::Input,
@@ -235,12 +234,12 @@ ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
                   s.readings < kLeastReadings ? "a slower pull, or more normal force"
                                               : "the gauge's signs: x to the right and y down in the image");
     if (s.r_squared < kLeastRSquared)
-      throw Error(
-          Failure::Input,
-          "a shift that follows the pull along " + std::string(kAxes[a].name) + " (R^2 of " +
-              number(kLeastRSquared) + " or more)",
-          "R^2 " + number(s.r_squared) + " over " + std::to_string(s.readings) + " frames that seem to stick",
-          "checking that gauge and recording belong together and run on one clock, or a slower pull");
+      throw Error(Failure::Input,
+                  "a shift that follows the pull along " + std::string(kAxes[a].name) + " (R^2 of " +
+                      rounded(kLeastRSquared) + " or more)",
+                  "R^2 " + rounded(s.r_squared) + " over " + std::to_string(s.readings) +
+                      " frames that seem to stick",
+                  "checking that gauge and recording belong together and run on one clock, or a slower pull");
   }
   find_friction(samples, fit);
   return fit;

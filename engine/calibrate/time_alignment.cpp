@@ -4,9 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <vector>
 
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -42,7 +42,7 @@ bool varies(std::span<const double> values) {
 }
 
 /// Pairs of values at one offset, and what a straight line between them leaves.
-struct Fit {
+struct SeriesFit {
   size_t pairs = 0;
   double correlation = -2;
   double slope = 0, mean_first = 0, mean_second = 0;
@@ -64,8 +64,8 @@ class Matcher {
     return value_[hint] + fraction * (value_[hint + 1] - value_[hint]);
   }
 
-  Fit fit(const Series& first, double offset_s, size_t least_pairs) const {
-    Fit f;
+  SeriesFit fit(const Series& first, double offset_s, size_t least_pairs) const {
+    SeriesFit f;
     double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
     size_t hint = 0;
     for (size_t i = 0; i < first.time_s.size(); ++i) {
@@ -91,7 +91,7 @@ class Matcher {
   }
 
   /// Standard error of the offset: what is left over, against how steeply the second changes.
-  double offset_sd(const Series& first, double offset_s, double step_s, const Fit& f) const {
+  double offset_sd(const Series& first, double offset_s, double step_s, const SeriesFit& f) const {
     double squares = 0, steep = 0, lagged = 0, before = kNaN;
     size_t hint = 0, hint_left = 0, hint_right = 0;
     for (size_t i = 0; i < first.time_s.size(); ++i) {
@@ -111,7 +111,6 @@ class Matcher {
     return std::sqrt(squares / n * (1 + rho) / (1 - rho) / steep);
   }
 
-  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
  private:
@@ -285,7 +284,7 @@ TimeAlignment find_in_time(std::span<const double> first_time_s, std::span<const
   find_opposite(scan, found);
   const Series all = centred(first_time_s, first);
   const double at = refine_offset(matcher, all, scan.offset_s(scan.best), scan.step_s, frame_s);
-  const Fit fit = matcher.fit(all, at, 3);
+  const SeriesFit fit = matcher.fit(all, at, 3);
   found.offset_s = at;
   found.correlation = fit.correlation;
   found.sd_s = matcher.offset_sd(all, at, 0.5 * frame_s, fit);

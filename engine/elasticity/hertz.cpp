@@ -1,24 +1,23 @@
 #include "engine/elasticity/hertz.h"
 
 #include <cmath>
-#include <numbers>
 
+#include "engine/base/numbers.h"
 #include "palpate/error.h"
 
 namespace palpate {
-namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-void require(bool good, const std::string& wanted, double found) {
+void check_number(bool good, const std::string& wanted, double found) {
   if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
 }
 
+namespace {
+
 void check_load(double force_N, double modulus_MPa, double radius_mm, double thickness_mm) {
-  require(force_N >= 0 && std::isfinite(force_N), "a force >= 0 N", force_N);
-  require(modulus_MPa > 0 && std::isfinite(modulus_MPa), "a modulus E* > 0 MPa", modulus_MPa);
-  require(radius_mm > 0 && std::isfinite(radius_mm), "an indenter radius > 0 mm", radius_mm);
-  require(thickness_mm > 0, "a pad thickness > 0 mm", thickness_mm);
+  check_number(force_N >= 0 && std::isfinite(force_N), "a force >= 0 N", force_N);
+  check_number(modulus_MPa > 0 && std::isfinite(modulus_MPa), "a modulus E* > 0 MPa", modulus_MPa);
+  check_number(radius_mm > 0 && std::isfinite(radius_mm), "an indenter radius > 0 mm", radius_mm);
+  check_number(thickness_mm > 0, "a pad thickness > 0 mm", thickness_mm);
 }
 
 uint32_t strain_warnings(double indentation_mm, double radius_mm, double thickness_mm) {
@@ -28,28 +27,28 @@ uint32_t strain_warnings(double indentation_mm, double radius_mm, double thickne
 }  // namespace
 
 double effective_radius_mm(double radius1_mm, double radius2_mm) {
-  require(radius1_mm > 0, "a radius > 0 mm", radius1_mm);
-  require(radius2_mm > 0, "a radius > 0 mm", radius2_mm);
+  check_number(radius1_mm > 0, "a radius > 0 mm", radius1_mm);
+  check_number(radius2_mm > 0, "a radius > 0 mm", radius2_mm);
   return 1 / (1 / radius1_mm + 1 / radius2_mm);
 }
 
 double paper_series_modulus_MPa(std::span<const double> young_MPa) {
   double compliance = 0;
   for (const double e : young_MPa) {
-    require(e > 0, "a Young's modulus > 0 MPa", e);
+    check_number(e > 0, "a Young's modulus > 0 MPa", e);
     compliance += 1 / e;
   }
-  require(compliance > 0, "at least one layer, layers", static_cast<double>(young_MPa.size()));
+  check_number(compliance > 0, "at least one layer, layers", static_cast<double>(young_MPa.size()));
   return 1 / compliance;
 }
 
 double series_modulus_MPa(std::span<const double> young_MPa, std::span<const double> thickness_mm) {
-  require(!young_MPa.empty() && young_MPa.size() == thickness_mm.size(),
-          "one thickness for each modulus, thicknesses", static_cast<double>(thickness_mm.size()));
+  check_number(!young_MPa.empty() && young_MPa.size() == thickness_mm.size(),
+               "one thickness for each modulus, thicknesses", static_cast<double>(thickness_mm.size()));
   double thickness = 0, compliance = 0;
   for (size_t i = 0; i < young_MPa.size(); ++i) {
-    require(young_MPa[i] > 0, "a Young's modulus > 0 MPa", young_MPa[i]);
-    require(thickness_mm[i] > 0, "a layer thickness > 0 mm", thickness_mm[i]);
+    check_number(young_MPa[i] > 0, "a Young's modulus > 0 MPa", young_MPa[i]);
+    check_number(thickness_mm[i] > 0, "a layer thickness > 0 mm", thickness_mm[i]);
     thickness += thickness_mm[i];
     compliance += thickness_mm[i] / young_MPa[i];
   }
@@ -147,7 +146,7 @@ double flat_punch_thickness_factor(double x) {
 
 double sphere_force_N(ThicknessModel model, double indentation_mm, double effective_modulus_MPa,
                       double radius_mm, double thickness_mm) {
-  require(indentation_mm >= 0, "an indentation >= 0 mm", indentation_mm);
+  check_number(indentation_mm >= 0, "an indentation >= 0 mm", indentation_mm);
   check_load(0, effective_modulus_MPa, radius_mm, thickness_mm);
   const double chi = std::sqrt(radius_mm * indentation_mm) / thickness_mm;
   return 4.0 / 3 * effective_modulus_MPa * std::sqrt(radius_mm) * std::pow(indentation_mm, 1.5) *
@@ -170,7 +169,7 @@ double sphere_indentation_mm(ThicknessModel model, double force_N, double effect
 
 double sphere_contact_radius_mm(ThicknessModel model, double indentation_mm, double radius_mm,
                                 double thickness_mm) {
-  require(indentation_mm >= 0, "an indentation >= 0 mm", indentation_mm);
+  check_number(indentation_mm >= 0, "an indentation >= 0 mm", indentation_mm);
   check_load(0, 1, radius_mm, thickness_mm);
   // d/dd of 4/3 sqrt(R) d^1.5 S(chi) is 2 sqrt(R d) (S + chi S' / 3), and it must be 2 a s(a/H).
   const double hertz_radius_mm = std::sqrt(radius_mm * indentation_mm);

@@ -13,6 +13,9 @@
 
 namespace palpate {
 
+/// Throws Error(Failure::Input) that names what was wanted and the number found, unless that is good.
+void check_number(bool good, const std::string& wanted, double found);
+
 /// 1/R = 1/R1 + 1/R2 (Eq. 46); infinity is a plane.
 double effective_radius_mm(double radius1_mm, double radius2_mm);
 

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "engine/base/numbers.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/quadrature.h"
 #include "palpate/error.h"
@@ -12,22 +12,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kNodes = 24;   // of the integral equation on [0, a]
-constexpr int kTerms = 12;   // of phi in even polynomials
-constexpr int kWaves = 176;  // wave numbers up to kWaveMax / H
-constexpr double kWaveMax = kMissingResponseEnd;
-constexpr double kWidest = 6;      // largest a/H
+constexpr int kLayerNodes = 24;    // of the integral equation on [0, a]
+constexpr int kLayerTerms = 12;    // of phi in even polynomials
 constexpr int kKernelSteps = 256;  // per thickness
 constexpr double kFarthest = 16;   // deflection grid, thicknesses
 constexpr int kFarSteps = 32;      // per thickness
 
-const Quadrature& waves() {
-  static const Quadrature q = gauss_legendre(kWaves, kWaveMax);
-  return q;
-}
-const Quadrature& unit() {
-  static const Quadrature q = gauss_legendre(kNodes, 1);
+const Quadrature& layer_unit() {
+  static const Quadrature q = gauss_legendre(kLayerNodes, 1);
   return q;
 }
 
@@ -35,9 +27,10 @@ const Quadrature& unit() {
 const Eigen::MatrixXd& bessel_grid() {
   static const Eigen::MatrixXd grid = [] {
     const int rows = static_cast<int>(kFarthest) * kFarSteps + 1;
-    Eigen::MatrixXd j0(rows, kWaves);
+    Eigen::MatrixXd j0(rows, kResponseWaves);
     for (int i = 0; i < rows; ++i)
-      for (int j = 0; j < kWaves; ++j) j0(i, j) = std::cyl_bessel_j(0.0, waves().x[j] * i / kFarSteps);
+      for (int j = 0; j < kResponseWaves; ++j)
+        j0(i, j) = std::cyl_bessel_j(0.0, response_waves().x[j] * i / kFarSteps);
     return j0;
   }();
   return grid;
@@ -56,18 +49,24 @@ double interpolate(const std::vector<double>& table, double position) {
 
 Eigen::VectorXd chebyshev(double t_over_a) {
   const double x = 2 * t_over_a * t_over_a - 1;
-  Eigen::VectorXd v(kTerms);
+  Eigen::VectorXd v(kLayerTerms);
   v[0] = 1;
   v[1] = x;
-  for (int k = 2; k < kTerms; ++k) v[k] = 2 * x * v[k - 1] - v[k - 2];
+  for (int k = 2; k < kLayerTerms; ++k) v[k] = 2 * x * v[k - 1] - v[k - 2];
   return v;
 }
 
 }  // namespace
 
+const Quadrature& response_waves() {
+  static const Quadrature q = gauss_legendre(kResponseWaves, kMissingResponseEnd);
+  return q;
+}
+
 PointLoadLoss::PointLoadLoss(double poisson, Base base) {
-  Eigen::VectorXd spectrum(kWaves);
-  for (int j = 0; j < kWaves; ++j) spectrum[j] = missing_response(waves().x[j], poisson, base) * waves().w[j];
+  Eigen::VectorXd spectrum(kResponseWaves);
+  for (int j = 0; j < kResponseWaves; ++j)
+    spectrum[j] = missing_response(response_waves().x[j], poisson, base) * response_waves().w[j];
   const Eigen::VectorXd loss = bessel_grid() * spectrum;
   table_.assign(loss.data(), loss.data() + loss.size());
 }
@@ -80,7 +79,7 @@ double PointLoadLoss::operator()(double r_over_thickness) const {
 double LayerContact::phi(double t_over_a) const {
   const double x = 2 * t_over_a * t_over_a - 1;
   double b1 = 0, b2 = 0;
-  for (int k = kTerms - 1; k > 0; --k) {
+  for (int k = kLayerTerms - 1; k > 0; --k) {
     const double b0 = coefficients_[k] + 2 * x * b1 - b2;
     b2 = b1;
     b1 = b0;
@@ -92,7 +91,7 @@ double LayerContact::phi_slope_over_t(double t_over_a) const {
   // d/dt T_k(2 t^2/a^2 - 1) = k U_{k-1}(x) 4 t / a^2.
   const double x = 2 * t_over_a * t_over_a - 1;
   double u0 = 0, u1 = 1, sum = 0;
-  for (int k = 1; k < kTerms; ++k) {
+  for (int k = 1; k < kLayerTerms; ++k) {
     sum += k * coefficients_[k] * u1;
     const double u2 = 2 * x * u1 - u0;
     u0 = u1;
@@ -106,9 +105,9 @@ double LayerContact::pressure_MPa(double r_mm) const {
   if (summary_.force_N <= 0 || r > a) return 0;
   const double q = r / a, v = std::sqrt(std::max(0.0, 1 - q * q));
   double integral = 0;
-  for (int i = 0; i < kNodes; ++i) {
-    const double y = unit().x[i] * v;
-    integral += unit().w[i] * phi_slope_over_t(std::sqrt(q * q + y * y));
+  for (int i = 0; i < kLayerNodes; ++i) {
+    const double y = layer_unit().x[i] * v;
+    integral += layer_unit().w[i] * phi_slope_over_t(std::sqrt(q * q + y * y));
   }
   const double rim = curvature_per_mm_ > 0 ? 0 : phi(1) / (a * v);
   return modulus_MPa_ / 2 * (rim - a * v * integral);
@@ -119,9 +118,9 @@ double LayerContact::force_within_N(double r_mm) const {
   if (r >= a) return summary_.force_N;
   const double q = r / a, v = std::sqrt(1 - q * q);
   double outside = 0;
-  for (int i = 0; i < kNodes; ++i) {
-    const double y = unit().x[i] * v;
-    outside += unit().w[i] * phi(std::sqrt(q * q + y * y));
+  for (int i = 0; i < kLayerNodes; ++i) {
+    const double y = layer_unit().x[i] * v;
+    outside += layer_unit().w[i] * phi(std::sqrt(q * q + y * y));
   }
   return summary_.force_N - kPi * modulus_MPa_ * a * v * outside;
 }
@@ -134,7 +133,8 @@ double LayerContact::deflection_mm(double r_mm) const {
   if (far >= kFarthest) return 0;
   const double angle = std::asin(a / r);
   double half_space = 0;
-  for (int i = 0; i < kNodes; ++i) half_space += unit().w[i] * phi(r * std::sin(unit().x[i] * angle) / a);
+  for (int i = 0; i < kLayerNodes; ++i)
+    half_space += layer_unit().w[i] * phi(r * std::sin(layer_unit().x[i] * angle) / a);
   return angle * half_space - interpolate(layer_deflection_mm_, far * kFarSteps);
 }
 
@@ -142,17 +142,18 @@ Layer::Layer(const Material& pad, double thickness_mm, Base base)
     : pad_(pad),
       thickness_mm_(thickness_mm),
       modulus_MPa_(palpate::effective_modulus_MPa(pad)),
-      missing_(kWaves) {
+      missing_(kResponseWaves) {
   if (!(thickness_mm > 0) || !std::isfinite(thickness_mm))
     throw Error(Failure::Input, "a pad thickness > 0 mm", std::to_string(thickness_mm),
                 "checking the number and its unit");
-  for (int j = 0; j < kWaves; ++j)
-    missing_[j] = missing_response(waves().x[j], pad.poisson, base) * waves().w[j];
-  const int points = static_cast<int>(2 * kWidest) * kKernelSteps + 4;
+  for (int j = 0; j < kResponseWaves; ++j)
+    missing_[j] = missing_response(response_waves().x[j], pad.poisson, base) * response_waves().w[j];
+  const int points = static_cast<int>(2 * kWidestContact) * kKernelSteps + 4;
   std::vector<double> table(points);
   for (int i = 0; i < points; ++i) {
     double sum = 0;
-    for (int j = 0; j < kWaves; ++j) sum += missing_[j] * std::cos(waves().x[j] * i / kKernelSteps);
+    for (int j = 0; j < kResponseWaves; ++j)
+      sum += missing_[j] * std::cos(response_waves().x[j] * i / kKernelSteps);
     table[i] = sum;
   }
   kernel_ = std::make_shared<const std::vector<double>>(std::move(table));
@@ -165,22 +166,23 @@ double Layer::kernel(double y_over_thickness) const {
 /// Answers phi to the right sides 2/pi and 2/pi x^2, at the nodes and at x = a.
 struct Layer::Solution {
   double radius_mm;
-  Eigen::Matrix<double, kNodes, 2> phi;
+  Eigen::Matrix<double, kLayerNodes, 2> phi;
   Eigen::RowVector2d rim;
   Eigen::RowVector2d integral;  // over [0, a]
 };
 
 Layer::Solution Layer::solve(double a) const {
-  if (!(a <= kWidest * thickness_mm_))
+  if (!(a <= kWidestContact * thickness_mm_))
     throw Error(Failure::Input, "a contact no wider than 6 pad thicknesses",
                 std::to_string(a / thickness_mm_), "a smaller force or a thicker pad");
   const double scale = a / thickness_mm_;
-  Eigen::Matrix<double, kNodes, kNodes> system = Eigen::Matrix<double, kNodes, kNodes>::Identity();
-  Eigen::Matrix<double, kNodes, 2> right;
-  Eigen::Matrix<double, 1, kNodes> rim;
-  const auto& [x, w] = unit();
-  for (int i = 0; i < kNodes; ++i) {
-    for (int j = 0; j < kNodes; ++j)
+  Eigen::Matrix<double, kLayerNodes, kLayerNodes> system =
+      Eigen::Matrix<double, kLayerNodes, kLayerNodes>::Identity();
+  Eigen::Matrix<double, kLayerNodes, 2> right;
+  Eigen::Matrix<double, 1, kLayerNodes> rim;
+  const auto& [x, w] = layer_unit();
+  for (int i = 0; i < kLayerNodes; ++i) {
+    for (int j = 0; j < kLayerNodes; ++j)
       system(i, j) -=
           scale * w[j] / kPi * (kernel(scale * std::abs(x[i] - x[j])) + kernel(scale * (x[i] + x[j])));
     right.row(i) << 2 / kPi, 2 / kPi * a * a * x[i] * x[i];
@@ -191,7 +193,7 @@ Layer::Solution Layer::solve(double a) const {
   s.phi = dense::solve_lu(system, Eigen::MatrixXd(right));
   s.rim = Eigen::RowVector2d(2 / kPi, 2 / kPi * a * a) + rim * s.phi;
   s.integral.setZero();
-  for (int i = 0; i < kNodes; ++i) s.integral += w[i] * a * s.phi.row(i);
+  for (int i = 0; i < kLayerNodes; ++i) s.integral += w[i] * a * s.phi.row(i);
   return s;
 }
 
@@ -203,20 +205,20 @@ LayerContact Layer::finish(const Solution& s, const IndenterContact& contact, do
   c.thickness_mm_ = thickness_mm_;
   c.curvature_per_mm_ = -quadratic;
   static const auto fit = [] {
-    Eigen::Matrix<double, kNodes, kTerms> basis;
-    for (int i = 0; i < kNodes; ++i) basis.row(i) = chebyshev(unit().x[i]).transpose();
-    return Eigen::Matrix<double, kTerms, kNodes>(dense::pseudo_inverse(basis));
+    Eigen::Matrix<double, kLayerNodes, kLayerTerms> basis;
+    for (int i = 0; i < kLayerNodes; ++i) basis.row(i) = chebyshev(layer_unit().x[i]).transpose();
+    return Eigen::Matrix<double, kLayerTerms, kLayerNodes>(dense::pseudo_inverse(basis));
   }();
-  const Eigen::Matrix<double, kNodes, 1> phi = constant * s.phi.col(0) + quadratic * s.phi.col(1);
-  const Eigen::Matrix<double, kTerms, 1> coefficients = fit * phi;
-  c.coefficients_.assign(coefficients.data(), coefficients.data() + kTerms);
+  const Eigen::Matrix<double, kLayerNodes, 1> phi = constant * s.phi.col(0) + quadratic * s.phi.col(1);
+  const Eigen::Matrix<double, kLayerTerms, 1> coefficients = fit * phi;
+  c.coefficients_.assign(coefficients.data(), coefficients.data() + kLayerTerms);
 
   const double scale = s.radius_mm / thickness_mm_;
-  Eigen::VectorXd spectrum(kWaves);
-  for (int j = 0; j < kWaves; ++j) {
+  Eigen::VectorXd spectrum(kResponseWaves);
+  for (int j = 0; j < kResponseWaves; ++j) {
     double sum = 0;
-    for (int i = 0; i < kNodes; ++i)
-      sum += unit().w[i] * phi[i] * std::cos(waves().x[j] * scale * unit().x[i]);
+    for (int i = 0; i < kLayerNodes; ++i)
+      sum += layer_unit().w[i] * phi[i] * std::cos(response_waves().x[j] * scale * layer_unit().x[i]);
     spectrum[j] = missing_[j] * sum * scale;
   }
   const Eigen::VectorXd taken = bessel_grid() * spectrum;
@@ -254,7 +256,7 @@ LayerContact Layer::press_sphere(double force_N, double radius_mm) const {
     const Solution s = solve(a);
     return kPi * modulus_MPa_ * (s.rim[1] / s.rim[0] * s.integral[0] - s.integral[1]) / radius_mm;
   };
-  high = std::min(high, kWidest * thickness_mm_);
+  high = std::min(high, kWidestContact * thickness_mm_);
   double a = high, force = force_at(a), exponent = 3;  // locally F ~ a^exponent
   if (force < force_N * (1 - 1e-9))
     throw Error(Failure::Input, "a contact no wider than 6 pad thicknesses", std::to_string(force_N) + " N",

@@ -13,9 +13,16 @@
 #include <vector>
 
 #include "engine/elasticity/hertz.h"
+#include "engine/numeric/quadrature.h"
 #include "engine/pad/layer_response.h"
 
 namespace palpate {
+
+/// Largest a/H that is solved.
+inline constexpr double kWidestContact = 6;
+/// Wave numbers times H at which a layer differs from a half space: enough for the widest contact.
+inline constexpr int kResponseWaves = 176;
+const Quadrature& response_waves();
 
 /// How far a layer falls short of the half space under a point load: F deflects the half space by F / (pi E*
 /// r), the layer of thickness H by F / (pi E*) (1 / r - loss(r / H) / H).

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
+#include "engine/base/numbers.h"
 #include "engine/numeric/quadrature.h"
 #include "palpate/error.h"
 
 namespace palpate::optics {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kNodes = 40;  // per smooth piece and direction
 
 /// Light that has entered, by the two parts of n times its direction which the edge leaves as they are: u

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 
+#include "engine/base/numbers.h"
 #include "palpate/error.h"
 
 namespace palpate::optics {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double slope(const GuideLayer& layer, double s) {

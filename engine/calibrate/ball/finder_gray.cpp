@@ -173,13 +173,13 @@ double roundness(const PressedChange& change, const Circle& circle) {
   return spread > 0 ? 1 - left / spread : 0;
 }
 
-struct Sides {
+struct GraySides {
   double inside = 0, outside = 0;
 };
 
 // Pixels that change well above the level, inside the circle and around it.
-Sides change_beside(const PressedChange& change, const Circle& circle, double level) {
-  Sides sides;
+GraySides change_beside(const PressedChange& change, const Circle& circle, double level) {
+  GraySides sides;
   for (int y = 0; y < change.height(); ++y)
     for (int x = 0; x < change.width(); ++x) {
       const double v = change.value(x, y);

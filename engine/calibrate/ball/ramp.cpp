@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr size_t kEnoughForPlace = 18;
-constexpr int kRounds = 20;
+constexpr int kRampRounds = 20;
 constexpr double kSmallest = 0.02;  // difference of logarithms up to which all count alike
 constexpr double kLeastRamp = 1e-9;
 
@@ -33,7 +33,7 @@ std::vector<double> usual_ramps(std::span<const FoundBall> balls, const FrameFor
     places.row(i) << 1, x, y, x * x, x * y, y * y;
     logs[i] = std::log(ramps[static_cast<size_t>(i)]);
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRampRounds; ++round) {
     const Eigen::VectorXd terms =
         dense::least_squares(weights.asDiagonal() * places, weights.cwiseProduct(logs));
     left = dense::minus_product(logs, places, terms);

@@ -10,16 +10,16 @@
 #include <set>
 #include <span>
 
+#include "engine/base/numbers.h"
 #include "engine/calibrate/force/scatter.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHuge = std::numeric_limits<double>::infinity();
 constexpr double kLeastDrift_min = 10.0 / 60;  // less does not determine a change per minute
-constexpr size_t kFewestPresses = 3;           // more than recordings: a drift follows from their means
+constexpr size_t kFewestBeyondMeans = 3;       // more than recordings: a drift follows from their means
 constexpr double kAlike = 0.03;                // of the least error: less of a difference is none
 
 // Where pixels show slopes, what bends is what presses: gradients come first there, and are measured only
@@ -144,7 +144,7 @@ void find_drift(std::span<const ForceSample> samples, std::span<const double> re
   }
   std::map<uint32_t, Sum> means;
   for (const auto& [key, p] : presses) means[key.first];
-  const auto& points = presses.size() >= means.size() + kFewestPresses ? presses : frames;
+  const auto& points = presses.size() >= means.size() + kFewestBeyondMeans ? presses : frames;
   for (const auto& [key, p] : points) {
     Sum& mean = means[key.first];
     mean.count += 1;

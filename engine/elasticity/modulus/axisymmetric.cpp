@@ -3,9 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
+#include "engine/base/numbers.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/sparse.h"
 #include "palpate/error.h"
@@ -13,7 +13,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 using Element = Eigen::Matrix<double, 8, 8>;
 
 /// Stiffness of one quadrilateral at unit modulus, around the whole circle: u_r and u_z of its four corners

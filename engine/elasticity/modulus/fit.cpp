@@ -5,15 +5,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/numbers.h"
+
 namespace palpate {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kFirstError = 0.01;  // of the largest reading, until the scatter is known
 
 constexpr double kThinPad = 0.3;  // a / H up to which (a) takes the pad as a half space
-constexpr int kRounds = 3;        // of finding standard errors and the answer in turn
+constexpr int kErrorRounds = 3;   // of finding standard errors and the answer in turn
 
 /// Inputs with an error that all frames share: fitted along, held by their standard errors.
 enum Shared : uint8_t { kPad, kForce, kLength, kSize, kEdge, kZero, kShared };
@@ -430,7 +431,7 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
   }
   double at = given_.near;
   std::vector<double> left;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kErrorRounds; ++round) {
     weigh(at, errors);
     at = search();
     if (!std::isfinite(at)) {

@@ -2,10 +2,10 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <string>
 
+#include "engine/base/numbers.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/quadrature.h"
 #include "engine/pad/layer_response.h"
@@ -14,22 +14,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kNodes = 28;     // of the integral equation on [0, a]
-constexpr int kWaves = 176;    // enough for contacts as wide as kWidest
-constexpr double kWidest = 6;  // a/H
-using Nodes = Eigen::Matrix<double, kNodes, 1>;
+constexpr int kIndentationNodes = 28;  // of the integral equation on [0, a]
+using Nodes = Eigen::Matrix<double, kIndentationNodes, 1>;
 
-void require(bool good, const std::string& wanted, double found) {
-  if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "checking the number and its unit");
-}
-
-const Quadrature& unit() {
-  static const Quadrature q = gauss_legendre(kNodes, 1);
-  return q;
-}
-const Quadrature& waves() {
-  static const Quadrature q = gauss_legendre(kWaves, kMissingResponseEnd);
+const Quadrature& indentation_unit() {
+  static const Quadrature q = gauss_legendre(kIndentationNodes, 1);
   return q;
 }
 
@@ -50,22 +39,24 @@ Pad layered_pad(std::span<const double> young_MPa, double poisson, std::span<con
 /// the shape's term. w is what the thickness adds: (2/pi) sum over waves s of missing(s) cos(s x) Phi(s).
 struct PadIndenter::Solution {
   double radius_mm = 0;
-  Eigen::RowVector2d rim, integral;           // phi at x = a, and over [0, a]
-  Eigen::Matrix<double, kWaves, 2> spectrum;  // missing times Phi, weights included; zero on a half space
+  Eigen::RowVector2d rim, integral;  // phi at x = a, and over [0, a]
+  Eigen::Matrix<double, kResponseWaves, 2>
+      spectrum;  // missing times Phi, weights included; zero on a half space
 };
 
 PadIndenter::PadIndenter(const Pad& pad, const Indenter& indenter) : pad_(pad), indenter_(indenter) {
   modulus_MPa_ = palpate::effective_modulus_MPa(pad.material, indenter.material);
-  require(std::isfinite(pad.material.young_MPa), "a pad's Young's modulus > 0 MPa, finite",
-          pad.material.young_MPa);
+  check_number(std::isfinite(pad.material.young_MPa), "a pad's Young's modulus > 0 MPa, finite",
+               pad.material.young_MPa);
   pad_share_ = modulus_MPa_ / palpate::effective_modulus_MPa(pad.material);
-  require(pad.thickness_mm > 0, "a pad thickness > 0 mm", pad.thickness_mm);
+  check_number(pad.thickness_mm > 0, "a pad thickness > 0 mm", pad.thickness_mm);
   if (indenter.shape == IndenterShape::Cone)
-    require(indenter.half_angle_rad > 0 && indenter.half_angle_rad < kPi / 2 * (1 - 1e-12),
-            "a cone's half angle above 0 and below 90 deg, degrees", indenter.half_angle_rad * 180 / kPi);
+    check_number(indenter.half_angle_rad > 0 && indenter.half_angle_rad < kPi / 2 * (1 - 1e-12),
+                 "a cone's half angle above 0 and below 90 deg, degrees",
+                 indenter.half_angle_rad * 180 / kPi);
   else
-    require(indenter.radius_mm > 0 && std::isfinite(indenter.radius_mm), "an indenter radius > 0 mm",
-            indenter.radius_mm);
+    check_number(indenter.radius_mm > 0 && std::isfinite(indenter.radius_mm), "an indenter radius > 0 mm",
+                 indenter.radius_mm);
 }
 
 double PadIndenter::shape_term(double x) const {
@@ -103,7 +94,7 @@ double PadIndenter::shape_integral(double a) const {
 }
 
 double PadIndenter::widest_mm() const {
-  const double layer = kWidest * pad_.thickness_mm;
+  const double layer = kWidestContact * pad_.thickness_mm;
   return indenter_.shape == IndenterShape::Sphere ? std::min(layer, indenter_.radius_mm * (1 - 1e-13))
                                                   : layer;
 }
@@ -116,26 +107,26 @@ PadIndenter::Solution PadIndenter::solve(double a) const {
   s.spectrum.setZero();
   if (std::isinf(pad_.thickness_mm)) return s;
   const double h = pad_.thickness_mm;
-  Eigen::Matrix<double, kWaves, 1> missing, rim_cos, integral_cos;
-  Eigen::Matrix<double, kWaves, kNodes> cosines;
-  for (int j = 0; j < kWaves; ++j) {
-    const double k = waves().x[j] / h;
-    missing[j] =
-        pad_share_ * waves().w[j] / h * missing_response(waves().x[j], pad_.material.poisson, pad_.base);
+  Eigen::Matrix<double, kResponseWaves, 1> missing, rim_cos, integral_cos;
+  Eigen::Matrix<double, kResponseWaves, kIndentationNodes> cosines;
+  for (int j = 0; j < kResponseWaves; ++j) {
+    const double k = response_waves().x[j] / h;
+    missing[j] = pad_share_ * response_waves().w[j] / h *
+                 missing_response(response_waves().x[j], pad_.material.poisson, pad_.base);
     rim_cos[j] = std::cos(k * a);
     integral_cos[j] = std::sin(k * a) / k;
-    for (int i = 0; i < kNodes; ++i) cosines(j, i) = std::cos(k * a * unit().x[i]);
+    for (int i = 0; i < kIndentationNodes; ++i) cosines(j, i) = std::cos(k * a * indentation_unit().x[i]);
   }
   Nodes weights;
-  Eigen::Matrix<double, kNodes, 2> right;
-  for (int i = 0; i < kNodes; ++i) {
-    weights[i] = unit().w[i] * a;
-    right.row(i) = Eigen::RowVector2d(1, shape_term(a * unit().x[i])) * (2 / kPi);
+  Eigen::Matrix<double, kIndentationNodes, 2> right;
+  for (int i = 0; i < kIndentationNodes; ++i) {
+    weights[i] = indentation_unit().w[i] * a;
+    right.row(i) = Eigen::RowVector2d(1, shape_term(a * indentation_unit().x[i])) * (2 / kPi);
   }
-  const Eigen::Matrix<double, kNodes, kNodes> system =
-      Eigen::Matrix<double, kNodes, kNodes>::Identity() -
+  const Eigen::Matrix<double, kIndentationNodes, kIndentationNodes> system =
+      Eigen::Matrix<double, kIndentationNodes, kIndentationNodes>::Identity() -
       (2 / kPi) * cosines.transpose() * missing.asDiagonal() * cosines * weights.asDiagonal();
-  const Eigen::Matrix<double, kNodes, 2> phi = dense::solve_lu(system, Eigen::MatrixXd(right));
+  const Eigen::Matrix<double, kIndentationNodes, 2> phi = dense::solve_lu(system, Eigen::MatrixXd(right));
   s.spectrum = missing.asDiagonal() * (cosines * (weights.asDiagonal() * phi));
   s.rim += (2 / kPi) * rim_cos.transpose() * s.spectrum;
   s.integral += (2 / kPi) * integral_cos.transpose() * s.spectrum;
@@ -143,12 +134,12 @@ PadIndenter::Solution PadIndenter::solve(double a) const {
 }
 
 Indentation PadIndenter::at_radius(double a) const {
-  require(a >= 0 && std::isfinite(a), "a contact radius >= 0 mm", a);
+  check_number(a >= 0 && std::isfinite(a), "a contact radius >= 0 mm", a);
   const bool punch = indenter_.shape == IndenterShape::FlatPunch;
   if (a > widest_mm())
     throw Error(Failure::Input,
-                a > kWidest * pad_.thickness_mm ? "a contact no wider than 6 pad thicknesses"
-                                                : "a contact narrower than the sphere",
+                a > kWidestContact * pad_.thickness_mm ? "a contact no wider than 6 pad thicknesses"
+                                                       : "a contact narrower than the sphere",
                 "a contact radius of " + std::to_string(a) + " mm", "a smaller force or a thicker pad");
   Indentation c;
   if (a == 0 || punch) return c;  // a punch's depth is not its radius's
@@ -226,12 +217,12 @@ Indentation PadIndenter::find(double wanted, double Indentation::*quantity) cons
 }
 
 Indentation PadIndenter::at_force(double force_N) const {
-  require(force_N >= 0 && std::isfinite(force_N), "a force >= 0 N", force_N);
+  check_number(force_N >= 0 && std::isfinite(force_N), "a force >= 0 N", force_N);
   return find(force_N, &Indentation::force_N);
 }
 
 Indentation PadIndenter::at_depth(double depth_mm) const {
-  require(depth_mm >= 0 && std::isfinite(depth_mm), "a depth >= 0 mm", depth_mm);
+  check_number(depth_mm >= 0 && std::isfinite(depth_mm), "a depth >= 0 mm", depth_mm);
   return find(depth_mm, &Indentation::depth_mm);
 }
 
@@ -245,10 +236,10 @@ double PadIndenter::pressure_MPa(const Indentation& contact, double r_mm) const 
   if (indenter_.shape == IndenterShape::FlatPunch) half = contact.depth_mm * s.rim[0] / reach;
   if (indenter_.shape == IndenterShape::Paraboloid) half = 4 / kPi * reach / indenter_.radius_mm;
   if (indenter_.shape == IndenterShape::Cone) half = std::acosh(a / r) / std::tan(indenter_.half_angle_rad);
-  const Eigen::Matrix<double, kWaves, 1> spectrum =
+  const Eigen::Matrix<double, kResponseWaves, 1> spectrum =
       contact.depth_mm * s.spectrum.col(0) -
       (indenter_.shape == IndenterShape::FlatPunch ? 0.0 : 1.0) * s.spectrum.col(1);
-  const Quadrature ys = end_clustered(2 * kNodes, 0, reach);
+  const Quadrature ys = end_clustered(2 * kIndentationNodes, 0, reach);
   const bool layer = !std::isinf(pad_.thickness_mm);
   for (size_t i = 0; i < ys.x.size(); ++i) {
     const double t = std::hypot(r, ys.x[i]);
@@ -259,8 +250,8 @@ double PadIndenter::pressure_MPa(const Indentation& contact, double r_mm) const 
     }
     if (layer) {
       double sum = 0;
-      for (int j = 0; j < kWaves; ++j) {
-        const double k = waves().x[j] / pad_.thickness_mm;
+      for (int j = 0; j < kResponseWaves; ++j) {
+        const double k = response_waves().x[j] / pad_.thickness_mm;
         sum += spectrum[j] * k * std::sin(k * t);
       }
       slope_over_t -= 2 / kPi * sum / t;
@@ -290,10 +281,10 @@ HertzErrors hertz_errors(const Pad& pad, const Indenter& indenter, const Indenta
 }
 
 double cone_force_N(double depth_mm, double effective_modulus_MPa, double half_angle_rad) {
-  require(depth_mm >= 0 && std::isfinite(depth_mm), "a depth >= 0 mm", depth_mm);
-  require(effective_modulus_MPa > 0, "a modulus E* > 0 MPa", effective_modulus_MPa);
-  require(half_angle_rad > 0 && half_angle_rad < kPi / 2, "a cone's half angle above 0 and below 90 deg",
-          half_angle_rad * 180 / kPi);
+  check_number(depth_mm >= 0 && std::isfinite(depth_mm), "a depth >= 0 mm", depth_mm);
+  check_number(effective_modulus_MPa > 0, "a modulus E* > 0 MPa", effective_modulus_MPa);
+  check_number(half_angle_rad > 0 && half_angle_rad < kPi / 2, "a cone's half angle above 0 and below 90 deg",
+               half_angle_rad * 180 / kPi);
   return 2 / kPi * effective_modulus_MPa * depth_mm * depth_mm * std::tan(half_angle_rad);
 }
 

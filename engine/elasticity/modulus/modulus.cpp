@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kResampled = 8;     // frames from which the bootstrap draws frames, not readings
-constexpr double kWidest = 0.4;        // standard error of ln E from which there is no value any more
+constexpr double kWidestSd = 0.4;      // standard error of ln E from which there is no value any more
 constexpr double kContradiction = 4;   // RMS residual over the readings' errors
 constexpr double kSmallStrain = 0.35;  // largest axial strain that the linear law is given for,
 constexpr double kRubberStrain = 0.6;  // and the rubber's
@@ -210,7 +210,7 @@ ModulusEstimate estimate(ModulusMethod way, const std::vector<PressFrame>& frame
                tails = (quantile(0.975) - quantile(0.025)) / 3.92;
   const double sd = std::max(middle, tails);
   const bool edge = std::abs(fit.log_young - std::log(PressModel::kMostRatio * pad_MPa)) < 1;
-  if (sd > kWidest || edge ||
+  if (sd > kWidestSd || edge ||
       (fit.chi2_at_rigid < fit.chi2 + 2.71 && way != ModulusMethod::DisplacementRatio)) {
     refuse_wide(e, fit, setup, sd);
     return e;

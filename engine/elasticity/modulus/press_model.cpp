@@ -5,16 +5,14 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 
+#include "engine/base/numbers.h"
 #include "engine/numeric/quadrature.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kMostPoisson = 0.4999;
 // Ratios of moduli: even in their logarithm.
 constexpr int kRatios = 28;
 const double kRatioFrom = std::log(PressModel::kLeastRatio);

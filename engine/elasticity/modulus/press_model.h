@@ -19,6 +19,9 @@
 
 namespace palpate {
 
+/// Largest Poisson's ratio that finite elements stand for.
+inline constexpr double kMostPoisson = 0.4999;
+
 enum class SampleShape : uint8_t {
   Sphere,
   Cylinder,  ///< upright

@@ -8,9 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostPoisson = 0.4999;
 constexpr double kPadWidth = 10;    // its radius in thicknesses
-constexpr int kRounds = 2;          // of laying the pad out for a widened face
+constexpr int kLayoutRounds = 2;    // of laying the pad out for a widened face
 constexpr double kBallFace = 0.52;  // radius of the ball's face in its own
 
 double finest(const std::vector<double>& at) {
@@ -92,7 +91,7 @@ TruePress PressTruth::press(double force_N, double young_MPa, double pad_MPa) co
     std::vector<double> both(n * n);
     for (size_t i = 0; i < n * n; ++i) both[i] = own_.down[i] / young_MPa + pad.down[i] / pad_MPa;
     c = press_faces(both, gap_mm_, force_N);
-    if (!sample_.flat() || round == kRounds) break;
+    if (!sample_.flat() || round == kLayoutRounds) break;
     for (size_t i = 0; i < n; ++i) {
       p.r_mm[i] = own_.r_mm[i];
       for (size_t j = 0; j < n; ++j) p.r_mm[i] += own_.out[i * n + j] / young_MPa * c.force_N[j];

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXf;
 
-constexpr int kDirections = kContextDirections, kRings = 5, kLayers = 3;
+constexpr int kRings = 5, kLayers = 3;
 // Rings by log2 of distance over scale: centres from 1/8 to 2, and nothing beyond 3.9.
 constexpr float kInnermost = -3, kRingStep = 1;
 constexpr float kOutside = kRings - 1 + 0.99f;
@@ -63,10 +63,10 @@ ContextCells::ContextCells(const MatrixXf& centres, const MatrixXf& others, floa
     Cell* row = cells_.data() + static_cast<size_t>(i) * turn.size();
     for (size_t j = 0; j < turn.size(); ++j) {
       const float there = (0.5f * log2_of(ring[j] * per_scale + 1e-20f) - kInnermost) / kRingStep;
-      const float direction = turn[j] * kDirections, inside = std::max(there, 0.f);
+      const float direction = turn[j] * kContextDirections, inside = std::max(there, 0.f);
       const int d = static_cast<int>(direction), r = std::min(static_cast<int>(inside), kRings);
       const bool counts = there <= kOutside && ring[j] > 0;
-      row[j] = {static_cast<int16_t>(d % kDirections), static_cast<int16_t>(counts ? r : -1),
+      row[j] = {static_cast<int16_t>(d % kContextDirections), static_cast<int16_t>(counts ? r : -1),
                 direction - static_cast<float>(d), inside - static_cast<float>(r), height[j]};
     }
   }
@@ -74,7 +74,7 @@ ContextCells::ContextCells(const MatrixXf& centres, const MatrixXf& others, floa
 
 MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
   // One ring more than is kept takes what lies between the last ring and nothing.
-  const int layer_cells = kDirections * (kRings + 1);
+  const int layer_cells = kContextDirections * (kRings + 1);
   MatrixXf sums(layer_cells * layers_, centres_);
   std::vector<float> one(static_cast<size_t>(layer_cells * (layers_ + 1)));
   for (Index i = 0; i < centres_; ++i) {
@@ -83,22 +83,22 @@ MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
     for (Index j = 0; j < others_; ++j) {
       const Cell& c = row[j];
       if (c.ring < 0) continue;
-      const int after = c.direction + 1 == kDirections ? 0 : c.direction + 1;
+      const int after = c.direction + 1 == kContextDirections ? 0 : c.direction + 1;
       const float near = weight[j] * (1 - c.next_ring), far = weight[j] * c.next_ring;
       const int layer = static_cast<int>(c.height);
       const float up = c.height - static_cast<float>(layer);
-      float* at = one.data() + layer * layer_cells + c.ring * kDirections;
+      float* at = one.data() + layer * layer_cells + c.ring * kContextDirections;
       for (int l = 0; l < (layers_ > 1 ? 2 : 1); ++l, at += layer_cells) {
         const float fraction = l == 0 ? 1 - up : up;
         at[c.direction] += fraction * near * (1 - c.next_direction);
         at[after] += fraction * near * c.next_direction;
-        at[kDirections + c.direction] += fraction * far * (1 - c.next_direction);
-        at[kDirections + after] += fraction * far * c.next_direction;
+        at[kContextDirections + c.direction] += fraction * far * (1 - c.next_direction);
+        at[kContextDirections + after] += fraction * far * c.next_direction;
       }
     }
     float total = 0;
     for (int l = 0; l < layers_; ++l) {
-      std::fill_n(one.data() + l * layer_cells + kDirections * kRings, kDirections, 0.f);
+      std::fill_n(one.data() + l * layer_cells + kContextDirections * kRings, kContextDirections, 0.f);
       for (int k = 0; k < layer_cells; ++k) total += one[l * layer_cells + k];
     }
     const float per = total > 0 ? 1 / total : 0.f;
@@ -110,9 +110,10 @@ MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
 
 MatrixXf turned(const MatrixXf& histograms, int steps) {
   MatrixXf result(histograms.rows(), histograms.cols());
-  for (Index cell = 0; cell < histograms.rows(); cell += kDirections) {
-    result.middleRows(cell + steps, kDirections - steps) = histograms.middleRows(cell, kDirections - steps);
-    result.middleRows(cell, steps) = histograms.middleRows(cell + kDirections - steps, steps);
+  for (Index cell = 0; cell < histograms.rows(); cell += kContextDirections) {
+    result.middleRows(cell + steps, kContextDirections - steps) =
+        histograms.middleRows(cell, kContextDirections - steps);
+    result.middleRows(cell, steps) = histograms.middleRows(cell + kContextDirections - steps, steps);
   }
   return result;
 }

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 using Eigen::VectorXf;
 
 constexpr uint32_t kMostIterations = 25;
-constexpr double kReach = 0.5;  // of the points' spacing: how uncertain a place may be and still pull
+constexpr double kPullReach = 0.5;  // of the points' spacing: how uncertain a place may be and still pull
 constexpr double kCooling = 0.7;
 constexpr double kLeastWeight = 1e-6;
 
@@ -75,7 +75,7 @@ void grow(const FlowProblem& problem, double amplitude, const Core& core, double
   Pull pull = pull_of(problem, state.partners);
   VectorXd weight = core.weight;
   const auto axes = static_cast<double>(problem.from.cols());
-  const double reach = std::pow(kReach * spacing, 2);
+  const double reach = std::pow(kPullReach * spacing, 2);
   state.variance = std::max(core.variance, kLeastSd * kLeastSd);
   VectorXf row_factor = VectorXf::Ones(problem.from.rows());
   for (uint32_t k = 0; k < kMostIterations; ++k, ++state.iterations) {

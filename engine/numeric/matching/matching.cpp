@@ -34,7 +34,7 @@ constexpr double kLeastLikelihoodGain = 0.06;
 constexpr double kLeastPosterior = 0.98;
 // A vague fit among strangers needs more, for points of chance lie under any warp.
 constexpr double kLeastVagueGain = 0.12, kFewStrangers = 0.1;
-constexpr double kLeastFound = 0.3;
+constexpr double kLeastPointsFound = 0.3;
 constexpr double kSharp = 0.5, kLoose = 0.9, kSharpEvidence = 25, kEvidencePerSd = 150;
 constexpr double kMostlyFound = 0.85, kLeftOverEvidence = 150;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map, to be matched by bending
@@ -63,7 +63,7 @@ void check(const PointSet& set, const char* which) {
                 "leaving it out");
 }
 
-double rms_radius(const MatrixXd& centred) {
+double centred_rms_radius(const MatrixXd& centred) {
   return std::sqrt(centred.rowwise().squaredNorm().mean());
 }
 
@@ -107,8 +107,8 @@ struct Prepared {
     to_centre = to.colwise().mean();
     from.rowwise() -= from_centre;
     to.rowwise() -= to_centre;
-    from_scale = rms_radius(from);
-    const double to_scale = rms_radius(to), shift = (to_centre - from_centre).norm();
+    from_scale = centred_rms_radius(from);
+    const double to_scale = centred_rms_radius(to), shift = (to_centre - from_centre).norm();
     const double least = 1e-12 * std::max(from_centre.norm(), to_centre.norm());
     if (!(from_scale > least && to_scale > least))
       throw Error(Failure::Input, "points that differ", "all points of a set in one place",
@@ -289,12 +289,12 @@ class Matcher {
     if (!searched || thinned_fit) result_.posterior = 1;
     const double gain = (without_ - state_.energy) / static_cast<double>(m_);
     const double strangers = std::clamp(1 - found / static_cast<double>(m_), 0., 1.);
-    return smaller < state_.warped.cols() + 1 + kLeastPoints         ? MatchVerdict::TooFewPoints
-           : !state_.converged                                       ? MatchVerdict::NotSettled
-           : found < kLeastFound * static_cast<double>(smaller)      ? MatchVerdict::TooFewFound
-           : gain < least_gain(sd, strangers)                        ? MatchVerdict::TooVague
-           : result_.posterior < kLeastPosterior                     ? MatchVerdict::Ambiguous
-           : searched && (contradicted_ || uneven(state_, sets_.to)) ? MatchVerdict::PartlyWrong
+    return smaller < state_.warped.cols() + 1 + kLeastPoints          ? MatchVerdict::TooFewPoints
+           : !state_.converged                                        ? MatchVerdict::NotSettled
+           : found < kLeastPointsFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
+           : gain < least_gain(sd, strangers)                         ? MatchVerdict::TooVague
+           : result_.posterior < kLeastPosterior                      ? MatchVerdict::Ambiguous
+           : searched && (contradicted_ || uneven(state_, sets_.to))  ? MatchVerdict::PartlyWrong
            : searched && result_.evidence < least_evidence(sd, found / static_cast<double>(smaller))
                ? MatchVerdict::Bent
                : MatchVerdict::Reliable;

@@ -14,12 +14,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 
-constexpr Index kPlaces = 16, kNeighbours = 12, kArms = 3;
+constexpr Index kSeedPlaces = 16, kNeighbours = 12, kArms = 3;
 constexpr int kMostMissed = 4;
 // Shares of the points' spacing: how far a neighbour may be off, by the two points alone (less among many
 // strangers, of whom chance finds one everywhere) and by all.
-constexpr double kReach = 0.5, kFineReach = 0.2;
-constexpr double kLeastScale = 0.5, kMostScale = 2;
+constexpr double kSeedReach = 0.5, kFineSeedReach = 0.2;
+constexpr double kLeastSeedScale = 0.5, kMostSeedScale = 2;
 constexpr int kMostCells = 128;
 
 // Target points by square cells, so that the one near a place is found at once.
@@ -72,13 +72,13 @@ class Finder {
       : from_(from),
         to_(to),
         spacing_(spacing),
-        reach_(kReach * spacing *
+        reach_(kSeedReach * spacing *
                std::sqrt(std::min(1., static_cast<double>(from.rows()) / static_cast<double>(to.rows())))),
         most_turn_(most_turn_deg * std::numbers::pi / 180),
-        cells_(to, std::max(reach_, kFineReach * spacing)) {}
+        cells_(to, std::max(reach_, kFineSeedReach * spacing)) {}
 
   std::vector<Seed> find(size_t most) {
-    for (const Index centre : spread_subset(from_, kPlaces)) look_about(centre);
+    for (const Index centre : spread_subset(from_, kSeedPlaces)) look_about(centre);
     std::stable_sort(seeds_.begin(), seeds_.end(), [](const Seed& a, const Seed& b) {
       return a.pairs.size() != b.pairs.size() ? a.pairs.size() > b.pairs.size() : a.miss < b.miss;
     });
@@ -116,7 +116,7 @@ class Finder {
         for (Index l = 0; l < to_.rows(); ++l) {
           const Vector2d b = (to_.row(l) - to_.row(j)).transpose();
           const double scale = b.norm() / length;
-          if (scale < kLeastScale || scale > kMostScale) continue;
+          if (scale < kLeastSeedScale || scale > kMostSeedScale) continue;
           // As complex numbers: the similarity is a factor.
           const Vector2d factor = Vector2d(a.dot(b), a.x() * b.y() - a.y() * b.x()) / (length * length);
           if (std::abs(std::atan2(factor.y(), factor.x())) > most_turn_) continue;
@@ -159,14 +159,15 @@ class Finder {
     }
     const MatrixXd map = dense::Cholesky(gram).solve(MatrixXd(right));
     const double area = map(1, 0) * map(2, 1) - map(1, 1) * map(2, 0);
-    if (!(area > 0.5 * kLeastScale * kLeastScale && area < 2 * kMostScale * kMostScale)) return false;
+    if (!(area > 0.5 * kLeastSeedScale * kLeastSeedScale && area < 2 * kMostSeedScale * kMostSeedScale))
+      return false;
     seed.pairs.clear();
     seed.miss = 0;
     std::vector<Index> taken;
     for (const Index k : around_) {
       const Eigen::RowVector3d p(1, from_(k, 0) - origin.x(), from_(k, 1) - origin.y());
       const Vector2d place = (p * map + end).transpose();
-      const Index found = cells_.nearest(place, kFineReach * spacing_);
+      const Index found = cells_.nearest(place, kFineSeedReach * spacing_);
       if (found < 0 || std::find(taken.begin(), taken.end(), found) != taken.end()) continue;
       taken.push_back(found);
       seed.pairs.emplace_back(k, found);

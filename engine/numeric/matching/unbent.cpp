@@ -22,11 +22,11 @@ using Indices = std::vector<Index>;
 constexpr double kMostMaps = 4e4;  // that are tried
 // Choices of template points that a map is made from: of a similarity, and of an affine map.
 constexpr Index kAnchorSets = 6, kAffineAnchorSets = 3;
-constexpr double kReach = 0.5;  // of the points' spacing: how far a partner may lie
-constexpr double kLeastScale = 0.2, kMostScale = 5;
+constexpr double kPartnerReach = 0.5;  // of the points' spacing: how far a partner may lie
+constexpr double kLeastMapScale = 0.2, kMostMapScale = 5;
 constexpr double kLeastFound = 0.3;
-constexpr double kLeastSd = 1e-6;  // of the target's RMS radius
-constexpr double kDecades = 13.8;  // ln of the range that the noise lies in beforehand
+constexpr double kLeastUnbentSd = 1e-6;  // of the target's RMS radius
+constexpr double kDecades = 13.8;        // ln of the range that the noise lies in beforehand
 constexpr int kRefits = 2;
 constexpr size_t kKept = 400;
 
@@ -109,7 +109,7 @@ class Maps {
 
   // Edges of a similarity are all longer by one factor.
   bool similar(const Indices& anchors, const Indices& targets) const {
-    double least = kMostScale, most = kLeastScale;
+    double least = kMostMapScale, most = kLeastMapScale;
     const size_t last = targets.size() - 1;
     for (size_t a = 0; a <= last; ++a)
       for (size_t b = 0; b < a; ++b) {
@@ -117,7 +117,7 @@ class Maps {
         const double is = (to_.row(targets[a]) - to_.row(targets[b])).norm();
         least = std::min(least, is / was), most = std::max(most, is / was);
       }
-    return targets.size() < 2 || (least >= kLeastScale && most <= kMostScale && most <= 1.3 * least);
+    return targets.size() < 2 || (least >= kLeastMapScale && most <= kMostMapScale && most <= 1.3 * least);
   }
 
   void extend(const Indices& anchors, Indices& targets) {
@@ -136,7 +136,7 @@ class Maps {
   bool allowed(const MatrixXd& map, double& turn_deg) const {
     const MatrixXd linear = map.bottomRows(axes_);
     const dense::Svd svd = dense::svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    if (svd.values.minCoeff() < kLeastScale || svd.values.maxCoeff() > kMostScale) return false;
+    if (svd.values.minCoeff() < kLeastMapScale || svd.values.maxCoeff() > kMostMapScale) return false;
     const MatrixXd turn = dense::product_nt(svd.u, svd.v);
     if (dense::determinant(turn) < 0 && !options_.reflections) return false;
     turn_deg = angle_of(turn);
@@ -212,7 +212,7 @@ class Maps {
     const auto m = static_cast<double>(to_.rows()), n = static_cast<double>(from_.rows()),
                k = static_cast<double>(pairs), axes = static_cast<double>(axes_);
     const double over = k * axes - static_cast<double>(f.freedom);
-    const double least = std::max(kLeastSd * radius_, options_.resolution / std::sqrt(12.));
+    const double least = std::max(kLeastUnbentSd * radius_, options_.resolution / std::sqrt(12.));
     const double squares = f.squares + k * axes * least * least;
     sd = std::sqrt(squares / over);
     // Prior of the map's own numbers: normal, as wide as the target.
@@ -235,7 +235,7 @@ class Maps {
     if (!f || !allowed(f->map, turn)) return;
     Pairs pairs;
     for (int round = 0; round <= kRefits; ++round) {
-      pairs = partners(dense::product(from_ones_, f->map), kReach * spacing_);
+      pairs = partners(dense::product(from_ones_, f->map), kPartnerReach * spacing_);
       if (static_cast<Index>(pairs.from.size()) < least_pairs_) return;
       f = fit(pairs);
       if (!f || !allowed(f->map, turn)) return;
