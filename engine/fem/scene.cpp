@@ -8,7 +8,7 @@
 namespace palpate::fem {
 namespace {
 
-std::string text(double value) {
+std::string value_text(double value) {
   std::ostringstream out;
   out << value;
   return out.str();
@@ -16,8 +16,8 @@ std::string text(double value) {
 
 void range(const char* what, double value, double low, double high) {
   if (value >= low && value <= high) return;
-  throw Error(Failure::Usage, std::string(what) + " from " + text(low) + " to " + text(high), text(value),
-              "a value in that range");
+  throw Error(Failure::Usage, std::string(what) + " from " + value_text(low) + " to " + value_text(high),
+              value_text(value), "a value in that range");
 }
 
 void check(const Scene& s, const Inclusion& lump) {
@@ -27,14 +27,14 @@ void check(const Scene& s, const Inclusion& lump) {
   range("the inclusion's depth, mm,", lump.depth_mm, 0, s.block_mm[2]);
   range("the stiffness ratio", lump.stiffness_ratio, 0.01, 1e5);
   if (lump.depth_mm + size[2] > s.block_mm[2] * (1 + 1e-9))
-    throw Error(Failure::Usage, "an inclusion above the block's base at " + text(s.block_mm[2]) + " mm",
-                "one that reaches down to " + text(lump.depth_mm + size[2]) + " mm",
+    throw Error(Failure::Usage, "an inclusion above the block's base at " + value_text(s.block_mm[2]) + " mm",
+                "one that reaches down to " + value_text(lump.depth_mm + size[2]) + " mm",
                 "less depth or size, or a thicker block");
   for (size_t c = 0; c < 2; ++c)
     if (!(std::abs(lump.offset_mm[c]) + size[c] / 2 <= s.block_mm[c] / 2 * (1 + 1e-9)))
       throw Error(Failure::Usage, "an inclusion inside the block's sides",
-                  "one that reaches " + text(std::abs(lump.offset_mm[c]) + size[c] / 2) +
-                      " mm from the middle of " + text(s.block_mm[c]) + " mm",
+                  "one that reaches " + value_text(std::abs(lump.offset_mm[c]) + size[c] / 2) +
+                      " mm from the middle of " + value_text(s.block_mm[c]) + " mm",
                   "a smaller offset or size, or a wider block");
 }
 

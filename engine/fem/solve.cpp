@@ -18,7 +18,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kForceError = 1e-5;  // relative, of a force that is asked for under a ball
+constexpr double kBallForceError = 1e-5;  // relative, of a force that is asked for under a ball
 constexpr int kMostPresses = 30;
 
 /// Presses a ball until its force is the one wanted: F goes about with way^1.5.
@@ -31,7 +31,7 @@ void press_to_force(ContactModel& model, const Scene& scene, Result& result) {
     model.press(way, result);
     if (!result.converged) return;
     model.measure(1, result);
-    if (std::abs(result.force_N / *scene.force_N - 1) < kForceError) return;
+    if (std::abs(result.force_N / *scene.force_N - 1) < kBallForceError) return;
     if (last_way > 0 && way != last_way)
       power = std::clamp(std::log(result.force_N / last_force) / std::log(way / last_way), 0.8, 6.0);
     last_way = way;

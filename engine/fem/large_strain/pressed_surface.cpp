@@ -10,9 +10,9 @@ namespace palpate::fem {
 namespace {
 
 /// A place on the surface at rest, in nodes from its corner, and how to take values there.
-class Place {
+class SurfacePlace {
  public:
-  Place(const PressedSurface& surface, double x, double y)
+  SurfacePlace(const PressedSurface& surface, double x, double y)
       : width_(surface.width), x_(map_taps(x, surface.width)), y_(map_taps(y, surface.height)) {}
   double value(const std::vector<double>& of) const {
     double sum = 0;
@@ -83,7 +83,7 @@ double PressureField::at(double x_mm, double y_mm) const {
   // Where the tissue here was at rest: a fixed point, since tissue stretches by less than its size.
   double x = i, y = j;
   for (int round = 0; round < 60; ++round) {
-    const Place place(s, x, y);
+    const SurfacePlace place(s, x, y);
     const double to_x = i - place.value(s.x_mm) / s.pitch_mm[0];
     const double to_y = j - place.value(s.y_mm) / s.pitch_mm[1];
     const double moved = std::abs(to_x - x) + std::abs(to_y - y);
@@ -93,7 +93,7 @@ double PressureField::at(double x_mm, double y_mm) const {
   }
   const double rim = 1e-6;
   const bool tissue = x >= -rim && y >= -rim && x <= s.width - 1 + rim && y <= s.height - 1 + rim;
-  return tissue ? Place(s, x, y).value(pressure_Pa_) : 0;
+  return tissue ? SurfacePlace(s, x, y).value(pressure_Pa_) : 0;
 }
 
 Map true_pressure(const PressedSurface& s, const std::array<uint32_t, 2>& nodes) {

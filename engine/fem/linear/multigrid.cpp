@@ -16,8 +16,6 @@ namespace {
 
 /// Unknowns that the coarsest level's direct solve takes at most: its factor then holds some 50 MB.
 constexpr size_t kMostCoarse = 12000;
-/// Levels with fewer nodes are done faster by one thread than handed out.
-constexpr size_t kFewestForTeam = 4000;
 
 }  // namespace
 

@@ -9,6 +9,9 @@
 
 namespace palpate::fem {
 
+/// Grids with fewer nodes are done faster by one thread than handed out.
+inline constexpr size_t kFewestForTeam = 4000;
+
 /// Chebyshev smoothing with 3 x 3 diagonal blocks on each level, as many steps before as after, a direct
 /// solve on the coarsest. Symmetric and positive definite. Single precision: what it makes is a correction.
 class Multigrid {

@@ -5,12 +5,6 @@
 #include <utility>
 
 namespace palpate::fem {
-namespace {
-
-/// Grids with fewer nodes are not handed out.
-constexpr size_t kFewestForTeam = 4000;
-
-}  // namespace
 
 Solver::Solver(const CellGrid& grid, double poisson, FixedNodes fixed, WorkTeam& team)
     : grid_(grid),
