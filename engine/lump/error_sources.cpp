@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "engine/base/normal.h"
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kLight = "light";
 
 Observation changed(const Observation& observation, const std::string& input, double factor) {

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "engine/base/numbers.h"
 #include "engine/stages/surface/elastic.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr size_t kMostFrames = 12;  // averaged for one load
+constexpr size_t kMostAveraged = 12;  // averaged for one load
 constexpr double kMostLimited = 0.02, kWholeCell = 0.9;
 
 /// Pressure of a change of gray, Pa.
@@ -161,7 +160,7 @@ std::vector<size_t> frames_near(const std::vector<double>& force_N, double at_N,
   std::stable_sort(near.begin(), near.end(), [&](size_t a, size_t b) {
     return std::abs(force_N[a] - at_N) < std::abs(force_N[b] - at_N);
   });
-  if (near.size() > kMostFrames) near.resize(kMostFrames);
+  if (near.size() > kMostAveraged) near.resize(kMostAveraged);
   return near;
 }
 

@@ -21,13 +21,14 @@ constexpr double kMostSaturated = 0.02;
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
 constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
 constexpr double kUprightRatioDoubt = 0.06, kLyingRatioDoubt = 0.04;  // of the logarithm
-constexpr double kRival = 0.1;  // likelihood relative to the best shape's from which on a shape counts
+constexpr double kRivalLikelihood =
+    0.1;  // likelihood relative to the best shape's from which on a shape counts
 // Standard deviations of the ratio's logarithm, from which on the curvature at the best lump says too little
 // of its likelihood further away.
 constexpr double kCurved = 0.2;
 constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
 
-void check(const Observation& observation) {
+void check_reading(const Observation& observation) {
   const auto refuse = [](const char* wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading as the sensor makes it");
   };
@@ -92,7 +93,7 @@ struct Spread {
 };
 
 /// One start's answer.
-struct Answer {
+struct ShapeAnswer {
   Estimate estimate;
   std::optional<DirectSearch::State> best;
   Spread spread;
@@ -149,8 +150,8 @@ class Inversion {
   Inversion(const Observation& observation, const DirectInversionOptions& options)
       : observation_(observation), options_(options), search_(observation, options) {}
 
-  Answer from(const DirectInversionOptions::Start& start) {
-    Answer answer;
+  ShapeAnswer from(const DirectInversionOptions::Start& start) {
+    ShapeAnswer answer;
     answer.estimate.method = "direct inversion";
     answer.estimate.false_alarm_rate = 0.01;
     answer.odds_chi2 = -2 * std::log(std::max(start.odds, 1e-300));
@@ -172,7 +173,7 @@ class Inversion {
   }
 
   /// Intervals from the likelihood along the ratio, where the curvature says too little of it.
-  void follow_ratio(Answer& answer) {
+  void follow_ratio(ShapeAnswer& answer) {
     for (uint32_t better = 0; answer.reports() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
       // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
       search_.correct(*answer.best);
@@ -192,19 +193,19 @@ class Inversion {
   }
 
  private:
-  double reduced_chi_square(const Answer& answer) const {
+  double reduced_chi_square(const ShapeAnswer& answer) const {
     const auto values = static_cast<double>(search_.values() * observation_.force_N.size());
     return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
   }
 
-  static void summarise(Answer& answer, Status verdict, const std::string& reason) {
+  static void summarise(ShapeAnswer& answer, Status verdict, const std::string& reason) {
     answer.estimate.verdict = verdict;
     answer.estimate.reasons.clear();
     if (!reason.empty()) answer.estimate.reasons.push_back(reason);
   }
 
   /// The best lump near the answer's, and what it is worth.
-  void settle(Answer& answer) {
+  void settle(ShapeAnswer& answer) {
     DirectSearch::State& best = *answer.best;
     const bool settled = search_.settle(best);
     Estimate& estimate = answer.estimate;
@@ -239,41 +240,41 @@ class Inversion {
 };
 
 // A search that did not end is no rival of one that did.
-bool better(const Answer& a, const Answer& b) {
+bool better(const ShapeAnswer& a, const ShapeAnswer& b) {
   return a.reports() != b.reports() ? a.reports() : a.chi2() < b.chi2();
 }
 
 /// Likelihood of an answer relative to the best one.
-double likelihood(const Answer& answer, const Answer& best) {
+double likelihood(const ShapeAnswer& answer, const ShapeAnswer& best) {
   return answer.reports() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
 }
 
 }  // namespace
 
 Estimate invert_directly(const Observation& observation, const DirectInversionOptions& options) {
-  check(observation);
+  check_reading(observation);
   check(options.model);
   const auto begin = std::chrono::steady_clock::now();
   std::vector<DirectInversionOptions::Start> starts = options.starts;
   if (starts.empty()) starts.push_back({first_guess(observation), 1});
   Inversion inversion(observation, options);
-  std::vector<Answer> answers;
+  std::vector<ShapeAnswer> answers;
   answers.reserve(starts.size());
   for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));
-  const Answer settled = *std::min_element(answers.begin(), answers.end(), better);
-  for (Answer& answer : answers)
-    if (likelihood(answer, settled) >= kRival) inversion.follow_ratio(answer);
+  const ShapeAnswer settled = *std::min_element(answers.begin(), answers.end(), better);
+  for (ShapeAnswer& answer : answers)
+    if (likelihood(answer, settled) >= kRivalLikelihood) inversion.follow_ratio(answer);
 
-  const Answer& best = *std::min_element(answers.begin(), answers.end(), better);
+  const ShapeAnswer& best = *std::min_element(answers.begin(), answers.end(), better);
   Estimate estimate = best.estimate;
   if (best.reports()) {
     double sum = 1;
-    for (const Answer& other : answers) {
+    for (const ShapeAnswer& other : answers) {
       if (&other == &best) continue;
       const double likely = likelihood(other, best);
       sum += likely;
       estimate.shape_probability[static_cast<size_t>(other.estimate.shape)] += likely;
-      if (likely < kRival) continue;
+      if (likely < kRivalLikelihood) continue;
       widen(estimate.size_mm, other.estimate.size_mm);
       widen(estimate.depth_mm, other.estimate.depth_mm);
       widen(estimate.stiffness_ratio, other.estimate.stiffness_ratio);

@@ -11,12 +11,12 @@ namespace {
 
 constexpr uint32_t kMostCorrections = 4;
 constexpr uint32_t kMostInVain = 3;
-constexpr double kStands = 0.2;  // standard deviations that count as none
-constexpr double kFits = 1.2;    // chi2 of a value, of an observation that the lump explains
-constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
+constexpr double kStands = 0.2;    // standard deviations that count as none
+constexpr double kExplains = 1.2;  // chi2 of a value, of an observation that the lump explains
+constexpr double kNoGain = 0.3;    // of chi2, before the finer grids are asked again
 constexpr double kHeaviest = 1e3;
-constexpr Range kRatios{0.02, 1000};   // beyond, nothing changes any more
-constexpr Range kAnyRatios{0.1, 100};  // beyond, a ratio counts as open: hardly anything changes any more
+constexpr Range kRatioRange{0.02, 1000};  // beyond, nothing changes any more
+constexpr Range kAnyRatios{0.1, 100};     // beyond, a ratio counts as open: hardly anything changes any more
 constexpr uint32_t kMostAlongRatio = 5;
 constexpr double kWorthAnother = 1;     // of chi2, that a second step at a ratio gains
 constexpr Range kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
@@ -24,10 +24,10 @@ constexpr double kLower = 1;            // of chi2: a better lump than the best
 constexpr double kGridDoubt = 2;        // standard deviations of the change that fewer grids would make
 // Gaussians whose sum is the elements' error.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
-const LumpStep kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
+const LumpStep kLongestLumpStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
 LumpStep shortened(const LumpStep& step) {
-  return step / std::max(1.0, step.cwiseAbs().cwiseQuotient(kLongestStep).maxCoeff());
+  return step / std::max(1.0, step.cwiseAbs().cwiseQuotient(kLongestLumpStep).maxCoeff());
 }
 
 /// Gaussians over the nodes, on a grid, scaled so that factors of unit variance make unit variance
@@ -166,7 +166,8 @@ Case::Lump DirectSearch::moved(const Case::Lump& from, const LumpStep& by) const
   lump.diameter_mm = std::clamp(from.diameter_mm * std::exp(by(kLnSize)), 1.0, 0.8 * thickness);
   lump.depth_mm =
       std::clamp(from.depth_mm * std::exp(by(kLnDepth)), 0.3, 0.97 * thickness - lump.diameter_mm);
-  lump.stiffness_ratio = std::clamp(from.stiffness_ratio * std::exp(by(kLnRatio)), kRatios.low, kRatios.high);
+  lump.stiffness_ratio =
+      std::clamp(from.stiffness_ratio * std::exp(by(kLnRatio)), kRatioRange.low, kRatioRange.high);
   const std::array<double, 3> size = lump.size_mm();
   for (size_t c = 0; c < 2; ++c) {
     const double room = std::max(0.0, 0.98 * (observation_.block_mm[c] - size[c]) / 2);
@@ -202,7 +203,7 @@ bool DirectSearch::descend(State& best, uint32_t& rounds) const {
   for (; rounds > 0; --rounds) {
     const Step step = solve(best, damping, Sought::Lump);
     const LumpStep change = shortened(step.change);
-    const bool fits = best.chi2 < kFits * all;
+    const bool fits = best.chi2 < kExplains * all;
     if ((fits && best.chi2 - step.chi2 < kNoGain) ||
         (change.cwiseAbs() - kStands * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3)
       return true;
@@ -240,7 +241,7 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
                                                double step) const {
   const double least = solve(best, 0, Sought::LumpOfThisRatio).chi2;
   const auto at_limit = [&](const Case::Lump& lump) {
-    return moved(lump, LumpStep::Unit(kLnRatio) * (direction * std::log(kRatios.high / kRatios.low)));
+    return moved(lump, LumpStep::Unit(kLnRatio) * (direction * std::log(kRatioRange.high / kRatioRange.low)));
   };
   RatioEnd end{at_limit(best.lump), std::nullopt};
   State here = best;

@@ -80,9 +80,9 @@ bool within(double value, const std::array<double, 2>& range, double slack = 1) 
 }
 
 /// Everything that one look at an observation finds.
-class Look {
+class ConsistencyCheck {
  public:
-  Look(const Model& model, const Observation& observation, const PressedNodes* nodes)
+  ConsistencyCheck(const Model& model, const Observation& observation, const PressedNodes* nodes)
       : model_(model), observation_(observation), nodes_(nodes) {
     const double area_m2 = 1e-6 * observation.block_mm[0] * observation.block_mm[1];
     for (size_t k = 0; k < observation.force_N.size(); ++k) {
@@ -131,7 +131,7 @@ class Look {
   std::vector<Contradiction> found_;
 };
 
-bool Look::units() {
+bool ConsistencyCheck::units() {
   const double balance = median(balance_), load = load_.back();
   if (within(balance, kBalance)) return modulus_unit();
   // The balance alone does not separate a small pressure from a large force; the load does.
@@ -157,7 +157,7 @@ bool Look::units() {
   return true;
 }
 
-bool Look::modulus_unit() {
+bool ConsistencyCheck::modulus_unit() {
   const double load = load_.back();
   if (load < kMostLoad) return false;
   for (const Unit& unit : kModulusUnits)
@@ -171,7 +171,7 @@ bool Look::modulus_unit() {
   return false;
 }
 
-bool Look::order() {
+bool ConsistencyCheck::order() {
   const size_t loads = observation_.force_N.size();
   if (loads < 2) return false;
   std::vector<double> gain, sd;
@@ -215,7 +215,7 @@ bool Look::order() {
   return true;
 }
 
-bool Look::one_force(const std::vector<double>& gain, const std::vector<double>& sd) {
+bool ConsistencyCheck::one_force(const std::vector<double>& gain, const std::vector<double>& sd) {
   // A lump changes the share of the force that a window carries, evenly from load to load.
   const size_t loads = gain.size();
   if (nodes_ == nullptr || nodes_->loads.size() != loads) return false;
@@ -256,7 +256,7 @@ bool Look::one_force(const std::vector<double>& gain, const std::vector<double>&
   return true;
 }
 
-void Look::sum() {
+void ConsistencyCheck::sum() {
   size_t at = 0;
   double most = 0;
   for (size_t k = 0; k < sums_.size(); ++k) {
@@ -277,7 +277,7 @@ void Look::sum() {
            observation_.force_N[at], sums_[at].force_N, 100 * (most - 1), 100 * sd, map.pitch_mm[0]));
 }
 
-void Look::rim() {
+void ConsistencyCheck::rim() {
   // The lowest load spreads the block least; a row of nodes has little noise.
   const PressureMap& map = observation_.pressure_Pa.front();
   const double mean = sums_.front().mean_Pa, spread = 1 + 0.06 + 0.6 * std::min(1.0, load_.front());
@@ -318,7 +318,7 @@ void Look::rim() {
   }
 }
 
-void Look::slide() {
+void ConsistencyCheck::slide() {
   const auto moved = find_slide(model_, *nodes_);
   if (!moved || moved->distance_mm < kSlide_mm + 5 * moved->sd_mm) return;
   add(Fault::Slide, moved->distance_mm, moved->sd_mm,
@@ -329,12 +329,12 @@ void Look::slide() {
            moved->distance_mm, moved->shift_mm[0], moved->shift_mm[1], moved->sd_mm));
 }
 
-bool Look::fits(double chi_square, const BlockHypotheses& hypotheses) const {
+bool ConsistencyCheck::fits(double chi_square, const BlockHypotheses& hypotheses) const {
   const double left = std::max(1.0, chi_square / hypotheses.nodes());
   return chi_square / hypotheses.nodes() < kFits && (hypotheses.chi_square() - chi_square) / left > kEvidence;
 }
 
-void Look::block() {
+void ConsistencyCheck::block() {
   const BlockHypotheses hypotheses(model_, *nodes_, observation_.uneven_sd);
   if (hypotheses.chi_square() < kEvidence) return;
   const ChangeFit pitch = hypotheses.best_pitch(), shift = hypotheses.best_shift();
@@ -365,7 +365,7 @@ void Look::block() {
              100 * slope, 100 * slope_sd));
 }
 
-void Look::add_pitch(const ChangeFit& fit) {
+void ConsistencyCheck::add_pitch(const ChangeFit& fit) {
   const double told_mm = observation_.pressure_Pa.front().pitch_mm[0];
   add(Fault::Pitch, fit.change.pitch, fit.sd,
       text("the pressure falls towards the rim as in maps with a pitch of %.3g mm (standard error %.2g mm), "
@@ -374,7 +374,7 @@ void Look::add_pitch(const ChangeFit& fit) {
            told_mm * (1 + fit.change.pitch), told_mm * fit.sd, told_mm));
 }
 
-void Look::add_window(const ChangeFit& fit, double distance_mm) {
+void ConsistencyCheck::add_window(const ChangeFit& fit, double distance_mm) {
   const auto& told = observation_.window_mm;
   add(Fault::Window, distance_mm, fit.sd,
       text(
@@ -395,13 +395,13 @@ const char* to_string(Fault fault) {
 
 std::vector<Contradiction> find_contradictions(const Model& model, const Observation& observation,
                                                const PressedNodes* nodes) {
-  return Look(model, observation, nodes).all(true);
+  return ConsistencyCheck(model, observation, nodes).all(true);
 }
 
 void report_contradictions(const Model& model, const Observation& observation, const PressedNodes* nodes,
                            Estimate& estimate) {
   const bool one = estimate.verdict != Status::SeveralLumps;
-  const std::vector<Contradiction> found = Look(model, observation, nodes).all(one);
+  const std::vector<Contradiction> found = ConsistencyCheck(model, observation, nodes).all(one);
   if (found.empty()) return;
   estimate.verdict = Status::Inconsistent;
   for (size_t i = 0; i < found.size(); ++i)

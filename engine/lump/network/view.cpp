@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/text.h"
+#include "engine/lump/observation/saturated_loads.h"
 #include "engine/numeric/dense.h"
 #include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
@@ -62,12 +63,6 @@ void check(const Observation& observation) {
     refuse("a tissue's modulus above 0 Pa", quantity_text(observation.young_Pa, "Pa"));
   if (!(observation.noise_Pa >= 0 && std::isfinite(observation.noise_Pa)))
     refuse("a noise of 0 Pa or more", quantity_text(observation.noise_Pa, "Pa"));
-}
-
-double unseen_fraction(const PressureMap& map) {
-  size_t unseen = 0;
-  for (const float value : map.values) unseen += !std::isfinite(value);
-  return static_cast<double>(unseen) / static_cast<double>(map.values.size());
 }
 
 // Puts an observation's nodes together; `verdict` and reasons go to the estimate where it cannot be used.

@@ -42,7 +42,7 @@ double gaussian(const Five& p, double x, double y) {
   return std::exp(-0.5 * (u * u + v * v));
 }
 
-struct Fit {
+struct FittedBump {
   Five bump = Five::Zero();
   Eigen::VectorXd linear = Eigen::VectorXd::Zero(kBlockTerms + 1);  // block, then the bump's height
   double squares = std::numeric_limits<double>::infinity();
@@ -70,12 +70,12 @@ class BumpFit {
   }
 
   const std::vector<Point>& points() const { return points_; }
-  double block(const Fit& fit, double x, double y) const {
+  double block(const FittedBump& fit, double x, double y) const {
     return fit.linear.head<kBlockTerms>().dot(block_terms(x / half_x_, y / half_y_));
   }
 
   /// Heights for a place and widths of the bump.
-  Fit with_best_heights(const Five& bump, const std::vector<double>& values) const {
+  FittedBump with_best_heights(const Five& bump, const std::vector<double>& values) const {
     Eigen::Matrix<double, kBlockTerms + 1, kBlockTerms + 1> normal;
     Eigen::Matrix<double, kBlockTerms + 1, 1> right, row;
     normal.setZero();
@@ -88,7 +88,7 @@ class BumpFit {
       right += row * values[k];
       sum += values[k] * values[k];
     }
-    Fit fit;
+    FittedBump fit;
     fit.bump = bump;
     const auto solver = normal.ldlt();
     fit.linear = solver.solve(right);
@@ -101,8 +101,8 @@ class BumpFit {
   }
 
   /// Gauss-Newton with Levenberg's damping on the five, the heights always the best.
-  Fit search(const Five& start, const std::vector<double>& values, int most_rounds) const {
-    Fit best = with_best_heights(inside(start), values);
+  FittedBump search(const Five& start, const std::vector<double>& values, int most_rounds) const {
+    FittedBump best = with_best_heights(inside(start), values);
     double damping = 1e-2;
     for (int round = 0; round < most_rounds && damping < 1e6; ++round) {
       const Eigen::VectorXd r = residual(best, values);
@@ -118,7 +118,7 @@ class BumpFit {
       normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
       const Five step = dense::solve_ldlt<5>(normal, -(slope.transpose() * r));
       if (!step.allFinite()) break;
-      const Fit next = with_best_heights(inside(best.bump + step), values);
+      const FittedBump next = with_best_heights(inside(best.bump + step), values);
       if (next.squares < best.squares) {
         const bool done = best.squares - next.squares < 1e-9 * best.squares;
         best = next;
@@ -147,7 +147,7 @@ class BumpFit {
   double widest() const { return widest_; }
 
  private:
-  Eigen::VectorXd residual(const Fit& fit, const std::vector<double>& values) const {
+  Eigen::VectorXd residual(const FittedBump& fit, const std::vector<double>& values) const {
     Eigen::VectorXd r(static_cast<Eigen::Index>(points_.size()));
     for (size_t k = 0; k < points_.size(); ++k) {
       const Point& p = points_[k];
@@ -163,7 +163,7 @@ class BumpFit {
 
 /// The line at half height around the bump, on map minus block. Empty where it leaves what was seen.
 std::vector<std::array<double, 2>> contour(const Observation& observation, const PressureMap& bump,
-                                           const Fit& fit, double half_Pa) {
+                                           const FittedBump& fit, double half_Pa) {
   std::vector<std::array<double, 2>> points;
   const double cx = fit.bump(0), cy = fit.bump(1), step = bump.pitch_mm[0] / 4;
   const double reach_x = bump.pitch_mm[0] * (bump.width - 1) / 2,
@@ -218,7 +218,7 @@ Value placed(Value centre, double place_sd_mm) {
   return {centre.value, centre.value - reach_mm, centre.value + reach_mm};
 }
 
-PressureMap minus_block(const Observation& observation, const BumpFit& fitter, const Fit& fit,
+PressureMap minus_block(const Observation& observation, const BumpFit& fitter, const FittedBump& fit,
                         PressureMap* block) {
   PressureMap bump = observation.pressure_Pa.back();
   if (block) *block = bump;
@@ -235,12 +235,12 @@ PressureMap minus_block(const Observation& observation, const BumpFit& fitter, c
 }
 
 /// From the places that stand out most of the smooth block, and two widths each.
-Fit best_fit(const BumpFit& fitter, const std::vector<double>& values) {
+FittedBump best_fit(const BumpFit& fitter, const std::vector<double>& values) {
   const std::vector<Point>& points = fitter.points();
   std::vector<Five> starts;
   Five far;
   far << 1e3, 1e3, 0, 0, 0;  // no bump
-  const Fit bare = fitter.with_best_heights(far, values);
+  const FittedBump bare = fitter.with_best_heights(far, values);
   size_t most = 0, least = 0;
   std::vector<double> off(points.size());
   for (size_t k = 0; k < points.size(); ++k) {
@@ -255,9 +255,9 @@ Fit best_fit(const BumpFit& fitter, const std::vector<double>& values) {
           0.1;
       starts.push_back(start);
     }
-  Fit best;
+  FittedBump best;
   for (const Five& start : starts) {
-    const Fit fit = fitter.search(start, values, 40);
+    const FittedBump fit = fitter.search(start, values, 40);
     if (fit.squares < best.squares) best = fit;
   }
   return best;
@@ -270,7 +270,7 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
     throw Error(Failure::Input, "a pressure map to outline a lump on", "none", "one load or more");
   const BumpFit fitter(observation);
   const std::vector<double> values = fitter.values();
-  Fit fit = best_fit(fitter, values);
+  FittedBump fit = best_fit(fitter, values);
   if (fit.bump(2) < fit.bump(3)) {
     std::swap(fit.bump(2), fit.bump(3));
     fit.bump(4) += std::numbers::pi / 2;
@@ -319,7 +319,7 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
           static_cast<float>(static_cast<double>(observation.pressure_Pa.back().values[i]) +
                              observation.noise_Pa * deviate(random));
     const BumpFit again(noisy);
-    const Fit other = again.search(fit.bump, again.values(), 4);
+    const FittedBump other = again.search(fit.bump, again.values(), 4);
     xs.push_back(other.bump(0));
     ys.push_back(other.bump(1));
     heights.push_back(other.linear(kBlockTerms));

@@ -8,12 +8,6 @@
 namespace palpate::lump {
 namespace {
 
-double unseen_fraction(const PressureMap& map) {
-  const auto unseen =
-      std::count_if(map.values.begin(), map.values.end(), [](float value) { return !std::isfinite(value); });
-  return map.values.empty() ? 0 : static_cast<double>(unseen) / static_cast<double>(map.values.size());
-}
-
 /// Unseen nodes from which a way over unseen nodes leads to the map's border.
 std::vector<bool> open_to_border(const PressureMap& map) {
   std::vector<bool> open(map.values.size());
@@ -45,6 +39,12 @@ std::vector<bool> open_to_border(const PressureMap& map) {
 }
 
 }  // namespace
+
+double unseen_fraction(const PressureMap& map) {
+  const auto unseen =
+      std::count_if(map.values.begin(), map.values.end(), [](float value) { return !std::isfinite(value); });
+  return map.values.empty() ? 0 : static_cast<double>(unseen) / static_cast<double>(map.values.size());
+}
 
 std::vector<double> saturated_fractions(const Observation& observation) {
   std::vector<double> fractions;

@@ -13,6 +13,9 @@ inline constexpr double kReportedSaturation = 0.01;
 /// From here on a load is left out: size, depth and ratio are distinguished by the top, which is hidden.
 inline constexpr double kMostSaturation = 0.03;
 
+/// Fraction of a map's nodes without a value; 0 of an empty map.
+double unseen_fraction(const PressureMap& map);
+
 /// For each load, the fraction of the window's nodes beyond the sensor's limit. Nodes that no load sees, and
 /// that the highest one does not count as saturated, are no part of the window.
 std::vector<double> saturated_fractions(const Observation& observation);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
+#include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/numeric/dense.h"
@@ -15,7 +15,6 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kReach = 1.1;          // no extrapolation farther beyond a press's highest force
 constexpr double kWorstDeviation = 4;   // of a press that saw the same as the others
 constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
