@@ -94,7 +94,9 @@ ForceFeatures force_features(const Touch& t) {
           t.traction ? t.traction->fz_N.value : 0,
           t.traction ? t.traction->fz_N.standard_error : 0,
           t.traction.has_value(),
-          t.traction ? t.traction->fz_N.validity : Validity::NotCalibrated};
+          t.traction ? t.traction->fz_N.validity : Validity::NotCalibrated,
+          t.traction ? t.traction->bending_mm.value_or(0) : 0,
+          t.traction && t.traction->bending_mm.value_or(0) > 0};
 }
 
 ForceFeatures force_features(const ContactTouch& c) {
@@ -111,15 +113,36 @@ ForceFeatures force_features(const ContactTouch& c) {
           0,
           0,
           false,
-          Validity::NotCalibrated};
+          Validity::NotCalibrated,
+          0,
+          false};
 }
 
-ForceFeatures reading_at(double signal) {
+ForceFeatures reading_at(const ForceCalibration& c, double signal) {
   ForceFeatures reading;
+  if (c.bending_N_per_mm > 0) reading.bending_mm = signal / c.bending_N_per_mm;
   reading.gray_sum = reading.area_px = reading.volume_mm3 = reading.gradient_sum = reading.layer_N = signal;
-  reading.has_volume = reading.has_gradient = reading.has_layer = reading.contact = true;
+  reading.has_volume = reading.has_gradient = reading.has_layer = reading.has_bending = reading.contact =
+      true;
   reading.layer_validity = Validity::Valid;
   return reading;
+}
+
+bool has_signal(ForceSignal signal, const ForceFeatures& r) {
+  switch (signal) {
+    case ForceSignal::GraySum:
+    case ForceSignal::Area:
+      return true;
+    case ForceSignal::Volume:
+      return r.has_volume;
+    case ForceSignal::Gradient:
+      return r.has_gradient;
+    case ForceSignal::Layer:
+      return r.has_layer;
+    case ForceSignal::LayerAndBending:
+      return r.has_layer && r.has_bending;
+  }
+  return false;
 }
 
 double signal_of(const ForceCalibration& c, const ForceFeatures& r) {
@@ -134,6 +157,8 @@ double signal_of(const ForceCalibration& c, const ForceFeatures& r) {
       return r.gradient_sum;
     case ForceSignal::Layer:
       return r.layer_N;
+    case ForceSignal::LayerAndBending:
+      return 0.5 * (r.layer_N + c.bending_N_per_mm * r.bending_mm);
   }
   return 0;
 }
@@ -170,9 +195,7 @@ double LoadDirection::update(bool contact, double signal, double width) {
 
 Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unloading) {
   if (!r.contact) return {0, 0, Validity::NoContact};
-  if (c.signal == ForceSignal::Volume && !r.has_volume) return {};
-  if (c.signal == ForceSignal::Gradient && !r.has_gradient) return {};
-  if (c.signal == ForceSignal::Layer && !r.has_layer) return {};
+  if (!has_signal(c.signal, r)) return {};
   const double s = signal_of(c, r);
   double value = force_at(c, s), scatter_N = c.residual_sd_N, gap_sd_N = 0;
   if (c.loading && c.unloading) {
@@ -190,8 +213,11 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
                     2 * g * covariance + g * g * var_c1;
   // The layer's solve states an error of its own, of the same force: the larger one holds.
   if (c.signal == ForceSignal::Layer) variance = std::max(variance, r.layer_sd_N * r.layer_sd_N);
+  if (c.signal == ForceSignal::LayerAndBending)
+    variance = std::max(
+        variance, std::pow((force_at(c, r.layer_N) - force_at(c, c.bending_N_per_mm * r.bending_mm)) / 2, 2));
   Estimate force{value, std::sqrt(std::max(variance, 0.0)), Validity::Valid};
-  if (c.signal == ForceSignal::Layer) force.validity = r.layer_validity;
+  if (is_by_layer(c.signal)) force.validity = r.layer_validity;
   if (!c.shapes_judged) force.validity = Validity::ShapeUnjudged;
   if (s < c.gray_min) force.validity = Validity::BelowRange;
   if (s > c.gray_max) force.validity = Validity::AboveRange;

@@ -24,6 +24,8 @@ struct ForceFeatures {
   double layer_sd_N = 0;
   bool has_layer = false;
   Validity layer_validity = Validity::NotCalibrated;
+  double bending_mm = 0;  ///< only with has_bending
+  bool has_bending = false;
 };
 
 /// The reading of a frame's whole touch, and of one of several contacts (which has neither volume nor
@@ -31,9 +33,11 @@ struct ForceFeatures {
 ForceFeatures force_features(const Touch& touch);
 ForceFeatures force_features(const ContactTouch& contact);
 
-/// The reading of a contact inside the frame whose signal is `signal`, whichever the calibration takes.
-ForceFeatures reading_at(double signal);
+/// The reading of a contact inside the frame whose signal is `signal`.
+ForceFeatures reading_at(const ForceCalibration& calibration, double signal);
 
+/// Whether a reading has what a signal needs.
+bool has_signal(ForceSignal signal, const ForceFeatures& features);
 /// The calibration's signal, in its unit.
 double signal_of(const ForceCalibration& calibration, const ForceFeatures& features);
 
@@ -65,9 +69,10 @@ class LoadDirection {
 
 /// Normal force of one reading, standard error of a single prediction. `unloading`: as LoadDirection says;
 /// without branches in the calibration it does not matter. Between the branches the value lies between
-/// theirs, and its error grows by their mixture's, sqrt(w (1 - w)) of the gap. States, the first that holds:
-/// no contact (force 0), not calibrated (a volume or gradient
-/// sum is needed and there is none), a calibration not fit for use, saturated (pixels at the camera's limit
+/// theirs, and its error grows by their mixture's, sqrt(w (1 - w)) of the gap. The mean of two readings is
+/// known no better than to half of what they differ by. States, the first that holds:
+/// no contact (force 0), not calibrated (what the signal needs
+/// is not there), a calibration not fit for use, saturated (pixels at the camera's limit
 /// may hide more than the interval of 95 % holds; otherwise it is wider by what they hide), at the border,
 /// above or below the calibrated range, calibrated on too few objects.
 Estimate force_of(const ForceCalibration& calibration, const ForceFeatures& features, double unloading = 0.5);

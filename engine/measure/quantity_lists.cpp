@@ -358,6 +358,11 @@ constexpr MeasuredQuantity<Touch> kTraction[] = {
                 {.places = kLengthPlaces,
                  .python = "wrench.unexplained_slope",
                  .why = "the wrench's state says where it matters"}),
+    field<Touch, &Touch::traction, &TractionSummary::bending_mm>(
+        "bending_mm", G::Traction,
+        "How steeply the change of a colour gel, relative to the untouched image and smoothed over a quarter "
+        "of the pad's thickness, varies, integrated over the frame; where a force is read from it as well.",
+        {.python = "wrench.bending_mm", .why = "the force that is read from it is the headline"}),
     field<Touch, &Touch::traction, &TractionSummary::slipping_fraction>(
         "slipping_fraction", kNoColumn, "Fraction of the cells with pressure that are at the friction limit.",
         {.python = "wrench.slipping_fraction",

@@ -163,6 +163,7 @@ void Frames::set_background(const Frame& background) {
     if (surface_) surface_->set_confidence(*confidence_);
   }
   if (gel_contacts_) gel_contacts_->set_background(markers_ ? plain : background);
+  if (traction_) traction_->set_background(markers_ ? plain : background);
   if (skin_) find_skin(background);
   // Commands know where the skin's pattern is, how dark its markers are, and what no frame shows.
   if (skin_ || markers_ || confidence_)

@@ -88,6 +88,11 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
   for (std::vector<uint8_t>* map : {&contact_, &known_, &shift_known_}) map->assign(cells, 1);
   if (!on_host && !surface.pressure())
     stage_.emplace(context, pad_of(layer_), grid_, options_of(sensor, layer_, grid_));
+  if (has_gel_contacts(sensor)) bending_.emplace(format, sensor.pitch_mm_per_px, layer_.thickness_mm);
+}
+
+void LayerTraction::set_background(const Frame& background) {
+  if (bending_) bending_->set_background(background);
 }
 
 void LayerTraction::make(FrameSlot& slot) const {
@@ -156,6 +161,7 @@ void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
   if (!surface_.pressure())
     deep_ = deep_press(press_shape(found.pressure_MPa, grid_, depth_mm, layer_.thickness_mm));
   fill(found, slot, summary);
+  if (bending_) summary.bending_mm = bending_->measure(slot.cell_changes.as<const shared::CellChange>());
   part.not_converged = !found.converged || (device && !device->converged);
   if (device) {
     summary.residual = device->residual;

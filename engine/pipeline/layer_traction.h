@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/measure/bending.h"
 #include "engine/measure/deep_press.h"
 #include "engine/pad/traction.h"
 #include "engine/pipeline/frame_parts.h"
@@ -24,6 +25,7 @@ class LayerTraction {
   LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                 const SurfaceMethod& surface, bool on_host);
 
+  void set_background(const Frame& background);
   /// Buffers of a slot, and what is submitted apart from its own commands.
   void make(FrameSlot& slot) const;
   /// After the surface, in the slot's own commands.
@@ -56,6 +58,7 @@ class LayerTraction {
   TractionGrid grid_;
   TractionSolver solver_;
   std::optional<TractionStage> stage_;  ///< where the device finds the pressure
+  std::optional<Bending> bending_;      ///< of colour gels
   DeepPress deep_;                      ///< of the frame that is measured
   bool follows_ = false;                ///< both begin from a frame before
   // Maps of the frame that is measured; kept so that frames allocate nothing.

@@ -18,7 +18,7 @@ bool needs_gradient(const Sensor& sensor, Outputs outputs) {
 // Where it is asked for, and where the force is read from it.
 bool needs_traction(const Sensor& sensor, Outputs outputs) {
   return wants(outputs, Output::Traction) ||
-         (wants(outputs, Output::Force) && sensor.force && sensor.force->signal == ForceSignal::Layer &&
+         (wants(outputs, Output::Force) && sensor.force && is_by_layer(sensor.force->signal) &&
           wants(outputs, Output::Surface));
 }
 

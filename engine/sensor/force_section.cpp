@@ -4,8 +4,8 @@
 namespace palpate::sensor_json {
 namespace {
 
-constexpr std::array kForceSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume,
-                                   ForceSignal::Gradient, ForceSignal::Layer};
+constexpr std::array kForceSignals{ForceSignal::GraySum,  ForceSignal::Area,  ForceSignal::Volume,
+                                   ForceSignal::Gradient, ForceSignal::Layer, ForceSignal::LayerAndBending};
 constexpr std::array kForceModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline, ForceModel::Scale};
 constexpr std::array kShearSignals{ShearSignal::Centroid, ShearSignal::Skin};
 constexpr std::array kSkinKinds{SkinKind::Markers, SkinKind::Texture};
@@ -87,6 +87,7 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
   reader.number("drift_N_per_min", -1e6, 1e6, "N per min", force.drift_N_per_min);
   reader.number("r_squared", -1e6, 1, "", force.r_squared);
   reader.number("residual_share", 0, 10, "", force.residual_fraction);
+  reader.number("bending_N_per_mm", 0, 1e9, "N per mm", force.bending_N_per_mm);
   for (const auto& [key, value] :
        {std::pair{"fit_for_use", &force.fit_for_use}, std::pair{"shapes_judged", &force.shapes_judged}}) {
     if (!reader.has(key)) continue;
@@ -128,6 +129,7 @@ Json force_json(const ForceCalibration& f) {
   if (f.drift_N_per_min != 0) json["drift_N_per_min"] = f.drift_N_per_min;
   if (f.r_squared != 0) json["r_squared"] = f.r_squared;
   if (f.residual_fraction != 0) json["residual_share"] = f.residual_fraction;
+  if (f.bending_N_per_mm != 0) json["bending_N_per_mm"] = f.bending_N_per_mm;
   if (!f.fit_for_use) json["fit_for_use"] = false;
   if (!f.shapes_judged) json["shapes_judged"] = false;
   add_origin(json, f.origin);

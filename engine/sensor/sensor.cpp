@@ -166,9 +166,14 @@ void check_force(const Sensor& s, const Require& require) {
             "0 or more for this signal", number_text(s.force->gray_min));
     require(s.force->signal != ForceSignal::Gradient || s.bit_depth == 8, "force.signal",
             "'gradient' with frames of 8 bits", std::to_string(s.bit_depth) + " bits");
-    require(s.force->signal != ForceSignal::Layer || (layer_of(s) && s.reading != SurfaceReading::None),
-            "force.signal", "'layer' with the section 'layer' and a reading of the surface",
+    require(!is_by_layer(s.force->signal) || (layer_of(s) && s.reading != SurfaceReading::None),
+            "force.signal",
+            text("'%s' with the section 'layer' and a reading of the surface", to_string(s.force->signal)),
             "neither, or one");
+    require(s.force->signal != ForceSignal::LayerAndBending || has_gel_contacts(s), "force.signal",
+            "'layer and bending' with a colour gel that reads a surface", "another sensor");
+    require(s.force->signal != ForceSignal::LayerAndBending || s.force->bending_N_per_mm > 0,
+            "force.bending_N_per_mm", "more than 0 for this signal", number_text(s.force->bending_N_per_mm));
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }
@@ -349,6 +354,8 @@ const char* to_string(ForceSignal signal) {
       return "gradient";
     case ForceSignal::Layer:
       return "layer";
+    case ForceSignal::LayerAndBending:
+      return "layer and bending";
   }
   return "?";
 }

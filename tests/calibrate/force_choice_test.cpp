@@ -277,6 +277,62 @@ TEST(ForceChoice, GradientsOfAGel) {
   }
 }
 
+/// Recordings of an object each, of which the layer's force and the bending read some part too much.
+std::vector<ForceSample> objects(const std::vector<double>& layer, const std::vector<double>& bending) {
+  std::vector<ForceSample> samples;
+  for (size_t object = 0; object < layer.size(); ++object)
+    for (ForceSample s : presses(2, 0.005, static_cast<uint32_t>(object), straight)) {
+      s.recording = static_cast<uint32_t>(object);
+      s.press += static_cast<uint32_t>(2 * object);
+      s.features.gray_sum *= object % 2 ? 3 : 0.3;
+      s.features.area_px *= object % 3 ? 2 : 0.5;
+      s.features.layer_N = 0.8 * layer[object] * s.force_N;
+      s.features.bending_mm = 5 * bending[object] * s.force_N;
+      s.features.has_layer = s.features.has_bending = true;
+      samples.push_back(s);
+    }
+  return samples;
+}
+
+// Two readings that err apart are taken together; one that errs far more than the other is not.
+TEST(ForceChoice, MeanOfLayerAndBending) {
+  const std::vector<double> one{1.3, 0.8, 1.2, 0.75, 1, 1.1}, other{0.75, 1.1, 0.8, 1.3, 1.2, 0.85},
+      wild{3, 0.4, 0.5, 2.5, 0.3, 2};
+  std::vector<ForceSample> apart = objects(one, other), poor = objects(one, wild);
+  const ForceChoice both = choose_force(apart, {.model = ForceModel::Scale});
+  EXPECT_EQ(to_string(both.chosen.candidate), "scale of layer and bending, together");
+  for (const CandidateScore& score : both.scores)
+    if (score.candidate.signal == ForceSignal::Layer) {
+      EXPECT_LT(both.chosen.error_N, 0.6 * score.error_N);
+    }
+  EXPECT_NEAR(both.calibration.bending_N_per_mm, 0.8 / 5, 0.03);
+  EXPECT_NEAR(both.calibration.c1_N_per_gray, 1 / 0.8, 0.1);
+  EXPECT_EQ(choose_force(poor, {.model = ForceModel::Scale}).calibration.signal, ForceSignal::Layer);
+  // How bending goes with force is a matter of shape: two objects do not judge it, unless it is asked for.
+  std::vector<ForceSample> two = objects({1.3, 0.8}, {0.75, 1.1});
+  EXPECT_EQ(choose_force(two, {.model = ForceModel::Scale}).calibration.signal, ForceSignal::Layer);
+  EXPECT_EQ(choose_force(two, {.signal = ForceSignal::LayerAndBending}).calibration.signal,
+            ForceSignal::LayerAndBending);
+  two[3].features.has_bending = false;
+  EXPECT_THROW(choose_force(two, {.signal = ForceSignal::LayerAndBending}), Error);
+}
+
+// What is held out decides nothing: neither the force per signal nor the layer's force per bending.
+TEST(ForceChoice, HeldOutObjectsDecideNothing) {
+  std::vector<ForceSample> all = objects({1.3, 0.8, 1.2, 0.75}, {0.75, 1.1, 0.8, 9});
+  const ForceChoiceOptions options{.signal = ForceSignal::LayerAndBending, .branches = false};
+  const ForceChoice whole = choose_force(all, options);
+  std::vector<ForceSample> others;
+  for (const ForceSample& s : all)
+    if (s.recording != 3) others.push_back(s);
+  const ForceCalibration without = choose_force(others, options).calibration;
+  for (size_t i = 0; i < all.size(); ++i) {
+    if (all[i].recording != 3) continue;
+    EXPECT_NEAR(whole.held_out_N[i], force_of(without, all[i].features).value, 1e-9) << i;
+  }
+  EXPECT_NE(whole.calibration.bending_N_per_mm, without.bending_N_per_mm);
+}
+
 TEST(ForceChoice, SaysWhatLeftTooLittle) {
   const auto said = [](std::vector<ForceSample> samples, const ForceChoiceOptions& options = {}) {
     try {

@@ -36,7 +36,8 @@ constexpr const char* kHeader =
     "stick_share,stick_share_sd,gradient_sum,light_state,light_change_gray,wrench_fx_N,wrench_fx_sd_N,"
     "wrench_fy_N,wrench_fy_sd_N,wrench_fz_N,wrench_fz_sd_N,wrench_mx_Nmm,wrench_mx_sd_Nmm,wrench_my_Nmm,"
     "wrench_my_sd_Nmm,wrench_mz_Nmm,wrench_mz_sd_Nmm,wrench_state,pressure_max_kPa,shear_max_kPa,"
-    "pressed_area_mm2,unexplained_slope,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,"
+    "pressed_area_mm2,unexplained_slope,bending_mm,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,"
+    "true_slip,"
     "true_center_x_px,true_center_y_px,true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,"
     "true_volume_mm3,true_torsion_rad,true_stick_share";
 constexpr const char* kContactsHeader =
@@ -52,7 +53,7 @@ constexpr const char* kRow =
     "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,9,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,"
     "0."
     "800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for the "
-    "pad,33.00,11.00,6.50,0.0150,1,0.85,0.1,-0.2,1,10,20,30,0.43,0.005000,1,0.8,0.031,0.79";
+    "pad,33.00,11.00,6.50,0.0150,7.2500,1,0.85,0.1,-0.2,1,10,20,30,0.43,0.005000,1,0.8,0.031,0.79";
 
 Touch distinct_touch() {
   Touch t;
@@ -107,6 +108,7 @@ Touch distinct_touch() {
   w.area_mm2 = 6.5;
   w.slipping_fraction = 0.25;
   w.unexplained_slope = 0.015;
+  w.bending_mm = 7.25;
   return t;
 }
 

@@ -76,6 +76,37 @@ TEST_F(SensorFile, WhatIsSavedComesBackWhole) {
   EXPECT_EQ(files().size(), 2u) << "temporary files are left";
 }
 
+TEST_F(SensorFile, ForceByLayerAndBending) {
+  Sensor sensor = load_sensor(spill(kEverything));
+  sensor.layer = LayerCalibration{.young_MPa = 0.15, .thickness_mm = 5.5};
+  sensor.force->signal = ForceSignal::LayerAndBending;
+  sensor.force->model = ForceModel::Scale;
+  sensor.force->bending_N_per_mm = 1.0 / 3;
+  const std::filesystem::path file = folder_ / "both.json";
+  save_sensor(sensor, file);
+  const ForceCalibration force = load_sensor(file).force.value();
+  EXPECT_EQ(force.signal, ForceSignal::LayerAndBending);
+  EXPECT_EQ(force.model, ForceModel::Scale);
+  EXPECT_EQ(force.bending_N_per_mm, sensor.force->bending_N_per_mm);
+  const auto refused = [&](const Sensor& wrong, const std::string& word) {
+    try {
+      save_sensor(wrong, file);
+      ADD_FAILURE() << "accepted without " << word;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  };
+  Sensor wrong = sensor;
+  wrong.force->bending_N_per_mm = 0;
+  refused(wrong, "force.bending_N_per_mm");
+  wrong = sensor;
+  wrong.layer.reset();
+  refused(wrong, "section 'layer'");
+  wrong = sensor;
+  wrong.reading = SurfaceReading::Shading;
+  refused(wrong, "colour gel");
+}
+
 TEST_F(SensorFile, DefaultsOfAShortFile) {
   const Sensor s = load_sensor(spill(R"({"palpate_sensor": 1, "pitch_mm_per_px": 0.1, // a comment
                                         "frame": {"bit_depth": 12}})"));

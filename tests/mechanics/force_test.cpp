@@ -104,6 +104,35 @@ TEST(Force, VolumeAndGradientNeedToBeMeasured) {
   EXPECT_EQ(force_of(c, r).validity, Validity::Valid);
 }
 
+// The mean of two readings; what they differ by is in its error.
+TEST(Force, LayerAndBending) {
+  const ForceCalibration c{.c1_N_per_gray = 1.2,
+                           .residual_sd_N = 0.3,
+                           .gray_max = 100,
+                           .signal = ForceSignal::LayerAndBending,
+                           .model = ForceModel::Scale,
+                           .residual_fraction = 0.1,
+                           .bending_N_per_mm = 2};
+  ForceFeatures r{.contact = true,
+                  .layer_N = 10,
+                  .layer_sd_N = 50,
+                  .has_layer = true,
+                  .layer_validity = Validity::AtBorder,
+                  .bending_mm = 5};
+  EXPECT_EQ(force_of(c, r).validity, Validity::NotCalibrated);
+  r.has_bending = true;
+  const Estimate agreed = force_of(c, r);
+  EXPECT_DOUBLE_EQ(agreed.value, 12);
+  EXPECT_NEAR(agreed.standard_error, std::hypot(0.3, 1.2), 1e-12);
+  EXPECT_EQ(agreed.validity, Validity::AtBorder);
+  r.bending_mm = 2;
+  EXPECT_DOUBLE_EQ(force_of(c, r).value, 1.2 * 7);
+  EXPECT_NEAR(force_of(c, r).standard_error, 1.2 * 3, 1e-12);
+  const ForceFeatures drawn = reading_at(c, 8);
+  EXPECT_DOUBLE_EQ(signal_of(c, drawn), 8);
+  EXPECT_DOUBLE_EQ(force_of(c, drawn).value, 9.6);
+}
+
 // Up the loading branch, back along the unloading one; between them just after a reversal, with an error that
 // says so; noise does not swing it.
 TEST(Force, FollowsTheBranches) {

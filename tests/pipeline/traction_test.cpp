@@ -134,6 +134,43 @@ TEST_F(TractionTest, DeviceAndHostAgree) {
   }
 }
 
+// The bending of a gel rises with what presses, and hardly knows of a light that comes up while it presses;
+// no other sensor has one.
+TEST_F(TractionTest, BendingGoesWithThePressAndNotWithTheLight) {
+  const std::string scene = "synthetic:press?mode=gel&size=320x240";
+  const Sensor sensor = sensor_of(scene);
+  const std::unique_ptr<Source> source = open_source(scene, sensor);
+  Pipeline steady(context(), sensor, source->format(), {.outputs = kTractionOutputs, .fixed_light = true}),
+      brighter(context(), sensor, source->format(), {.outputs = kTractionOutputs, .fixed_light = true});
+  for (Pipeline* one : {&steady, &brighter}) one->set_background(load_background(scene, sensor, *source));
+  std::vector<double> bending_mm, force_N;
+  Frame frame;
+  for (uint64_t i = 0; source->next(frame); ++i) {
+    if (i % 15 != 0) continue;
+    const Touch touch = steady.process(frame).touch;
+    const double true_N = source->truth(frame.sequence)->force_N;
+    ASSERT_EQ(touch.traction->bending_mm.has_value(), touch.contact);
+    if (!touch.contact || true_N < 0.2) continue;
+    force_N.push_back(true_N);
+    bending_mm.push_back(*touch.traction->bending_mm);
+    for (uint8_t& pixel : frame.bytes) pixel = static_cast<uint8_t>(std::min(pixel + 12, 255));
+    const Touch lit = brighter.process(frame).touch;
+    ASSERT_TRUE(lit.traction->bending_mm.has_value());
+    EXPECT_NEAR(*lit.traction->bending_mm, bending_mm.back(), 0.05 * bending_mm.back() + 0.02) << true_N;
+  }
+  ASSERT_GT(force_N.size(), 8u);
+  const auto most = std::ranges::max_element(force_N) - force_N.begin();
+  const auto least = std::ranges::min_element(force_N) - force_N.begin();
+  std::printf("bending %.3g mm at %.3g N, %.3g mm at %.3g N\n", bending_mm[least], force_N[least],
+              bending_mm[most], force_N[most]);
+  EXPECT_GT(bending_mm[most], 1.5 * bending_mm[least]);
+  for (size_t i = 0; i < force_N.size(); ++i)
+    for (size_t k = 0; k < force_N.size(); ++k)
+      if (force_N[i] > 1.3 * force_N[k]) {
+        EXPECT_GT(bending_mm[i], bending_mm[k]) << force_N[i] << " " << force_N[k];
+      }
+}
+
 // A waveguide's pixels are pressures: their sum is the force, and goes back through the same layer.
 TEST_F(TractionTest, WaveguideSumsItsPressures) {
   const std::string scene = "synthetic:press?size=320x240";
@@ -142,6 +179,7 @@ TEST_F(TractionTest, WaveguideSumsItsPressures) {
   run(scene, sensor, {.outputs = kTractionOutputs}, 30, [&](const Result& result, const Truth& truth) {
     if (truth.force_N < 0.3) return;
     const TractionSummary& t = *result.touch.traction;
+    EXPECT_FALSE(t.bending_mm.has_value());
     EXPECT_NEAR(t.fz_N.value, truth.force_N, 0.02 * truth.force_N);
     EXPECT_EQ(t.fz_N.validity, Validity::Valid);
     EXPECT_NEAR(sum_N(result.traction, sensor.pitch_mm_per_px), t.fz_N.value, 1e-3);

@@ -1,6 +1,6 @@
-// Force by the elastic layer on recordings of a real gel sensor with a gauge: one modulus from some
-// objects, judged by others. The recordings are not part of the repository; the test says loudly when it is
-// skipped.
+// Force by the elastic layer on recordings of a real gel sensor with a gauge, alone and with the bending:
+// calibrated on some objects, judged by others and on another day. The recordings are not part of the
+// repository; the test says loudly when it is skipped.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,9 +8,12 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <ranges>
 #include <string>
 #include <vector>
 
+#include "engine/calibrate/force/choice.h"
+#include "engine/measure/force.h"
 #include "tests/recordings/wedge_clips.h"
 
 namespace palpate {
@@ -20,7 +23,9 @@ constexpr double kFull_N = 24;
 
 /// A clip's frames above 1 N.
 struct Clip {
+  std::string object;  ///< without the number of its trial
   std::vector<double> layer_N, sd_N, gauge_N;
+  std::vector<ForceSample> samples;
 };
 
 class TractionRecordings : public WedgeClips {
@@ -50,7 +55,13 @@ class TractionRecordings : public WedgeClips {
     }
     return found;
   }
-  static Clip clip(const std::filesystem::path& video) {
+  static const Clip& clip(const std::filesystem::path& video) {
+    static std::map<std::string, Clip> clips;
+    const auto [found, measures] = clips.try_emplace(video.string());
+    if (measures) found->second = measure(video);
+    return found->second;
+  }
+  static Clip measure(const std::filesystem::path& video) {
     MeasuredInput input{
         video.string(),
         load_sensor(shipped_sensor("gelsight_wedge")),
@@ -60,6 +71,8 @@ class TractionRecordings : public WedgeClips {
     const GaugedRecording recording =
         measure_with_gauge(context(), input, {table.string(), {}, parse_alignment("none"), 0}, {});
     Clip found;
+    const std::string name = video.stem().string();
+    found.object = name.ends_with("_1") || name.ends_with("_2") ? name.substr(0, name.size() - 2) : name;
     const int lag = lag_of(recording);
     const auto frames = static_cast<int>(recording.frames.size());
     for (int i = 0; i < frames; ++i) {
@@ -70,6 +83,10 @@ class TractionRecordings : public WedgeClips {
       found.layer_N.push_back(frame.touch.traction->fz_N.value);
       found.sd_N.push_back(frame.touch.traction->fz_N.standard_error);
       found.gauge_N.push_back(gauge_N);
+      found.samples.push_back({.features = force_features(frame.touch),
+                               .force_N = gauge_N,
+                               .time_s = frame.time_s,
+                               .frame = frame.touch.sequence});
     }
     return found;
   }
@@ -92,6 +109,93 @@ class TractionRecordings : public WedgeClips {
     return sum / static_cast<double>(clip.layer_N.size()) / kFull_N;
   }
 };
+
+/// What a calibration is worth on clips that it was not made of: errors and half intervals as shares of full
+/// scale.
+struct Worth {
+  double clips = 0, error = 0, held = 0, half = 0, usable = 0;  ///< sums over clips, each of its frames' mean
+  void add(const ForceCalibration& calibration, const Clip& clip) {
+    double off = 0, in = 0, wide = 0, fit = 0, small = 0;
+    for (const ForceSample& s : clip.samples) {
+      const Estimate e = force_of(calibration, s.features);
+      const double half_N = 1.96 * e.standard_error;
+      off += std::abs(e.value - s.force_N) / kFull_N;
+      in += std::abs(e.value - s.force_N) <= half_N;
+      if (s.force_N > 20) continue;
+      ++small;
+      wide += half_N / kFull_N;
+      fit += e.validity == Validity::Valid || half_N <= 0.15 * kFull_N;
+    }
+    const auto n = static_cast<double>(clip.samples.size());
+    clips += 1, error += off / n, held += in / n, half += wide / small, usable += fit / small;
+  }
+  void print(const char* signal, const char* what) const {
+    std::printf("  %-18s %-42s error %4.1f %%, 95 %% holds %3.0f %%, half of it %4.1f %%, usable %3.0f %%\n",
+                signal, what, 100 * error / clips, 100 * held / clips, 100 * half / clips,
+                100 * usable / clips);
+  }
+  double mean() const { return error / clips; }
+};
+
+ForceCalibration calibrated(ForceSignal signal, const std::vector<const Clip*>& clips) {
+  std::vector<ForceSample> samples;
+  for (size_t i = 0; i < clips.size(); ++i)
+    for (ForceSample s : clips[i]->samples) {
+      s.recording = s.press = static_cast<uint32_t>(i);
+      samples.push_back(s);
+    }
+  return choose_force(samples, {.signal = signal, .branches = false}).calibration;
+}
+
+/// Every clip by a calibration on those of `from` that show another object.
+Worth left_out(ForceSignal signal, const std::vector<const Clip*>& from,
+               const std::vector<const Clip*>& judged) {
+  Worth worth;
+  for (const Clip* one : judged) {
+    std::vector<const Clip*> others;
+    std::ranges::copy_if(from, std::back_inserter(others),
+                         [&](const Clip* other) { return other->object != one->object; });
+    worth.add(calibrated(signal, others), *one);
+  }
+  return worth;
+}
+
+// The layer's force and the bending err for different reasons: their mean is better than either on objects
+// and on a day that it never saw.
+TEST_F(TractionRecordings, MeanWithTheBendingHoldsOnAnotherDay) {
+  std::vector<const Clip*> days[2], all;
+  for (const std::filesystem::path& video : both_days(2)) {
+    days[video.parent_path().filename() == "gelsight_wedge_day2"].push_back(&clip(video));
+    all.push_back(&clip(video));
+  }
+  if (days[1].size() < of_sweep<size_t>(8, 2)) GTEST_SKIP() << "no recordings of the second day";
+  double another_day[2] = {}, another_object[2] = {};
+  for (const ForceSignal signal : {ForceSignal::Layer, ForceSignal::LayerAndBending}) {
+    const char* name = to_string(signal);
+    const size_t k = signal == ForceSignal::LayerAndBending;
+    const char* kDay[] = {"day 1, its objects and day left out", "day 2, its objects and day left out"};
+    const char* kOwn[] = {"day 1, objects left out", "day 2, objects left out"};
+    const char* kBoth[] = {"day 1, objects of both days left out", "day 2, objects of both days left out"};
+    for (const size_t day : {0, 1}) {
+      Worth whole_day;
+      const ForceCalibration of_other = calibrated(signal, days[1 - day]);
+      for (const Clip* one : days[day]) whole_day.add(of_other, *one);
+      whole_day.print(name, day == 0 ? "day 2 -> day 1" : "day 1 -> day 2");
+      another_day[k] += whole_day.mean() / 2;
+      left_out(signal, days[1 - day], days[day]).print(name, kDay[day]);
+      left_out(signal, days[day], days[day]).print(name, kOwn[day]);
+      const Worth objects = left_out(signal, all, days[day]);
+      objects.print(name, kBoth[day]);
+      another_object[k] += objects.mean() / 2;
+    }
+  }
+  std::printf("another day: %.1f %%, by the layer alone %.1f %%; another object: %.1f %%, %.1f %%\n",
+              100 * another_day[1], 100 * another_day[0], 100 * another_object[1], 100 * another_object[0]);
+  EXPECT_LT(another_day[1], 0.85 * another_day[0]);
+  EXPECT_LT(another_object[1], 0.85 * another_object[0]);
+  EXPECT_LT(another_day[1], 0.10);
+  EXPECT_LT(another_object[1], 0.10);
+}
 
 TEST_F(TractionRecordings, OneModulusForObjectsNeverPressed) {
   std::map<std::string, Clip> first, second;

@@ -175,6 +175,8 @@ SignalAxis signal_axis(ForceSignal signal, double most) {
         return {"sum of gradients", "gray levels \xc3\x97 px"};
       case ForceSignal::Layer:
         return {"force by the layer", "N"};
+      case ForceSignal::LayerAndBending:
+        return {"force by layer and bending", "N"};
       default:
         return {"gray sum", "gray levels"};
     }
@@ -190,7 +192,8 @@ std::vector<CurvePoint> force_curve(const ForceCalibration& calibration, Branch 
   points.reserve(count);
   for (size_t i = 0; i < count; ++i) {
     const double signal = first + (last - first) * static_cast<double>(i) / static_cast<double>(count - 1);
-    const Estimate e = force_of(calibration, reading_at(signal), branch == Branch::Unloading ? 1 : 0);
+    const Estimate e =
+        force_of(calibration, reading_at(calibration, signal), branch == Branch::Unloading ? 1 : 0);
     points.push_back({signal, e.value, e.standard_error});
   }
   return points;
@@ -202,8 +205,7 @@ std::vector<CalibrationMark> force_marks(const ForceCalibration& calibration, co
     if (touch.contacts.size() > 1 && has_value(c.force_N))
       marks.push_back({c.id, signal_of(calibration, force_features(c)), c.force_N});
   const bool of_whole = calibration.signal == ForceSignal::Volume ||
-                        calibration.signal == ForceSignal::Gradient ||
-                        calibration.signal == ForceSignal::Layer;
+                        calibration.signal == ForceSignal::Gradient || is_by_layer(calibration.signal);
   if (marks.empty() && touch.contact && (of_whole || touch.contacts.size() < 2) && has_value(touch.force_N))
     marks.push_back({0, signal_of(calibration, force_features(touch)), touch.force_N});
   return marks;

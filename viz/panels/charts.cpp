@@ -423,8 +423,8 @@ double tick_step(double least, double most, int ticks) {
 }
 
 ForceRange calibrated_range(const ForceCalibration& force) {
-  return {force_of(force, reading_at(force.gray_min)).value,
-          force_of(force, reading_at(force.gray_max)).value};
+  return {force_of(force, reading_at(force, force.gray_min)).value,
+          force_of(force, reading_at(force, force.gray_max)).value};
 }
 
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,

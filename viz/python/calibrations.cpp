@@ -89,8 +89,6 @@ py::dict force(const std::vector<RunSettings>& inputs, const std::vector<std::st
   asked.gauge = {"", GaugeColumns::Normal, parse_alignment(align), rate_Hz, one_sequence};
   if (!signal.empty()) asked.choice.signal = by_name(kForceSignalNames, signal, "a signal");
   if (!model.empty()) asked.choice.model = by_name(kForceModelNames, model, "a model");
-  // One way of two names: the layer's force, of which one number is found.
-  if (asked.choice.model == ForceModel::Scale) asked.choice.signal = ForceSignal::Layer;
   asked.choice.branches = branches;
   const Outcome outcome =
       run_apart([asked](const std::atomic<bool>& stop) { return calibrate(asked, stop); });

@@ -23,6 +23,8 @@ const char* axis_of(ForceSignal signal) {
       return "gradients over the frame, gray levels x px";
     case ForceSignal::Layer:
       return "force by the elastic layer, N";
+    case ForceSignal::LayerAndBending:
+      return "force by the elastic layer and by bending, N";
   }
   return "";
 }
@@ -63,10 +65,10 @@ Plot plot_of(const ForceOutcome& o) {
       down{.title = "unloading curve", .colour = 7, .dashed = true}, zero{.colour = kPlotBlack, .width = 1};
   for (int k = 0; k <= kSteps; ++k) {
     const double x = c.gray_min + (c.gray_max - c.gray_min) * k / kSteps;
-    const Estimate e = force_of(c, reading_at(x), 0);
+    const Estimate e = force_of(c, reading_at(c, x), 0);
     const double interval_N = 1.96 * e.standard_error;
     up.add(x, e.value, e.value - interval_N, e.value + interval_N);
-    down.add(x, force_of(c, reading_at(x), 1).value);
+    down.add(x, force_of(c, reading_at(c, x), 1).value);
     zero.add(x, 0, -1e3 * interval_N, 1e3 * interval_N);
     largest_mN = std::max(largest_mN, 1e3 * interval_N);
   }

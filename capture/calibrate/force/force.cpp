@@ -30,6 +30,7 @@ const char* unit_of(ForceSignal signal) {
     case ForceSignal::Gradient:
       return "gray-px";
     case ForceSignal::Layer:
+    case ForceSignal::LayerAndBending:
       return "N";
   }
   return "";
@@ -71,6 +72,12 @@ std::string curve_text(const ForceCalibration& c) {
     case ForceModel::Line:
       return palpate::text("F = %.5g N/%s s %+.5g N", c.c1_N_per_gray, unit, c.c0_N);
     case ForceModel::Scale:
+      if (c.signal == ForceSignal::LayerAndBending)
+        return palpate::text(
+            "F = %.4g times the mean of the layer's force and of %.4g N/mm times the bending: that many "
+            "times "
+            "its modulus",
+            c.c1_N_per_gray, c.bending_N_per_mm);
       return palpate::text("F = %.4g times the layer's force: that many times its modulus", c.c1_N_per_gray);
     case ForceModel::Power:
       return palpate::text("F = %.5g (s/%s)^%.4g N %+.5g N", c.c1_N_per_gray, unit, c.exponent, c.c0_N);
@@ -94,13 +101,13 @@ std::optional<FolderError> left_out_folders(const ForceOutcome& o) {
         number.emplace(std::filesystem::path(r.input).parent_path(), number.size()).first->second);
   if (number.size() < 2) return std::nullopt;
   const ForceCandidate& c = o.choice.chosen.candidate;
-  const ForceTrack track = track_of(c.signal, o.samples);
   FolderError found{.folders = number.size()};
   double readings = 0;
   for (size_t out = 0; out < number.size(); ++out) try {
       const auto of_folder = [&](size_t i) { return folder[o.samples[i].recording] == out; };
-      const ForceCurves curves =
-          fit_curves(c.model, c.branches, track, o.samples, [&](size_t i) { return !of_folder(i); });
+      const auto counts = [&](size_t i) { return !of_folder(i); };
+      const ForceTrack track = track_of(c.signal, o.samples, counts);
+      const ForceCurves curves = fit_curves(c.model, c.branches, track, o.samples, counts);
       for (size_t i = 0; i < o.samples.size(); ++i) {
         if (!is_used(o.samples[i]) || !of_folder(i)) continue;
         found.error_N += std::abs(curves.at(track.signal[i], track.unloading[i]) - o.samples[i].force_N);
@@ -123,7 +130,7 @@ bool may_show_slopes(const Sensor& sensor, bool asked) {
 Outputs force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal) {
   Outputs outputs = input.outputs;
   // A volume needs the surface; without it that work is saved.
-  if (signal && signal != ForceSignal::Volume && signal != ForceSignal::Layer) outputs = Output::Force;
+  if (signal && signal != ForceSignal::Volume && !is_by_layer(*signal)) outputs = Output::Force;
   // Whatever the force is read by, clocks are best compared by the sum of gradients, where there is one.
   if (may_show_slopes(input.sensor, signal == ForceSignal::Gradient)) outputs |= Output::Gradient;
   return outputs;
@@ -211,7 +218,7 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
                              bool keep_border) {
   ForceOutcome o;
   o.recordings = std::move(recordings);
-  if (options.signal == ForceSignal::Layer)
+  if (options.model == ForceModel::Scale || (options.signal && is_by_layer(*options.signal)))
     for (GaugedRecording& r : o.recordings)
       for (GaugedFrame& f : r.frames) f.touch.gradient_sum.reset();  // for the clocks; the layer knows shapes
   o.samples = force_samples(o.recordings, keep_border);
@@ -231,7 +238,7 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
 
 void set_force(Sensor& sensor, const ForceCalibration& calibration) {
   sensor.force = calibration;
-  if (calibration.signal != ForceSignal::Layer || !sensor.layer) return;
+  if (!is_by_layer(calibration.signal) || !sensor.layer) return;
   ForceCalibration& force = *sensor.force;
   LayerCalibration& layer = *sensor.layer;
   const double scale = force.c1_N_per_gray;
@@ -240,7 +247,9 @@ void set_force(Sensor& sensor, const ForceCalibration& calibration) {
   for (std::optional<ForceCurve>* branch : {&force.loading, &force.unloading})
     if (*branch) (*branch)->c1 /= scale;
   layer.young_MPa *= scale;
-  layer.relative_sd = std::hypot(std::sqrt(force.covariance[2]) / scale, force.residual_fraction, apart);
+  if (force.signal == ForceSignal::Layer)
+    layer.relative_sd = std::hypot(std::sqrt(force.covariance[2]) / scale, force.residual_fraction, apart);
+  force.bending_N_per_mm *= scale;
   layer.origin = force.origin;
   force.c1_N_per_gray = 1;
   force.covariance = {};
@@ -405,9 +414,8 @@ json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
 
 std::string samples_csv(const ForceOutcome& o) {
   std::string text =
-      "recording,frame,time_s,press,gray_sum,area_px,volume_mm3,gradient_sum,force_N,fitted_N,held_out_N,"
-      "unloading,"
-      "left_out\n";
+      "recording,frame,time_s,press,gray_sum,area_px,volume_mm3,gradient_sum,layer_N,bending_mm,force_N,"
+      "fitted_N,held_out_N,unloading,left_out\n";
   const auto cell = [](double value, const char* format) {
     return std::isfinite(value) ? palpate::text(format, value) : std::string();
   };
@@ -419,6 +427,8 @@ std::string samples_csv(const ForceOutcome& o) {
             palpate::text(",%u,%.2f,%.0f,", s.press, s.features.gray_sum, s.features.area_px) +
             (s.features.has_volume ? palpate::text("%.6g", s.features.volume_mm3) : "") + "," +
             (s.features.has_gradient ? palpate::text("%.2f", s.features.gradient_sum) : "") + "," +
+            (s.features.has_layer ? palpate::text("%.6g", s.features.layer_N) : "") + "," +
+            (s.features.has_bending ? palpate::text("%.6g", s.features.bending_mm) : "") + "," +
             cell(s.force_N, "%.6g") + "," +
             palpate::text("%.6g,", force_of(o.choice.calibration, s.features, w).value) +
             cell(o.choice.held_out_N[i], "%.6g") + palpate::text(",%.3f,%s\n", w, to_string(s.left_out));

@@ -21,11 +21,10 @@ bool may_show_slopes(const Sensor& sensor, bool asked = false);
 Outputs force_outputs(const MeasuredInput& input, std::optional<ForceSignal> signal);
 
 /// The names of signals and models as the command line spells them.
-inline const std::map<std::string, ForceSignal> kForceSignalNames = {{"gray-sum", ForceSignal::GraySum},
-                                                                     {"gradient", ForceSignal::Gradient},
-                                                                     {"area", ForceSignal::Area},
-                                                                     {"volume", ForceSignal::Volume},
-                                                                     {"layer", ForceSignal::Layer}};
+inline const std::map<std::string, ForceSignal> kForceSignalNames = {
+    {"gray-sum", ForceSignal::GraySum}, {"gradient", ForceSignal::Gradient},
+    {"area", ForceSignal::Area},        {"volume", ForceSignal::Volume},
+    {"layer", ForceSignal::Layer},      {"layer-bending", ForceSignal::LayerAndBending}};
 inline const std::map<std::string, ForceModel> kForceModelNames = {{"line", ForceModel::Line},
                                                                    {"power", ForceModel::Power},
                                                                    {"spline", ForceModel::Spline},
@@ -67,7 +66,8 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
                              bool keep_border = false);
 
 /// Puts a calibration into a sensor. That of the layer's force becomes the layer's modulus, with its standard
-/// error, and a force of scale 1, or of scales about 1 where loading and unloading are apart.
+/// error, and a force of scale 1, or of scales about 1 where loading and unloading are apart. Where the
+/// bending counts too, the modulus keeps the error that it had, for the presses state that of the mean alone.
 void set_force(Sensor& sensor, const ForceCalibration& calibration);
 
 /// A calibration is not fit for use where its interval is wider than kWorstInterval of full scale, where it
@@ -94,7 +94,7 @@ ForceVerdict verdict_of(const ForceOutcome& outcome);
 /// The tables as text, and the same as a JSON object (text).
 std::string describe(const ForceOutcome& outcome);
 json::Value to_json(const ForceOutcome& outcome, const std::string& sensor_file);
-/// One line a sample: recording, frame, time_s, press, the four signals, force_N, fitted_N, held_out_N,
+/// One line a sample: recording, frame, time_s, press, the signals, force_N, fitted_N, held_out_N,
 /// unloading, left_out.
 std::string samples_csv(const ForceOutcome& outcome);
 

@@ -86,7 +86,8 @@ ForceVerdict verdict_of(const ForceOutcome& o) {
   }
   if (verdict.presses == 1) verdict.line += "; judged within one press: another may differ";
   // A gel's pixels show slopes, and those go with the object's shape as well as with the force.
-  const bool gel = std::any_of(o.samples.begin(), o.samples.end(),
+  const bool gel = o.choice.calibration.signal == ForceSignal::LayerAndBending ||
+                   std::any_of(o.samples.begin(), o.samples.end(),
                                [](const ForceSample& s) { return s.features.has_gradient; });
   std::set<uint32_t> recordings;
   for (const auto& [recording, press] : presses) recordings.insert(recording);

@@ -145,7 +145,7 @@ std::vector<WeighedPress> weighed_presses(gpu::Context& context, const Sensor& s
                 "one --weight-g for each press, in their order");
   }
   const std::optional<LayerCalibration> layer = layer_of(sensor);
-  const bool by_layer = layer && (!sensor.force || sensor.force->signal == ForceSignal::Layer);
+  const bool by_layer = layer && (!sensor.force || is_by_layer(sensor.force->signal));
   std::vector<WeighedPress> weighed;
   for (size_t i = 0; i < readings.size(); ++i) {
     const Estimate& force = readings[i].force;
@@ -164,7 +164,7 @@ std::vector<WeighedPress> weighed_presses(gpu::Context& context, const Sensor& s
 void set_gain(Sensor& sensor, const WeighedGain& gain, const std::string& input) {
   const Origin origin =
       origin_now(input, text("weighed presses: %.3f of what was read, +- %.1f %%", gain.gain, 100 * gain.sd));
-  const bool by_layer = !sensor.force || sensor.force->signal == ForceSignal::Layer;
+  const bool by_layer = !sensor.force || is_by_layer(sensor.force->signal);
   if (by_layer) {
     LayerCalibration layer = layer_of(sensor).value();
     layer.young_MPa *= gain.mended;
@@ -178,6 +178,7 @@ void set_gain(Sensor& sensor, const WeighedGain& gain, const std::string& input)
   if (by_layer) {  // its curves are of a force that is mended already
     force.gray_min *= gain.mended;
     force.gray_max *= gain.mended;
+    force.bending_N_per_mm *= gain.mended;
     return;
   }
   const auto scale = [&](auto& curve, double& c1) {

@@ -23,9 +23,9 @@ constexpr size_t kFewestBeyondMeans = 3;       // more than recordings: a drift 
 constexpr double kAlike = 0.03;                // of the least error: less of a difference is none
 
 // Where pixels show slopes, what bends is what presses: gradients come first there, and are measured only
-// there.
-constexpr std::array kSignals{ForceSignal::Layer, ForceSignal::Gradient, ForceSignal::GraySum,
-                              ForceSignal::Area, ForceSignal::Volume};
+// there. The mean of two readings comes before either: what spoils one of them on another day is halved.
+constexpr std::array kSignals{ForceSignal::LayerAndBending, ForceSignal::Layer, ForceSignal::Gradient,
+                              ForceSignal::GraySum,         ForceSignal::Area,  ForceSignal::Volume};
 constexpr std::array kModels{ForceModel::Scale, ForceModel::Line, ForceModel::Power, ForceModel::Spline};
 
 std::string why_left_out(std::span<const ForceSample> samples) {
@@ -40,11 +40,7 @@ std::string why_left_out(std::span<const ForceSample> samples) {
 
 /// Whether all used readings have what a signal needs.
 bool is_there(ForceSignal signal, std::span<const ForceSample> samples) {
-  const auto lacks = [signal](const ForceSample& s) {
-    return is_used(s) && ((signal == ForceSignal::Volume && !s.features.has_volume) ||
-                          (signal == ForceSignal::Gradient && !s.features.has_gradient) ||
-                          (signal == ForceSignal::Layer && !s.features.has_layer));
-  };
+  const auto lacks = [signal](const ForceSample& s) { return is_used(s) && !has_signal(signal, s.features); };
   return std::any_of(samples.begin(), samples.end(), is_used) &&
          std::none_of(samples.begin(), samples.end(), lacks);
 }
@@ -56,10 +52,8 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
     for (const bool branches : {false, true})
       for (const ForceSignal signal : kSignals) {
         // The layer's force is one: only its modulus is open.
-        if ((model == ForceModel::Scale) != (signal == ForceSignal::Layer)) continue;
-        const bool needs =
-            signal == ForceSignal::Volume || signal == ForceSignal::Gradient || signal == ForceSignal::Layer;
-        if (needs && !is_there(signal, samples)) continue;
+        if ((model == ForceModel::Scale) != is_by_layer(signal)) continue;
+        if (!is_there(signal, samples)) continue;
         if (options.signal.value_or(signal) != signal || options.model.value_or(model) != model ||
             options.branches.value_or(branches) != branches)
           continue;
@@ -68,8 +62,8 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
   return list;
 }
 
-/// Whether a signal may be taken unasked. How area and volume go with force depends on the object's shape:
-/// only recordings that are held out whole, of several objects or places, can speak for them.
+/// Whether a signal may be taken unasked. How area, volume and bending go with force depends on the object's
+/// shape: only recordings that are held out whole, of several objects or places, can speak for them.
 bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
                   std::span<const ForceSample> samples) {
   if (signal == ForceSignal::GraySum || signal == ForceSignal::Gradient || signal == ForceSignal::Layer ||
@@ -82,13 +76,14 @@ bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
 }
 
 /// Each used reading as a fit without its block says it. Throws where a block cannot be left out.
-std::vector<double> held_out(const ForceCandidate& c, const ForceTrack& track,
-                             std::span<const ForceSample> samples, std::span<const size_t> block,
-                             size_t blocks, const std::function<bool()>& stopped = {}) {
+std::vector<double> held_out(const ForceCandidate& c, std::span<const ForceSample> samples,
+                             std::span<const size_t> block, size_t blocks,
+                             const std::function<bool()>& stopped = {}) {
   std::vector<double> predicted(samples.size(), kNaN);
   for (size_t b = 0; b < blocks && !(stopped && stopped()); ++b) {
-    const ForceCurves curves =
-        fit_curves(c.model, c.branches, track, samples, [&](size_t i) { return block[i] != b; });
+    const auto counts = [&](size_t i) { return block[i] != b; };
+    const ForceTrack track = track_of(c.signal, samples, counts);
+    const ForceCurves curves = fit_curves(c.model, c.branches, track, samples, counts);
     for (size_t i = 0; i < samples.size(); ++i)
       if (is_used(samples[i]) && block[i] == b) predicted[i] = curves.at(track.signal[i], track.unloading[i]);
   }
@@ -244,10 +239,15 @@ void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptio
   if (options.signal == ForceSignal::Volume && !is_there(ForceSignal::Volume, samples))
     throw Error(Failure::Input, "the indented volume as signal", "a sensor that measures no surface",
                 "signal gray-sum or area, or a surface section in the sensor file");
-  if (options.signal == ForceSignal::Layer && !is_there(ForceSignal::Layer, samples))
+  const bool by_layer = options.model == ForceModel::Scale || options.signal == ForceSignal::Layer;
+  if (by_layer && !is_there(ForceSignal::Layer, samples))
     throw Error(Failure::Input, "the elastic layer's force as signal",
                 "a sensor without a layer or a surface, or frames without contact",
                 "the section 'layer' in the sensor file (young_MPa, poisson, thickness_mm)");
+  if (options.signal == ForceSignal::LayerAndBending && !is_there(ForceSignal::LayerAndBending, samples))
+    throw Error(Failure::Input, "the elastic layer's force and the bending as signal",
+                "a sensor that is no colour gel with a layer, or frames without contact",
+                "signal layer, or gray-sum");
   const size_t least = unknowns(options.model.value_or(ForceModel::Line), 0) + 1;
   if (count_used(samples) < least)
     throw Error(
@@ -270,9 +270,8 @@ size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<co
     CandidateScore score{.candidate = c, .error_N = kNaN, .worse_N = kNaN, .worse_sd_N = kNaN, .refused = {}};
     errors.emplace_back();
     try {
-      const ForceTrack track = track_of(c.signal, samples);
-      errors.back() = block_errors(held_out(c, track, samples, block, choice.blocks, options.stopped),
-                                   samples, block, choice.blocks);
+      errors.back() = block_errors(held_out(c, samples, block, choice.blocks, options.stopped), samples,
+                                   block, choice.blocks);
       score.error_N = std::accumulate(errors.back().begin(), errors.back().end(), 0.0) /
                       static_cast<double>(choice.blocks);
       if (may_be_taken(c.signal, options, samples) && (!best || score.error_N < best_N)) {
@@ -369,7 +368,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   const ForceTrack track = track_of(c.signal, samples);
   const auto all = [](size_t) { return true; };
   const ForceCurves curves = fit_curves(c.model, c.branches, track, samples, all);
-  choice.held_out_N = held_out(c, track, samples, final_block, choice.blocks);
+  choice.held_out_N = held_out(c, samples, final_block, choice.blocks);
   choice.unloading_fraction = track.unloading;
 
   ForceCalibration& f = choice.calibration;
@@ -380,6 +379,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   f.exponent = curves.together.curve.exponent;
   f.knots = curves.together.curve.knots;
   f.covariance = curves.together.covariance;
+  f.bending_N_per_mm = track.bending_N_per_mm;
   f.gray_min = track.low;
   f.gray_max = track.high;
   const std::vector<double> residual_N = judge_residuals(samples, track, curves, choice);

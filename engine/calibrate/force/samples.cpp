@@ -20,10 +20,15 @@ constexpr size_t kFewestPresses = 4;     // the same
 constexpr size_t kMostBlocks = 10;
 constexpr size_t kStretches = 8;  // of time, where there are few presses
 
-double signal_of(ForceSignal signal, const ForceFeatures& features) {
-  ForceCalibration c;
-  c.signal = signal;
-  return palpate::signal_of(c, features);
+double bending_scale(std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts) {
+  double products = 0, squares = 0;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (!is_used(samples[i]) || !counts(i)) continue;
+    const ForceFeatures& f = samples[i].features;
+    products += f.layer_N * f.bending_mm;
+    squares += f.bending_mm * f.bending_mm;
+  }
+  return squares > 0 ? products / squares : 0;
 }
 
 }  // namespace
@@ -62,12 +67,17 @@ double ForceCurves::at(double signal, double w) const {
   return (1 - w) * force_at(model, loading->curve, signal) + w * force_at(model, unloading->curve, signal);
 }
 
-ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples) {
+ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples,
+                    const std::function<bool(size_t)>& counts) {
   ForceTrack track;
+  if (signal == ForceSignal::LayerAndBending) track.bending_N_per_mm = bending_scale(samples, counts);
+  ForceCalibration reads;
+  reads.signal = signal;
+  reads.bending_N_per_mm = track.bending_N_per_mm;
   track.low = std::numeric_limits<double>::infinity();
   track.high = -track.low;
   for (const ForceSample& s : samples) {
-    track.signal.push_back(signal_of(signal, s.features));
+    track.signal.push_back(signal_of(reads, s.features));
     if (!is_used(s)) continue;
     track.low = std::min(track.low, track.signal.back());
     track.high = std::max(track.high, track.signal.back());
@@ -83,18 +93,25 @@ ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples) {
 
 ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
                        std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts) {
-  std::vector<double> s, f, on_loading, on_unloading;
+  std::map<uint32_t, double> of_recording;
+  double all = 0;
+  for (size_t i = 0; i < samples.size(); ++i)
+    if (is_used(samples[i]) && counts(i)) of_recording[samples[i].recording] += 1, all += 1;
+  std::vector<double> s, f, weight, on_loading, on_unloading;
   size_t loading = 0, unloading = 0;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (!is_used(samples[i]) || !counts(i)) continue;
     s.push_back(track.signal[i]);
     f.push_back(samples[i].force_N);
-    on_loading.push_back(track.loads(i) ? 1 : 0);
-    on_unloading.push_back(track.unloads(i) ? 1 : 0);
+    weight.push_back(model == ForceModel::Scale
+                         ? all / static_cast<double>(of_recording.size()) / of_recording[samples[i].recording]
+                         : 1);
+    on_loading.push_back(track.loads(i) ? weight.back() : 0);
+    on_unloading.push_back(track.unloads(i) ? weight.back() : 0);
     loading += on_loading.back() > 0;
     unloading += on_unloading.back() > 0;
   }
-  ForceCurves curves{model, fit_curve(model, s, f), {}, {}};
+  ForceCurves curves{model, fit_curve(model, s, f, weight), {}, {}};
   if (!branches) return curves;
   for (const auto& [name, count] : {std::pair{"loading", loading}, std::pair{"unloading", unloading}})
     if (count < kLeastOnBranch)

@@ -44,13 +44,18 @@ inline bool is_used(const ForceSample& sample) {
 
 /// One signal of all samples, with the branch that each is on.
 struct ForceTrack {
+  double bending_N_per_mm = 0;  ///< ForceSignal::LayerAndBending
   std::vector<double> signal;
   std::vector<double> unloading;  ///< as LoadDirection says, 0 to 1
   double low = 0, high = 0;       ///< of the signal of used readings
   bool loads(size_t i) const;     ///< on a branch, not between the two
   bool unloads(size_t i) const;
 };
-ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples);
+/// The layer's force over the bending is found by least squares from the used samples for which `counts`
+/// says so; no gauge decides it.
+ForceTrack track_of(
+    ForceSignal signal, std::span<const ForceSample> samples,
+    const std::function<bool(size_t)>& counts = [](size_t) { return true; });
 
 /// The curves of one candidate, fitted to some readings.
 struct ForceCurves {
@@ -60,7 +65,8 @@ struct ForceCurves {
 
   double at(double signal, double unloading_fraction) const;
 };
-/// To the used samples for which `counts` says so. Throws Error(Failure::Input) where they are too few.
+/// To the used samples for which `counts` says so; of a scale each recording counts alike, for its frames err
+/// alike. Throws Error(Failure::Input) where they are too few.
 ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
                        std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts);
 

@@ -52,13 +52,20 @@ enum class ForceSignal {
   Volume,    ///< indented, mm^3; needs Output::Surface
   Gradient,  ///< Touch::gradient_sum; needs frames of 8 bits
   Layer,     ///< force by the elastic layer (TractionSummary), N; needs Sensor::layer and a surface
+  /// Mean of the layer's force and of ForceCalibration::bending_N_per_mm times TractionSummary::bending_mm,
+  /// N.
+  LayerAndBending,
 };
+/// Whether a force is read from the elastic layer's, alone or with another reading.
+constexpr bool is_by_layer(ForceSignal signal) {
+  return signal == ForceSignal::Layer || signal == ForceSignal::LayerAndBending;
+}
 /// F of a signal s.
 enum class ForceModel {
   Line,    ///< F = c1 s + c0 (Eq. 54)
   Power,   ///< F = c1 s^exponent + c0
   Spline,  ///< monotone cubic (Fritsch and Carlson) through the knots
-  Scale,   ///< F = c1 s: of ForceSignal::Layer, whose modulus it corrects
+  Scale,   ///< F = c1 s: of a signal by the layer (is_by_layer), whose modulus it corrects
 };
 
 /// One direction of a force calibration; the model is the calibration's.
@@ -89,6 +96,7 @@ struct ForceCalibration {
   double drift_N_per_min = 0;    ///< of the residual over the calibration's time
   double r_squared = 0;          ///< 0: not stated
   double residual_fraction = 0;  ///< scatter that grows with the force: its share, added in squares
+  double bending_N_per_mm = 0;   ///< ForceSignal::LayerAndBending: the layer's force over the bending
   bool fit_for_use = true;       ///< false: its error or range were found too poor; forces say so
   /// false: calibrated on a gel with fewer than three objects, whose slopes go with the shape too; forces say
   /// so

@@ -173,6 +173,9 @@ struct TractionSummary {
   double residual = 0;           ///< of the solve, relative
   uint32_t iterations = 0;
   uint64_t unknown_cells = 0;  ///< in the contact, whose depth is not known
+  /// Steepness of the change over lengths at which the pad carries a load, integrated over the frame
+  /// (engine/measure/bending.h); of colour gels (has_gel_contacts()) in frames that something touches.
+  std::optional<double> bending_mm;
 };
 
 /// Pixels by how much is known of their slope; a pixel may count more than once.

@@ -73,8 +73,6 @@ Plot write_images(const MeasuredInput& input, const ForceOutcome& outcome,
 }
 
 Report force(const Common& common, Options options) {
-  // One way of two names: the layer's force, of which one number is found.
-  if (options.model == ForceModel::Scale) options.signal = ForceSignal::Layer;
   const std::vector<std::string> gauges = paired(options.inputs, options.gauges, "--gauge"),
                                  check_gauges = paired(options.checks, options.check_gauges, "--check-gauge");
   GaugeRequest request{"", GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz,
@@ -131,13 +129,14 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
   command
       ->add_option(
           "--signal", options->signal,
-          "gray-sum, gradient (of gels), area, volume, or layer (of sensors with a layer; default: as "
-          "held-out presses say)")
+          "gray-sum, gradient (of gels), area, volume, layer (of sensors with a layer), or layer-bending (of "
+          "colour gels with a layer; default: as held-out presses say)")
       ->transform(one_of(kForceSignalNames));
   command
-      ->add_option("--model", options->model,
-                   "line, power, spline, or layer: the force by the elastic layer, whose modulus is found "
-                   "(default: as held-out presses say)")
+      ->add_option(
+          "--model", options->model,
+          "line, power, spline, or layer: the force by the elastic layer, whose modulus is found, alone "
+          "or with the bending (default: as held-out presses say)")
       ->transform(one_of(kForceModelNames));
   command
       ->add_option("--branches", options->branches,

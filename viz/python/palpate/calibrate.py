@@ -122,8 +122,8 @@ def force(
         check, check_gauge: recordings to judge the result by; not used for the fit.
         align: the gauge's clock: ``auto`` (by cross-correlation), ``none`` (it is the recording's), or seconds
             to add to it; by default auto, and none for tables that count frames.
-        signal: ``gray-sum``, ``gradient``, ``area``, ``volume`` or ``layer``; by default as held-out presses
-            say.
+        signal: ``gray-sum``, ``gradient``, ``area``, ``volume``, ``layer`` or ``layer-bending``; by default as
+            held-out presses say.
         model: ``line``, ``power``, ``spline`` or ``layer``; likewise.
         branches: loading and unloading apart; likewise.
         keep_border: use contacts that reach the frame's border too.
