@@ -267,6 +267,19 @@ TEST_F(CheckCommand, WeightsJudgeTheForceAndMendIt) {
   EXPECT_GT(mended.relative_sd, 0.05) << "other objects may read otherwise";
   EXPECT_LT(mended.relative_sd, 0.2);
 
+  // Weights that no one modulus can read: none is written, and the force is to be calibrated again.
+  std::string disagreeing = " --weight-g ";
+  for (size_t i = 0; i < weight_g.size(); ++i)
+    disagreeing += std::to_string(weight_g[i] * (i % 2 ? 3 : 0.3)) + (i + 1 < weight_g.size() ? "," : "");
+  const Json apart = check(input, 3, disagreeing + " --out '" + at("none.json") + "'");
+  EXPECT_EQ(state(apart, "force"), "changed");
+  EXPECT_NE(row(apart, "force").at("what").get<std::string>().find("does not mend"), std::string::npos)
+      << apart.dump();
+  ASSERT_EQ(apart.at("again").size(), 1u);
+  EXPECT_TRUE(std::string(apart.at("again")[0].at("command")).starts_with("palpate calibrate force "))
+      << apart.dump();
+  EXPECT_FALSE(fs::exists(folder_ / "none.json"));
+
   const std::string own = "check '" + at("own.json") + "' " + input;
   EXPECT_EQ(TypedProgram::run(own + " --weight-g 100,200,300,400,500,600,700"), 3);
   EXPECT_NE(text("stderr").find("a weight each"), std::string::npos) << text("stderr");
@@ -297,8 +310,26 @@ TEST(Weighed, GainIsWeighedWithTheCalibration) {
   EXPECT_LT(one.mended, 1.8);
   EXPECT_GE(one.mended_sd, 0.5);
   // Presses that scatter more than they state.
-  const WeighedPress apart[] = {pressed(7, 10), pressed(10, 10), pressed(13, 10)};
-  EXPECT_NEAR(weigh(apart).sd, 1.4826 * 0.3 / std::sqrt(3.0), 1e-6);
+  const WeighedPress apart[] = {pressed(8.5, 10), pressed(10, 10), pressed(11.5, 10)};
+  EXPECT_TRUE(weigh(apart).agree);
+  EXPECT_NEAR(weigh(apart).sd, 1.4826 * 0.15 / std::sqrt(3.0), 1e-6);
+}
+
+// One object reads half of its weight and another twice its: no factor mends both.
+TEST(Weighed, PressesThatDisagreeMendNothing) {
+  const WeighedPress two[] = {pressed(5, 10), pressed(16, 10)},
+                     three[] = {pressed(7, 10), pressed(10, 10), pressed(13.5, 10)};
+  for (const WeighedGain& found : {weigh(two), weigh(three)}) {
+    EXPECT_FALSE(found.agree);
+    EXPECT_EQ(found.mended, 1);
+    EXPECT_NEAR(found.mended_sd, 0.2, 1e-12);
+  }
+  EXPECT_NEAR(weigh(two).least, 0.5, 1e-12);
+  EXPECT_NEAR(weigh(two).most, 1.6, 1e-12);
+  // Poor presses may differ as much, and one press contradicts none.
+  const WeighedPress poor[] = {pressed(5, 10, 0.5), pressed(16, 10, 0.5)};
+  EXPECT_TRUE(weigh(poor).agree);
+  EXPECT_TRUE(weigh(std::span(two).first(1)).agree);
 }
 
 TEST(Weighed, MendsTheCurveOrTheModulus) {

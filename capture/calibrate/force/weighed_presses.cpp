@@ -25,7 +25,7 @@ constexpr double kLeastPress = 0.1;   // of the largest press's force: less is a
 // Scatter of the gain over objects, relative: on the second day of a GelSight Wedge; where pixels show
 // pressure, what a kitchen scale and a hand leave open.
 constexpr double kObjectsOnGel = 0.2, kObjects = 0.03;
-constexpr double kSigmas = 2;
+constexpr double kSigmas = 2;  // of the calibration's limit, and of the presses' scatter over their errors
 constexpr double kSdOfMedian = 1.4826;  // of a bell, over the median distance from its middle
 constexpr size_t kEnough = 3;           // presses against a calibration: one may be of an odd object
 
@@ -90,8 +90,19 @@ WeighedGain weigh(std::span<const WeighedPress> presses) {
   const double scatter = presses.size() < kEnough ? 0 : kSdOfMedian * median_in_place(off);
   found.sd = std::max(found.gain * std::sqrt(variance), scatter) / std::sqrt(n);
   found.limit = 1 + kSigmas * std::hypot(stated, found.sd / found.gain);
+  double squares = 0;
+  for (const WeighedPress& p : presses)
+    squares += std::pow((p.weight_N / p.force_N / found.gain - 1) * p.force_N / p.own_sd_N, 2);
+  found.agree = presses.size() < 2 || squares <= kSigmas * kSigmas * (n - 1);
+  const auto [least, most] = std::ranges::minmax(gains);
+  found.least = least, found.most = most;
   found.mended = found.gain;
   found.mended_sd = found.sd;
+  if (!found.agree) {
+    found.mended = 1;
+    found.mended_sd = stated;
+    return found;
+  }
   const bool contradicted = found.gain > found.limit || found.gain < 1 / found.limit;
   if (!(stated > 0) || (contradicted && presses.size() >= kEnough)) return found;
   const double presses_weight = 1 / (found.sd * found.sd), calibration_weight = 1 / (stated * stated);

@@ -29,6 +29,9 @@ struct WeighedGain {
   double sd = 0;      ///< its standard error
   double stated = 0;  ///< relative standard error that the calibration states of these forces
   double limit = 1;   ///< the calibration is true where `gain` is within this factor of 1, either way
+  /// false: presses differ by more than their errors, so that no factor mends them; `mended` is 1.
+  bool agree = true;
+  double least = 1, most = 1;  ///< weight over force of single presses
   /// With the calibration's own evidence, by both errors; without where three presses or more contradict it.
   double mended = 1;
   double mended_sd = 0;

@@ -304,12 +304,22 @@ class Check {
     if (watch_.stopped()) return;
     const WeighedGain found = weigh(presses);
     const auto at_border = std::ranges::count_if(presses, &WeighedPress::at_border);
-    add(row("force", 1 / found.gain, "of the weight", 1 / found.limit, found.limit,
+    mends_ = found.agree;
+    CheckRow force =
+        row("force", 1 / found.gain, "of the weight", 1 / found.limit, found.limit,
             text("%zu press%s on a scale: times %.3f +- %.3f; with the calibration's own error %.3f +- %.3f",
                  presses.size(), presses.size() == 1 ? "" : "es", found.gain, found.sd, found.mended,
                  found.mended_sd) +
-                (at_border > 0 ? text("; %zd reach the border", at_border) : "")));
-    if (request_.out.empty()) return;
+                (at_border > 0 ? text("; %zd reach the border", at_border) : ""));
+    if (!mends_) {
+      force.state = State::Changed;
+      force.what = text(
+          "%zu presses on a scale disagree by more than their errors, %.2f to %.2f times what is read: a "
+          "factor does not mend the force",
+          presses.size(), found.least, found.most);
+    }
+    add(std::move(force));
+    if (request_.out.empty() || !mends_) return;
     set_gain(sensor_, found, request_.input);
     save_sensor(sensor_, request_.out);
   }
@@ -345,6 +355,8 @@ class Check {
       if (sensor_.reading == SurfaceReading::Photometric) again("the surface", "photometric " + ball);
       if (sensor_.reading == SurfaceReading::Lookup) again("the surface", "lookup " + ball);
       if (sensor_.force) again("the force", "force PRESSES --gauge TABLE");
+    } else if (changed("force") && !mends_) {
+      again("the force", "force PRESSES --gauge TABLE");
     } else if (changed("force") && request_.out.empty()) {
       std::string weights;
       for (const double weight_g : request_.weight_g) weights += text(" --weight-g %g", weight_g);
@@ -434,6 +446,7 @@ class Check {
   FrameFormat format_;
   std::optional<Frame> calibrated_;
   bool rest_seen_ = false;  ///< the pad at rest today
+  bool mends_ = true;       ///< weighed presses agree on a factor
   std::string doubt_;
   SensorCheck check_;
 };
