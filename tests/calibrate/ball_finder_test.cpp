@@ -28,7 +28,7 @@ struct GelRecording {
   Sensor sensor = synthetic_sensor(parse_synthetic(kGel));
   std::unique_ptr<Source> source = open_source(kGel, sensor);
   Frame background = load_background(kGel, sensor, *source);
-  BallSearch search{5, sensor.pitch_mm_per_px, sensor.threshold_gray};
+  BallSearch search{PressedShape::ball(5), sensor.pitch_mm_per_px, sensor.threshold_gray};
 
   /// The first press that is well seen.
   void find_press(Frame& press, FoundBall& found) {
@@ -122,7 +122,7 @@ TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
   EXPECT_NEAR(part.radius_px, found.radius_px, 0.05 * found.radius_px);
   // A contact wider than the ball it is said to be of.
   BallSearch small = r.search;
-  small.ball_radius_mm = 0.9 * found.radius_px * r.search.pitch_mm_per_px;
+  small.shape = PressedShape::ball(0.9 * found.radius_px * r.search.pitch_mm_per_px);
   EXPECT_TRUE(says(refusal(press, small), "does not fit a ball")) << refusal(press, small);
   // Light that is too bright: what changes is at the camera's limit.
   Frame bright = press;
@@ -202,7 +202,7 @@ TEST(BallFinder, MarkersOfTheSyntheticGelAreMasked) {
     const std::string input = "synthetic:palpation?mode=gel&size=480x360&rate=1&radius=5&seed=3&skin=" + skin;
     const Sensor sensor = synthetic_sensor(parse_synthetic(input));
     PressSearch search;
-    search.ball_radius_mm = 5;
+    search.shape = PressedShape::ball(5);
     search.mask_markers = mask;
     const BallPresses found = find_presses(input, sensor, search, 4);
     PhotometricFit fit(found.format, sensor.pitch_mm_per_px);
@@ -245,18 +245,20 @@ TEST(BallFinder, FindsABallInAGrayGel) {
   rest.reshape({160, 120, 1, 8});
   std::fill(rest.bytes.begin(), rest.bytes.end(), uint8_t{180});
   for (const auto& [x, y, radius] : {std::tuple{70.3, 55.8, 30.0}, {90.0, 60.0, 20.0}}) {
-    const FoundBall ball =
-        find_gray_ball(gray_press(x, y, radius, 45, 180), rest, {}, Signal::Darker, {45 * 0.05, 0.05, 2});
+    const FoundBall ball = find_gray_ball(gray_press(x, y, radius, 45, 180), rest, {}, Signal::Darker,
+                                          {PressedShape::ball(45 * 0.05), 0.05, 2});
     EXPECT_TRUE(ball.good()) << ball.refusal;
     EXPECT_NEAR(ball.center_x_px, x, 0.15);
     EXPECT_NEAR(ball.center_y_px, y, 0.15);
     EXPECT_NEAR(ball.radius_px, radius, 0.03 * radius + 0.5);
   }
-  EXPECT_FALSE(find_gray_ball(rest, rest, {}, Signal::Darker, {2.25, 0.05, 2}).good());
+  EXPECT_FALSE(find_gray_ball(rest, rest, {}, Signal::Darker, {PressedShape::ball(2.25), 0.05, 2}).good());
   // The wrong sign shows no touch.
-  EXPECT_FALSE(
-      find_gray_ball(gray_press(70, 60, 30, 45, 180), rest, {}, Signal::Brighter, {2.25, 0.05, 2}).good());
-  EXPECT_NE(find_gray_ball(gray_press(10, 60, 30, 45, 180), rest, {}, Signal::Darker, {2.25, 0.05, 2})
+  EXPECT_FALSE(find_gray_ball(gray_press(70, 60, 30, 45, 180), rest, {}, Signal::Brighter,
+                              {PressedShape::ball(2.25), 0.05, 2})
+                   .good());
+  EXPECT_NE(find_gray_ball(gray_press(10, 60, 30, 45, 180), rest, {}, Signal::Darker,
+                           {PressedShape::ball(2.25), 0.05, 2})
                 .refusal.find("border"),
             std::string::npos);
 }

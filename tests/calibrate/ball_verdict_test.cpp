@@ -32,7 +32,7 @@ struct Presses {
     const std::string input = "synthetic:palpation?mode=gel&size=320x240&rate=2&radius=5&seed=3";
     sensor = synthetic_sensor(parse_synthetic(input));
     PressSearch search;
-    search.ball_radius_mm = stated_mm;
+    search.shape = PressedShape::ball(stated_mm);
     found = find_presses(input, sensor, search, 4);
   }
 };
@@ -140,13 +140,14 @@ BallPresses some_presses(size_t fitting, size_t wider, double ramp) {
   for (size_t i = 0; i < fitting; ++i) {
     BallPress press;
     press.ball = ball(20, 3);
-    press.ball_radius_mm = 3;
+    press.shape = PressedShape::ball(3);
     found.presses.push_back(press);
     found.backgrounds.emplace_back();
     ++found.frames_with_ball;
   }
   for (size_t i = 0; i < wider; ++i)
-    found.refused.push_back({"p.png", "too wide", BallRefusal::TooWide, ball(35, 3 * ramp), 3});
+    found.refused.push_back(
+        {"p.png", "too wide", BallRefusal::TooWide, ball(35, 3 * ramp), PressedShape::ball(3)});
   return found;
 }
 
@@ -184,7 +185,7 @@ TEST(BallVerdict, MostPressesUnlikeTheOthersAreRefused) {
 
 TEST(BallVerdict, TheSelectionIsCounted) {
   BallPresses found = some_presses(4, 2, 1);
-  found.refused.push_back({"q.png", "at the border", BallRefusal::AtBorder, {}, 3});
+  found.refused.push_back({"q.png", "at the border", BallRefusal::AtBorder, {}, PressedShape::ball(3)});
   const PressSelection s = selection_of(found);
   EXPECT_EQ(
       describe(s),

@@ -94,6 +94,8 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
   const Sensor ours = load_sensor(folder_ / "out.json");
   EXPECT_EQ(ours.size_px, (std::array<uint32_t, 2>{320, 240}));
   EXPECT_FALSE(ours.photometric.origin.empty());
+  ASSERT_EQ(run(frames + "--shape ball:radius=5 --json"), 0) << text("stderr");
+  EXPECT_EQ(parse_json(text("stdout"))["presses"], found["presses"]);
 
   // Where each press stands in the truth is where it was found.
   std::map<int, std::array<double, 3>> truth;
@@ -117,6 +119,9 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
   };
   refused(frames + "--ball-mm 1", 3, "wider than the ball");
   refused(frames, 2, "--ball-mm");
+  refused(frames + "--ball-mm 5 --shape cylinder:radius=5", 2, "several of them");
+  refused(frames + "--shape cylinder:radius=5", 3, "a cylinder of 5 mm radius");
+  refused(frames + "--shape cone:half-angle=60:tip-radius", 2, "tip-radius of 0.001 to 1000 mm");
   // Nothing but untouched frames.
   fs::create_directories(folder_ / "rest");
   for (const char* name : {"1.png", "2.png", "3.png"})

@@ -113,6 +113,18 @@ TEST_F(SetupCommand, AGelIsKnownFromPressesOfABall) {
   EXPECT_FALSE(unclear.at("known").get<bool>());
   EXPECT_NE(unclear.at("what").get<std::string>().find("size"), std::string::npos) << unclear.dump();
 
+  // The shape by name; another than what is pressed gives no surface, and one that is unclear nothing at all.
+  const std::string shaped = "setup " + frames + " --pitch " + std::to_string(pitch) + " --json --out '" +
+                             at("shaped.json") + "' --shape ";
+  ASSERT_EQ(run(shaped + "ball:diameter=16"), 0) << text("stderr");
+  EXPECT_EQ(load_sensor(folder_ / "shaped.json").photometric.wx, sensor.photometric.wx);
+  ASSERT_EQ(run(shaped + "cylinder:radius=8"), 0) << text("stderr");
+  EXPECT_FALSE(step(parse_json(text("stdout")), "surface").at("known").get<bool>());
+  fs::remove(folder_ / "shaped.json");
+  EXPECT_EQ(run(shaped + "cylinder:8"), 2);
+  EXPECT_NE(text("stderr").find("by name"), std::string::npos) << text("stderr");
+  EXPECT_FALSE(fs::exists(folder_ / "shaped.json"));
+
   // The diameter for the radius, and presses that contradict the ball: no surface.
   for (const char* ball : {"--ball-mm 16", "--ball-radius-mm 2"}) {
     ASSERT_EQ(run("setup " + frames + " " + ball + " --pitch " + std::to_string(pitch) + " --json --out '" +

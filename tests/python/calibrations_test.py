@@ -66,6 +66,12 @@ def test_photometric_without_a_file(gel, tmp_path):
         assert max(t.depth_mm.max() for t in stream) > 0.2
     cal.sensor.save(tmp_path / "kept.json")
     assert pp.Sensor(tmp_path / "kept.json").reading == "photometric"
+    named = pp.calibrate.photometric(gel / "frames", shape="ball:diameter=10", **options)
+    assert named.report["presses"] == cal.report["presses"]
+    twice = pp.calibrate.photometric(gel / "frames", shape="ball:radius=5", other_shapes={gel / "frames": "ball:radius=5"}, **options)
+    assert len(twice.report["presses"]) == 2 * len(cal.report["presses"])
+    with pytest.raises(pp.ArgumentError, match="by name"):
+        pp.calibrate.photometric(gel / "frames", shape="cylinder:5", **options)
     with pytest.raises(pp.ArgumentError, match="once"):
         pp.calibrate.photometric(gel / "frames", ball_radius_mm=5, ball_diameter_mm=10, **options)
 

@@ -32,6 +32,8 @@ def test_it_is_what_the_program_makes(press, tmp_path, program):
     assert made.file == str(tmp_path / "gel.json")
     assert not made.complete  # no gauge: no force
     assert "MISSING  force" in str(made) and "-> " in str(made)
+    shaped = pp.setup(press / "frames", tmp_path / "shaped.json", background=press / "background.png", pitch_mm_per_px=pitch, shape="ball:radius=5")
+    assert list(shaped.steps["what"]) == list(made.steps["what"])
     with pp.open(press / "frames", sensor=made.sensor, drop=False) as stream:
         assert max(t.depth_mm.max() for t in stream) > 0.2
 

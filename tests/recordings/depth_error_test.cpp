@@ -52,7 +52,7 @@ class DepthErrorRecordings : public RecordingsTest {
     const SurfaceSummary& s = *result.touch.surface;
     const double known_px = PhotometricFit::kJudgedShare * press.ball.radius_px;
     const auto cap_mm = [&](double r_px) {
-      return std::sqrt(std::pow(press.ball_radius_mm, 2) - std::pow(r_px * pitch_mm, 2));
+      return std::sqrt(std::pow(press.shape.radius_mm, 2) - std::pow(r_px * pitch_mm, 2));
     };
     const std::span<const float> depth_mm = result.depth_mm();
     double middle = 0, in_middle = 0, rim = 0, on_rim = 0, mean = 0;
@@ -91,7 +91,7 @@ class DepthErrorRecordings : public RecordingsTest {
       const BallPress& p = presses.presses[i];
       if (wanted(i))
         fit.add_ball(p.frame, presses.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px,
-                     p.ball.radius_px, p.ball_radius_mm, p.label, p.mask);
+                     p.ball.radius_px, p.shape.radius_mm, p.label, p.mask);
     }
     sensor.reading = SurfaceReading::Photometric;
     sensor.photometric = fit.solve(1, NormalModel::Best).calibration;
@@ -132,7 +132,7 @@ TEST_F(DepthErrorRecordings, IntervalsHoldThePressesLeftOut) {
   const fs::path data = recordings_folder(), mini = data / "gelsight_mini";
   const auto found = [](const fs::path& folder, const Sensor& sensor, double ball_mm) {
     PressSearch search;
-    search.ball_radius_mm = ball_mm;
+    search.shape = PressedShape::ball(ball_mm);
     return find_presses(folder.string(), sensor, search, 4);
   };
   Held without_markers, with_markers;

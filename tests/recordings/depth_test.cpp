@@ -162,7 +162,7 @@ TEST_F(DepthRecordings, GelShapesAfterCalibrationOnFoundBalls) {
     if (file.extension() != ".png") continue;
     Pressed p{file.filename().string(), frame_of(file, sensor), {}, {}};
     if (presses.empty()) background = background_of(file, sensor);
-    p.ball = find_ball(p.frame, background, {}, {ball_mm, pitch, sensor.threshold_gray});
+    p.ball = find_ball(p.frame, background, {}, {PressedShape::ball(ball_mm), pitch, sensor.threshold_gray});
     EXPECT_TRUE(p.ball.good()) << p.name << ": " << p.ball.refusal;
     presses.push_back(std::move(p));
   }
@@ -210,7 +210,8 @@ TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
       ASSERT_FALSE(rest_mask.empty());
     }
     p.mask = either(find_markers(p.frame, sensor), rest_mask);
-    p.ball = find_ball(p.frame, background, p.mask, {ball_mm, pitch, sensor.threshold_gray});
+    p.ball =
+        find_ball(p.frame, background, p.mask, {PressedShape::ball(ball_mm), pitch, sensor.threshold_gray});
     EXPECT_TRUE(p.ball.good()) << p.name << ": " << p.ball.refusal;
     widest_px = std::max(widest_px, p.ball.radius_px);
     presses.push_back(std::move(p));
@@ -282,7 +283,8 @@ TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
     sensor.background.image = (folder / "rectify_crop_ref.png").string();
     const fs::path file = folder / "rectify_crop_sample.png";
     const Frame frame = frame_of(file, sensor), background = background_of(file, sensor);
-    const FoundBall ball = find_gray_ball(frame, background, {}, Signal::Darker, {4.0, pitch, 3});
+    const FoundBall ball =
+        find_gray_ball(frame, background, {}, Signal::Darker, {PressedShape::ball(4.0), pitch, 3});
     ASSERT_TRUE(ball.good()) << unit << ": " << ball.refusal;
     LookupFit fit(pitch);
     fit.add_ball(frame, background, Signal::Darker, ball.center_x_px, ball.center_y_px, ball.radius_px, 4.0,

@@ -61,7 +61,7 @@ class MiniRecordings : public RecordingsTest {
   static Spheres judge(const fs::path& presses, const Sensor& sensor, double ball_mm) {
     constexpr double kInner = 0.7;
     PressSearch search;
-    search.ball_radius_mm = ball_mm;
+    search.shape = PressedShape::ball(ball_mm);
     const BallPresses found = find_presses(presses.string(), sensor, search, 10);
     Pipeline pipeline(
         context(), for_rectified_frames(sensor), found.format,

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "capture/calibrate/photometric/shape_text.h"
 #include "engine/base/json.h"
 #include "engine/base/shell_word.h"
 #include "engine/base/text.h"
@@ -54,6 +55,7 @@ Report setup(const Common& common, const Options& options) {
   if ((inputs.ball_mm > 0) + (inputs.ball_radius_mm > 0) + (inputs.ball_diameter_mm > 0) > 1)
     throw Error(Failure::Usage, "the ball's size once", "several of them",
                 "--ball-radius-mm or --ball-diameter-mm");
+  for (const std::string& shape : inputs.shapes) parse_shaped_recording(shape);
   if (options.window) return setup_in_window(common, inputs);
   if (inputs.recording.empty() || common.out.empty())
     throw Error(Failure::Usage, "a recording and --out FILE",
@@ -109,6 +111,10 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--balls", i.balls, "Recording of its presses (default: INPUT)");
   command->add_option("--other-ball", i.other_balls,
                       "RECORDING=RADIUS_MM: presses of another ball, as often as there are");
+  command->add_option(
+      "--shape", i.shapes,
+      std::string("Other shapes than a ball, of the presses, or RECORDING=SHAPE of further ones: ") +
+          kShapeSpellings);
   command
       ->add_option("--ball-table", i.ball_table,
                    "Presses of a ball that is not seen whole, by hand: CSV as palpate calibrate photometric "

@@ -220,11 +220,12 @@ void bind_written(py::module_& module) {
   module.def(
       "calibrate_photometric",
       [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
-         const Path& out, const Ball& ball, double pitch_mm_per_px, uint64_t every, double rest_weight,
-         const std::string& model, bool keep_markers, bool keep_contact) {
+         const Path& out, const Ball& ball, const std::vector<std::string>& shapes, double pitch_mm_per_px,
+         uint64_t every, double rest_weight, const std::string& model, bool keep_markers, bool keep_contact) {
         PhotometricRequest request;
         static_cast<BallRequest&>(request) = {input,         sensor,          balls, background,
                                               size_of(ball), pitch_mm_per_px, every};
+        request.shapes = shapes;
         request.rest_weight = rest_weight;
         request.model = by_name(kNormalModelNames, model, "a model");
         request.keep_markers = keep_markers;
@@ -232,8 +233,8 @@ void bind_written(py::module_& module) {
         return written(&calibrate_photometric, request, out);
       },
       py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
-      py::arg("ball"), py::arg("pitch_mm_per_px"), py::arg("every"), py::arg("rest_weight"), py::arg("model"),
-      py::arg("keep_markers"), py::arg("keep_contact"));
+      py::arg("ball"), py::arg("shapes"), py::arg("pitch_mm_per_px"), py::arg("every"),
+      py::arg("rest_weight"), py::arg("model"), py::arg("keep_markers"), py::arg("keep_contact"));
   module.def(
       "calibrate_lights",
       [](const std::vector<Path>& images, const Path& height, const Path& out, double pitch_mm_per_px,

@@ -23,9 +23,8 @@ Compared compare(std::span<const float> depth_mm, const BallPress& press, double
   const FrameFormat& f = press.frame.format;
   const FoundBall& ball = press.ball;
   double n = 0, r = 0, t = 0, rr = 0, rt = 0, tt = 0;
-  const double square = std::pow(press.ball_radius_mm, 2);
   const double judged_px = PhotometricFit::kJudgedShare * ball.radius_px;
-  const double rim_mm = std::sqrt(std::max(0.0, square - std::pow(judged_px * pitch_mm, 2)));
+  const double rim_mm = press.shape.height_mm(judged_px * pitch_mm);
   for (uint32_t y = 0; y < f.height; ++y)
     for (uint32_t x = 0; x < f.width; ++x) {
       const size_t i = size_t{y} * f.width + x;
@@ -33,7 +32,7 @@ Compared compare(std::span<const float> depth_mm, const BallPress& press, double
       if (off_px > judged_px || (!press.mask.empty() && press.mask[i] != 0)) continue;
       if (!std::isfinite(depth_mm[i])) continue;
       const double read = double{depth_mm[i]};
-      const double cap = std::sqrt(std::max(0.0, square - std::pow(off_px * pitch_mm, 2))) - rim_mm;
+      const double cap = press.shape.height_mm(off_px * pitch_mm) - rim_mm;
       n += 1, r += read, t += cap, rr += read * read, rt += read * cap, tt += cap * cap;
     }
   if (n < 3) return {};
@@ -50,8 +49,8 @@ double relative_sd(const Sensor& sensor, const BallPress& press, const Compared&
   if (sensor.reading == SurfaceReading::Lookup)
     return compared.cap_rms_mm > 0 ? sensor.lookup.depth_sd_mm / compared.cap_rms_mm : 0;
   // A component of a ball's normal has half of what is judged, as a share of the radius, as its RMS.
-  const double tilt =
-      PhotometricFit::kJudgedShare * press.ball.radius_px * sensor.pitch_mm_per_px / press.ball_radius_mm / 2;
+  const double tilt = PhotometricFit::kJudgedShare * press.ball.radius_px * sensor.pitch_mm_per_px /
+                      press.shape.radius_mm / 2;
   return sensor.photometric.normal_sd / tilt;
 }
 

@@ -46,7 +46,8 @@ double unexplained(const BallPress& press, const Frame& background, const Sensor
     mask.assign(plane.begin<uint8_t>(), plane.end<uint8_t>());
   }
   // The ball may be as large as it likes: a stretched contact is wider.
-  const BallSearch search{2 * press.ball_radius_mm, sensor.pitch_mm_per_px, sensor.threshold_gray, 0.5};
+  const BallSearch search{PressedShape::ball(2 * press.shape.radius_mm), sensor.pitch_mm_per_px,
+                          sensor.threshold_gray, 0.5};
   return 1 - find_ball(stretched(press.frame, factor), stretched(background, factor), mask, search).explained;
 }
 
@@ -54,11 +55,14 @@ double unexplained(const BallPress& press, const Frame& background, const Sensor
 
 BallStretch stretch_of(const BallPresses& found, const Sensor& sensor) {
   constexpr std::array<double, 2> kFactors{0.75, 4.0 / 3};
-  if (found.format.channels != 3 || found.presses.empty()) return {};
+  std::vector<size_t> balls;
+  for (size_t i = 0; i < found.presses.size(); ++i)
+    if (found.presses[i].shape.kind == PressedShape::Kind::Ball) balls.push_back(i);
+  if (found.format.channels != 3 || balls.empty()) return {};
   std::array<std::vector<double>, kFactors.size()> stretched_by;
-  const size_t count = std::min(kMost, found.presses.size());
+  const size_t count = std::min(kMost, balls.size());
   for (size_t i = 0; i < count; ++i) {
-    const size_t at = i * found.presses.size() / count;
+    const size_t at = balls[i * balls.size() / count];
     const auto left = [&](double factor) {
       return unexplained(found.presses[at], found.backgrounds[at], sensor, factor);
     };

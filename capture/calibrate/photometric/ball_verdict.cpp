@@ -92,13 +92,14 @@ json::Value to_json(const PressSelection& s) {
 void refuse_contradictions(const BallPresses& found, const Sensor& sensor, const std::string& input) {
   const double ramp = usual_ramp(found);
   size_t wide = 0, same = 0, unlike = 0;
-  double widest_mm = 0, radius_mm = 0;
+  double widest_mm = 0;
+  PressedShape shape;
   for (const RefusedPress& r : found.refused) {
     unlike += r.why == BallRefusal::Unlike;
     if (r.why != BallRefusal::TooWide) continue;
     ++wide;
     widest_mm = std::max(widest_mm, wider_mm(r, sensor));
-    radius_mm = r.ball_radius_mm;
+    shape = r.shape;
     const double ratio = ramp > 0 ? r.ball.ramp_per_px / ramp : 0;
     same += ratio < kSameRamp && ratio > 1 / kSameRamp;
   }
@@ -109,21 +110,21 @@ void refuse_contradictions(const BallPresses& found, const Sensor& sensor, const
   const bool most = wide > 0 && 2 * wide >= all,
              same_ball = same >= kLeastWide && share(same) >= kSameBallShare;
   if (most || same_ball) {
-    const double shaded_mm = evidence_of(found, sensor).shaded_radius_mm();
+    const char* name = name_of(shape.kind);
+    const double shaded_mm = evidence_of(found, sensor, shape).shaded_radius_mm();
     const std::string by_shading =
         shaded_mm > widest_mm ? text("about %.2g mm by the shading, ", shaded_mm) : "";
     throw Error(
         Failure::Input,
-        text("contacts that fit a ball of %.4g mm radius at %.4g mm per px in ", radius_mm,
-             sensor.pitch_mm_per_px) +
+        "contacts that fit " + describe(shape) + text(" at %.4g mm per px in ", sensor.pitch_mm_per_px) +
             input,
-        text("%zu of %zu presses wider than the ball, up to %.3g mm radius: its radius or the scale is wrong",
-             wide, all, widest_mm),
-        "the ball's radius (" + by_shading +
-            text("above %.3g mm at this scale; --ball-diameter-mm takes a diameter), or the scale, below "
-                 "%.3g mm "
-                 "per px with this ball",
-                 widest_mm, sensor.pitch_mm_per_px * radius_mm / widest_mm));
+        text("%zu of %zu presses wider than the %s, up to %.3g mm radius: its radius or the scale is wrong",
+             wide, all, name, widest_mm),
+        text("the %s's radius (", name) + by_shading +
+            text("above %.3g mm at this scale; %s takes a diameter), or the scale, below %.3g mm per px with "
+                 "this %s",
+                 widest_mm, shape.kind == PressedShape::Kind::Ball ? "--ball-diameter-mm" : "diameter=MM",
+                 sensor.pitch_mm_per_px * shape.radius_mm / widest_mm, name));
   }
   if (unlike > 0 && 2 * unlike >= fitting + unlike)
     throw Error(Failure::Input, "presses of one ball in " + input,
@@ -135,19 +136,22 @@ double BallEvidence::shaded_radius_mm() const {
   return judged > 0 && shading > 0 ? radius_mm / std::sqrt(shading) : 0;
 }
 
-BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor) {
+BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor, const PressedShape& of) {
   BallEvidence e;
+  e.shape = of;
+  const bool balls = of.kind == PressedShape::Kind::Ball;
   std::vector<double> radii, shading;
   for (size_t i = 0; i < found.presses.size(); ++i) {
     const BallPress& p = found.presses[i];
+    if (balls ? p.shape.kind != PressedShape::Kind::Ball : p.shape != of) continue;
     const double contact_mm = p.ball.radius_px * sensor.pitch_mm_per_px;
-    e.least_contact_mm = i == 0 ? contact_mm : std::min(e.least_contact_mm, contact_mm);
+    e.least_contact_mm = radii.empty() ? contact_mm : std::min(e.least_contact_mm, contact_mm);
     e.widest_contact_mm = std::max(e.widest_contact_mm, contact_mm);
-    e.widest_share = std::max(e.widest_share, contact_mm / p.ball_radius_mm);
-    radii.push_back(p.ball_radius_mm);
-    if (p.frame.format.channels != 3) continue;
+    e.widest_share = std::max(e.widest_share, contact_mm / p.shape.widest_mm());
+    radii.push_back(p.shape.radius_mm);
+    if (p.frame.format.channels != 3 || p.shape.kind == PressedShape::Kind::Cone) continue;
     if (const auto curvature = shaded_curvature_per_px2(p.frame, found.backgrounds[i], p.mask, p.ball))
-      shading.push_back(*curvature * std::pow(p.ball_radius_mm / sensor.pitch_mm_per_px, 2));
+      shading.push_back(*curvature * std::pow(p.shape.radius_mm / sensor.pitch_mm_per_px, 2));
   }
   e.radius_mm = median(radii);
   if (shading.size() < kLeastJudged) return e;
@@ -162,22 +166,23 @@ BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor) {
 
 BallDoubt doubt_of(const BallEvidence& e, const BallSize& size) {
   BallDoubt doubt;
+  const char* name = name_of(e.shape.kind);
   const bool half_fits = e.widest_share < kHalf;
   const double low = e.shading - 2 * e.shading_sd, high = e.shading + 2 * e.shading_sd;
   const std::string seen =
       e.judged > 0
-          ? text("the pad darkens under the contacts as under a ball of about %.2g mm radius, not %.4g",
+          ? text("the pad darkens under the contacts as under a %s of about %.2g mm radius, not %.4g", name,
                  e.shaded_radius_mm(), e.radius_mm)
           : std::string();
   const std::string were =
-      text("contacts reach %.0f %% of a ball of %.4g mm radius; were %.4g mm its diameter, %.0f %%",
-           100 * e.widest_share, e.radius_mm, e.radius_mm, 200 * e.widest_share);
+      text("contacts reach %.0f %% of a %s of %.4g mm radius; were %.4g mm its diameter, %.0f %%",
+           100 * e.widest_share, name, e.radius_mm, e.radius_mm, 200 * e.widest_share);
   if (e.judged > 0 && low > kCannotBe) {
     doubt = {BallDoubt::Kind::TooLarge, true, seen};
   } else if (e.judged > 0 && half_fits && low > kDoubled) {
     doubt = {BallDoubt::Kind::Diameter, size.unsaid_mm > 0, seen + ": is it the diameter? " + were};
   } else if (half_fits && e.judged > 0 && e.shading > kMaybeDoubled) {
-    doubt = {BallDoubt::Kind::Diameter, false, "the ball's radius or its diameter? " + were};
+    doubt = {BallDoubt::Kind::Diameter, false, text("the %s's radius or its diameter? ", name) + were};
   } else if (e.judged == 0 && e.widest_share < kGrayHalf && size.unsaid_mm > 0) {
     doubt = {BallDoubt::Kind::Diameter, false, "the ball's radius or its diameter? " + were};
   } else if (e.judged > 0 && !half_fits && low > kDoubled) {
@@ -191,31 +196,42 @@ BallDoubt doubt_of(const BallEvidence& e, const BallSize& size) {
 void refuse_doubtful(const BallDoubt& doubt, const BallEvidence& e, const BallSize& size,
                      const std::string& input) {
   if (!doubt.refused) return;
-  std::string remedy = "the ball's radius and the scale as they were measured";
+  std::string remedy = text("the %s's radius and the scale as they were measured", name_of(e.shape.kind));
   if (doubt.kind == BallDoubt::Kind::Diameter)
     remedy = text("--ball-diameter-mm %.4g, or --ball-radius-mm %.4g if that is the radius", size.unsaid_mm,
                   size.unsaid_mm);
   throw Error(Failure::Input,
-              text("shading under the contacts that fits a ball of %.4g mm radius in ", e.radius_mm) + input,
+              text("shading under the contacts that fits a %s of %.4g mm radius in ", name_of(e.shape.kind),
+                   e.radius_mm) +
+                  input,
               doubt.line, remedy);
 }
 
 std::string describe(const BallEvidence& e) {
-  std::string line =
-      text("contacts of %.3g to %.3g mm radius on a ball of %.4g mm radius (up to %s of it)",
-           e.least_contact_mm, e.widest_contact_mm, e.radius_mm, share_text(e.widest_share).c_str());
+  const char* name = name_of(e.shape.kind);
+  std::string line = text("contacts of %.3g to %.3g mm %s on ", e.least_contact_mm, e.widest_contact_mm,
+                          e.shape.round() ? "radius" : "half width");
+  if (e.shape.kind == PressedShape::Kind::Cone) return line + describe(e.shape);
+  line +=
+      text("a %s of %.4g mm radius (up to %s of it)", name, e.radius_mm, share_text(e.widest_share).c_str());
   if (e.judged > 0)
-    line += e.shading > 0 ? text("; by shading alone a ball of about %.2g mm radius", e.shaded_radius_mm())
-                          : std::string("; their shading gives no radius");
+    line += e.shading > 0
+                ? text("; by shading alone a %s of about %.2g mm radius", name, e.shaded_radius_mm())
+                : std::string("; their shading gives no radius");
   return line;
 }
 
 json::Value to_json(const BallEvidence& e) {
+  if (e.shape.kind == PressedShape::Kind::Cone)
+    return {{"shape", describe(e.shape)},
+            {"least_contact_mm", e.least_contact_mm},
+            {"widest_contact_mm", e.widest_contact_mm}};
   json::Value value = {{"radius_mm", e.radius_mm},
                        {"least_contact_mm", e.least_contact_mm},
                        {"widest_contact_mm", e.widest_contact_mm},
                        {"widest_share_of_radius", e.widest_share},
                        {"presses_judged_by_shading", e.judged}};
+  if (e.shape.kind != PressedShape::Kind::Ball) value["shape"] = describe(e.shape);
   if (e.judged > 0) {
     value["shading_over_stated"] = e.shading;
     value["shading_over_stated_sd"] = e.shading_sd;

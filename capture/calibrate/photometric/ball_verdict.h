@@ -34,8 +34,9 @@ void refuse_contradictions(const BallPresses& found, const Sensor& sensor, const
 
 /// Evidence on the ball's size that does not depend on the size that was stated.
 struct BallEvidence {
+  PressedShape shape{};          ///< the balls' own where there is one size
   double radius_mm = 0;          ///< as stated; the median where a table states several
-  double least_contact_mm = 0;   ///< radius of the smallest contact
+  double least_contact_mm = 0;   ///< radius or half width of the smallest contact
   double widest_contact_mm = 0;  ///< of the widest
   double widest_share = 0;       ///< of its ball's radius, at most 1
   /// Darkening under the contacts over that under balls of the stated radius (shading.h): at the right radius
@@ -46,7 +47,8 @@ struct BallEvidence {
   /// Radius by the shading alone, mm; 0 where it gives none.
   double shaded_radius_mm() const;
 };
-BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor);
+/// Of the presses of balls, or of those of another shape.
+BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor, const PressedShape& of = {});
 
 /// Doubt about the size of the ball.
 struct BallDoubt {

@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr double kOneWay = 0.9;     // fraction of the change: the other way is noise
-constexpr double kFar = 3;          // contact radii from the centre
+constexpr double kFar = 3;          // half widths of a contact from its middle
 constexpr double kRest = 0.999;     // of the pixels that are not touched
 constexpr double kThreshold = 1.5;  // over what these reach, as for an untouched recording
 constexpr double kSteps = 128;      // a gray level
@@ -81,9 +81,9 @@ struct Places {
       for (int x = 0; x < image.cols; ++x) {
         const size_t i = static_cast<size_t>(y) * static_cast<size_t>(image.cols) + static_cast<size_t>(x);
         if (!press.mask.empty() && press.mask[i] != 0) continue;
-        const double away_px = std::hypot(x - press.ball.center_x_px, y - press.ball.center_y_px);
-        if (away_px <= radius_px) within.push_back(image.at<float>(y, x));
-        if (away_px >= kFar * radius_px) far.push_back(image.at<float>(y, x));
+        const MiddleOffset offset = offset_from(press.ball, x, y);
+        if (offset.px <= radius_px && !offset.at_end) within.push_back(image.at<float>(y, x));
+        if (offset.px >= kFar * radius_px) far.push_back(image.at<float>(y, x));
       }
   }
 };

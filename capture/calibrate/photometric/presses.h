@@ -1,4 +1,4 @@
-// Presses of a ball in a recording: detected in every frame, or listed in a table.
+// Presses of a ball or of another known shape in a recording: detected in every frame, or listed in a table.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +18,9 @@ struct BallPress {
   std::string label;  ///< file, or file and frame
   Frame frame;
   FoundBall ball;
-  double ball_radius_mm = 0;
-  std::vector<uint8_t> mask;  ///< height x width, 1: a printed marker; empty: none
+  PressedShape shape{};
+  std::vector<uint8_t> mask{};  ///< height x width, 1: a printed marker, or another contact; empty: none
+  bool markers = false;         ///< there are printed ones
 };
 
 struct RefusedPress {
@@ -27,7 +28,7 @@ struct RefusedPress {
   std::string reason;
   BallRefusal why = BallRefusal::None;
   FoundBall ball{};  ///< what the search ended with
-  double ball_radius_mm = 0;
+  PressedShape shape{};
 };
 
 struct BallPresses {
@@ -42,7 +43,7 @@ struct BallPresses {
 };
 
 struct PressSearch {
-  double ball_radius_mm = 0;
+  PressedShape shape{};
   bool mask_markers = true;
   uint64_t every = 0;  ///< looks at every n-th frame of a video; 0: so that at most 400 are looked at
   /// Called with frames looked at and their number (0: not known), and true ends the search.
@@ -52,11 +53,16 @@ struct PressSearch {
 };
 
 inline constexpr const char* kBallColumns = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm";
+/// Columns of presses of other shapes, which may stand in the same table: `shape` (shape_text.h; empty: a
+/// ball of `ball_radius_mm`), and for a cylinder the direction of its axis from x towards y and the contact's
+/// length, whose half width is `contact_radius_px`.
+inline constexpr const char* kShapeColumns = "shape,axis_deg,length_px";
 
 /// Looks at every frame of `input` (folder of images, image, video, session, synthetic scene). Of a press
 /// that lasts several frames the deepest counts: a new one begins where the contact has moved by half its
 /// radius, or its radius changed by a sixth. With colour, presses whose change grows unlike the others' are
-/// refused. Throws Error(Failure::Input) where there are fewer than `least` presses, with what was found
+/// refused, but not those of a cylinder, for which it depends on how the cylinder lies to the lights. Throws
+/// Error(Failure::Input) where there are fewer than `least` presses, with what was found
 /// instead.
 BallPresses find_presses(const std::string& input, const Sensor& sensor, const PressSearch& search,
                          size_t least);
@@ -64,8 +70,8 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
 /// Takes press `i` out as unlike the others.
 void refuse_press(BallPresses& found, size_t i, const std::string& reason);
 
-/// The presses that the table `file` names (kBallColumns), below the folder `input` or in the one file that
-/// it is. Throws Error(Failure::Input).
+/// The presses that the table `file` names (kBallColumns, kShapeColumns), below the folder `input` or in the
+/// one file that it is. Throws Error(Failure::Input).
 BallPresses read_presses(const std::filesystem::path& file, const std::filesystem::path& input,
                          const Sensor& sensor, bool mask_markers);
 

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/photometric/ball_stretch.h"
+#include "capture/calibrate/photometric/shape_text.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -15,7 +17,7 @@ namespace palpate {
 namespace {
 
 /// A recording and the radius of the ball pressed in it, from DIR=RADIUS_MM.
-std::pair<std::string, double> other_ball(const std::string& entry) {
+std::pair<std::string, PressedShape> other_ball(const std::string& entry) {
   const size_t at = entry.rfind('=');
   const std::string number = at == std::string::npos ? "" : entry.substr(at + 1);
   double radius_mm = 0;
@@ -24,7 +26,7 @@ std::pair<std::string, double> other_ball(const std::string& entry) {
       !(radius_mm >= 1e-3 && radius_mm <= 1000))
     throw Error(Failure::Usage, "presses of another ball as RECORDING=RADIUS_MM, 0.001 to 1000 mm",
                 "'" + entry + "'", "--balls presses_5mm=2.5");
-  return {entry.substr(0, at), radius_mm};
+  return {entry.substr(0, at), PressedShape::ball(radius_mm)};
 }
 
 void append(BallPresses&& more, const std::string& from, BallPresses& found) {
@@ -54,15 +56,16 @@ void append(BallPresses&& more, const std::string& from, BallPresses& found) {
 void check_ball_options(const BallRequest& options) {
   for (const std::string& entry : options.other_balls) other_ball(entry);
   const int given = options.ball.times_given();
-  if (given + !options.balls.empty() != 1)
-    throw Error(
-        Failure::Usage,
-        "the ball's size, once (--ball-radius-mm, --ball-diameter-mm or --ball-mm RADIUS), or a table "
-        "of presses (--balls)",
-        given == 0              ? "neither"
-        : options.balls.empty() ? std::to_string(given) + " sizes"
-                                : "both",
-        "--ball-radius-mm RADIUS");
+  int all = given + !options.balls.empty();
+  for (const std::string& entry : options.shapes) all += !parse_shaped_recording(entry).recording;
+  if (all == 1) return;
+  throw Error(Failure::Usage,
+              "the ball's size, once (--ball-radius-mm, --ball-diameter-mm or --ball-mm RADIUS), or another "
+              "--shape, or a table of presses (--balls)",
+              all == 0       ? "none of them"
+              : given == all ? std::to_string(given) + " sizes"
+                             : "several of them",
+              "--ball-radius-mm RADIUS");
 }
 
 Sensor with_background(Sensor sensor, const BallRequest& options) {
@@ -75,7 +78,16 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
                        bool mask_markers, size_t least) {
   if (!options.balls.empty()) return read_presses(options.balls, options.input, sensor, mask_markers);
   PressSearch search;
-  search.ball_radius_mm = options.ball.radius();
+  search.shape = PressedShape::ball(options.ball.radius());
+  std::vector<std::pair<std::string, PressedShape>> further;
+  for (const std::string& entry : options.other_balls) further.push_back(other_ball(entry));
+  for (const std::string& entry : options.shapes) {
+    const auto [recording, shape] = parse_shaped_recording(entry);
+    if (recording)
+      further.emplace_back(*recording, shape);
+    else
+      search.shape = shape;
+  }
   search.mask_markers = mask_markers;
   search.every = options.every;
   const RunWatch::Progress progress = run.watch.begin("looking for the ball", 0);
@@ -84,11 +96,10 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
     return run.watch.stopped();
   };
   search.judge = [&](const BallPresses& found) { refuse_contradictions(found, sensor, options.input); };
-  BallPresses found = find_presses(options.input, sensor, search, options.other_balls.empty() ? least : 1);
-  for (const std::string& entry : options.other_balls) {
+  BallPresses found = find_presses(options.input, sensor, search, further.empty() ? least : 1);
+  for (const auto& [recording, shape] : further) {
     if (run.watch.stopped()) break;
-    const auto [recording, radius_mm] = other_ball(entry);
-    search.ball_radius_mm = radius_mm;
+    search.shape = shape;
     search.judge = [&, &input = recording](const BallPresses& of) {
       refuse_contradictions(of, sensor, input);
     };
@@ -112,37 +123,51 @@ KeptSensor keep_sensor(Sensor& sensor, const std::filesystem::path& background, 
 }
 
 PressVerdict judge_presses(const BallPresses& found, const BallRequest& options, const Sensor& sensor) {
-  PressVerdict verdict{selection_of(found), evidence_of(found, sensor), "", found.warning};
-  const BallDoubt doubt = doubt_of(verdict.evidence, options.ball);
-  refuse_doubtful(doubt, verdict.evidence, options.ball, options.input);
-  verdict.doubt = doubt.line;
+  PressVerdict verdict{selection_of(found), {}, "", found.warning};
+  std::set<PressedShape> shapes;
+  for (const BallPress& press : found.presses)
+    shapes.insert(press.shape.kind == PressedShape::Kind::Ball ? PressedShape{} : press.shape);
+  const auto add = [&](const std::string& doubt) {
+    if (!doubt.empty()) verdict.doubt += (verdict.doubt.empty() ? "" : "; ") + doubt;
+  };
+  for (const PressedShape& shape : shapes) {
+    const BallEvidence& evidence = verdict.evidence.emplace_back(evidence_of(found, sensor, shape));
+    const BallSize size = shape.kind == PressedShape::Kind::Ball ? options.ball : BallSize{};
+    const BallDoubt doubt = doubt_of(evidence, size);
+    refuse_doubtful(doubt, evidence, size, options.input);
+    add(doubt.line);
+  }
   const BallStretch stretch = stretch_of(found, sensor);
   if (stretch.evident())
-    verdict.doubt +=
-        std::string(verdict.doubt.empty() ? "" : "; ") +
-        text(
-            "the contacts are ellipses: a ball explains pictures about %.2f times as tall better (%.0f %% as "
-            "much is left); pixels that are not square, or pictures scaled by other factors along x and y, "
-            "make depth wrong",
-            stretch.factor, 100 * stretch.left);
+    add(text(
+        "the contacts are ellipses: a ball explains pictures about %.2f times as tall better (%.0f %% as "
+        "much is left); pixels that are not square, or pictures scaled by other factors along x and y, "
+        "make depth wrong",
+        stretch.factor, 100 * stretch.left));
   if (verdict.selection.minority())
-    verdict.doubt += std::string(verdict.doubt.empty() ? "" : "; ") +
-                     "the error is that of the lesser part of what was pressed: most was left out";
+    add("the error is that of the lesser part of what was pressed: most was left out");
   return verdict;
 }
 
 std::string describe(const PressVerdict& verdict, const std::string& error) {
-  std::string text = error + "\n" + describe(verdict.selection) + "\n" + describe(verdict.evidence) + "\n";
+  std::string text = error + "\n" + describe(verdict.selection) + "\n";
+  for (const BallEvidence& evidence : verdict.evidence) text += describe(evidence) + "\n";
   if (!verdict.doubt.empty()) text += "WARNING: " + verdict.doubt + "\n";
   if (!verdict.warning.empty()) text += "WARNING: " + verdict.warning + "\n";
   return text;
 }
 
 void add_verdict(const PressVerdict& verdict, const std::string& error, json::Value& report) {
+  json::Value shapes = json::Value::array();
   report["verdict"] = error;
   report["selection"] = to_json(verdict.selection);
   report["selection_text"] = describe(verdict.selection);
-  report["ball"] = to_json(verdict.evidence);
+  for (const BallEvidence& evidence : verdict.evidence)
+    if (evidence.shape.kind == PressedShape::Kind::Ball)
+      report["ball"] = to_json(evidence);
+    else
+      shapes.push_back(to_json(evidence));
+  if (!shapes.empty()) report["shapes"] = shapes;
   report["doubt"] = verdict.doubt;
   report["warning"] = verdict.warning;
 }

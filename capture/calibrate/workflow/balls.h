@@ -1,7 +1,8 @@
-// Common parts of the calibrations by presses of a known ball: photometric and lookup.
+// Common parts of the calibrations by presses of known shapes: photometric and lookup.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "capture/calibrate/photometric/ball_verdict.h"
 #include "capture/calibrate/photometric/presses.h"
@@ -33,15 +34,15 @@ KeptSensor keep_sensor(Sensor& sensor, const std::filesystem::path& background, 
 /// on the ball, and warnings.
 struct PressVerdict {
   PressSelection selection;
-  BallEvidence evidence;
-  std::string doubt;    ///< about the ball's size or what was left out; may be empty
-  std::string warning;  ///< that the untouched image shows a touch; may be empty
+  std::vector<BallEvidence> evidence;  ///< of all balls, and of each other shape
+  std::string doubt;                   ///< about a shape's size or what was left out; may be empty
+  std::string warning;                 ///< that the untouched image shows a touch; may be empty
 };
 /// Throws where the size of the ball cannot be (refuse_doubtful).
 PressVerdict judge_presses(const BallPresses& found, const BallRequest& options, const Sensor& sensor);
 /// `error`: "depth to 0.041 mm RMS ...". Several lines, each with an end.
 std::string describe(const PressVerdict& verdict, const std::string& error);
-/// Adds "verdict", "selection", "selection_text", "ball", "doubt" and "warning".
+/// Adds "verdict", "selection", "selection_text", "ball" or "shapes", "doubt" and "warning".
 void add_verdict(const PressVerdict& verdict, const std::string& error, json::Value& report);
 
 /// "0.0412 mm RMS, 15 % of the caps (0.273 mm RMS)"; the share is the same whatever size is stated.

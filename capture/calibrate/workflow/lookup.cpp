@@ -95,8 +95,12 @@ CalibrationReport calibrate_lookup(const BallRequest& options, const Calibration
   LookupFit fit(reading.pitch_mm_per_px);
   for (size_t i = 0; i < found.presses.size(); ++i) {
     const BallPress& p = found.presses[i];
+    if (p.shape.kind != PressedShape::Kind::Ball)
+      throw Error(Failure::Input,
+                  "presses of balls, by which a gray gel is read, in " + options.balls.string(),
+                  describe(p.shape) + " for " + p.label, "rows of balls alone");
     fit.add_ball(p.frame, found.backgrounds[i], original.signal, p.ball.center_x_px, p.ball.center_y_px,
-                 p.ball.radius_px, p.ball_radius_mm, p.label, p.mask);
+                 p.ball.radius_px, p.shape.radius_mm, p.label, p.mask);
   }
   const LookupFitResult result = fit.solve();
   const std::string note = palpate::text("%zu presses, held out %s: depth ", result.presses.size(),

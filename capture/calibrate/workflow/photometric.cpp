@@ -1,10 +1,11 @@
-// From presses of a known ball to a colour calibration.
+// From presses of known shapes to a colour calibration.
 #include "capture/calibrate/workflow/workflow.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -79,8 +80,7 @@ PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading
   for (size_t i = 0; i < found.presses.size(); ++i) {
     if (i == without) continue;
     const BallPress& p = found.presses[i];
-    fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px,
-                 p.ball_radius_mm, p.label, p.mask);
+    fit.add_press(p.frame, found.backgrounds[i], p.ball, p.shape, p.label, p.mask);
   }
   return fit.solve(options.rest_weight, options.model);
 }
@@ -111,9 +111,9 @@ bool refuse_other_balls(const PhotometricFitResult& result, const Sensor& readin
   if (unlike.size() <= kFewUnlike)
     std::erase_if(unlike, [&](size_t i) { return !misleads(i, result, found, reading, options); });
   for (const size_t i : unlike)
-    refuse_press(
-        found, i,
-        "reads " + fixed(std::exp(gains[i] - usual), 2) + " times the depth that others do: another ball");
+    refuse_press(found, i,
+                 "reads " + fixed(std::exp(gains[i] - usual), 2) +
+                     " times the depth that others do: another " + name_of(found.presses[i].shape.kind));
   return !unlike.empty();
 }
 
@@ -140,7 +140,7 @@ struct Fitted {
 Fitted fit_found(BallPresses found, const Sensor& reading, const PhotometricRequest& options) {
   Fitted fitted{{}, std::move(found), false};
   fitted.masked = std::any_of(fitted.found.presses.begin(), fitted.found.presses.end(),
-                              [](const BallPress& p) { return !p.mask.empty(); });
+                              [](const BallPress& p) { return p.markers; });
   fitted.result = fit_presses(fitted.found, reading, options);
   // Each round sees the rest more clearly.
   constexpr int kRounds = 3;
@@ -169,23 +169,29 @@ Sensor calibrated(Sensor sensor, const Fitted& fitted, const PhotometricRequest&
 }
 
 /// Adds a press's line to `text`; gives its values.
-json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string& text) {
+json::Value add_press(const HeldOutPress& p, const BallPress& press, std::string& text) {
+  const FoundBall& ball = press.ball;
   const std::string row =
       palpate::text("%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(), ball.center_x_px,
                     ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm, p.depth_gain);
   text += row;
-  return {{"press", p.label},
-          {"center_x_px", ball.center_x_px},
-          {"center_y_px", ball.center_y_px},
-          {"contact_radius_px", ball.radius_px},
-          {"center_sd_px", ball.center_sd_px},
-          {"contact_radius_sd_px", ball.radius_sd_px},
-          {"contact_px", p.contact_px},
-          {"normal_rms", p.normal_rms},
-          {"normal_angle_deg", p.normal_angle_deg},
-          {"depth_rmse_mm", p.depth_rmse_mm},
-          {"cap_rms_mm", p.cap_rms_mm},
-          {"depth_gain", p.depth_gain}};
+  json::Value value = {{"press", p.label},
+                       {"center_x_px", ball.center_x_px},
+                       {"center_y_px", ball.center_y_px},
+                       {"contact_radius_px", ball.radius_px},
+                       {"center_sd_px", ball.center_sd_px},
+                       {"contact_radius_sd_px", ball.radius_sd_px},
+                       {"contact_px", p.contact_px},
+                       {"normal_rms", p.normal_rms},
+                       {"normal_angle_deg", p.normal_angle_deg},
+                       {"depth_rmse_mm", p.depth_rmse_mm},
+                       {"cap_rms_mm", p.cap_rms_mm},
+                       {"depth_gain", p.depth_gain}};
+  if (press.shape.kind != PressedShape::Kind::Ball) value["shape"] = describe(press.shape);
+  if (!press.shape.round())
+    value.update(
+        {{"axis_deg", ball.axis_rad * 180 / std::numbers::pi}, {"length_px", 2 * ball.half_length_px}});
+  return value;
 }
 
 /// Part of the pad that the presses saw.
@@ -283,7 +289,7 @@ CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const Pr
       "(fitted "
       "without it)\n";
   for (size_t i = 0; i < result.presses.size(); ++i)
-    presses.push_back(add_press(result.presses[i], fitted.found.presses[i].ball, text));
+    presses.push_back(add_press(result.presses[i], fitted.found.presses[i], text));
   for (const RefusedPress& r : fitted.found.refused)
     refused.push_back({{"press", r.label}, {"reason", r.reason}});
   json::Value value = {{"sensor", run.out.string()},

@@ -146,7 +146,7 @@ struct PressedBalls {
 
 PressedBalls pressed_balls(const std::vector<Frame>& pictures, const Frame& rest, const Sensor& reading) {
   // The search does not depend on the scale; the ball is taken as large as any contact.
-  const BallSearch search{1e6, 1e-3, reading.threshold_gray};
+  const BallSearch search{PressedShape::ball(1e6), 1e-3, reading.threshold_gray};
   PressedBalls found;
   for (size_t i = 0; i < pictures.size(); ++i) {
     const FoundBall ball = reading.channels == 3

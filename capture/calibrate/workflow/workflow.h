@@ -69,7 +69,7 @@ struct ScaleRequest {
 };
 CalibrationReport calibrate_scale(const ScaleRequest& options, const CalibrationRun& run);
 
-/// Presses of a ball.
+/// Presses of a ball, or of other known shapes.
 struct BallRequest {
   std::string input;
   std::filesystem::path sensor{}, balls{}, background{};
@@ -78,6 +78,8 @@ struct BallRequest {
   uint64_t every = 0;
   /// Further recordings, each of presses of another ball: DIR=RADIUS_MM.
   std::vector<std::string> other_balls{};
+  /// Shapes other than balls (shape_text.h): SHAPE of `input`, or RECORDING=SHAPE of a further one.
+  std::vector<std::string> shapes{};
 };
 /// Depth of a gray gel by a table over its change. As of calibrate_photometric, nothing is written where the
 /// presses contradict the ball's size or the scale.

@@ -231,7 +231,7 @@ FoundBall find_gray_ball(const Frame& frame, const Frame& background, std::span<
     found.refuse(BallRefusal::MoreThanOne,
                  "the change is not round: a ball explains " + percent(found.explained) + " of it");
   else
-    ball::check_circle(found, f, search);
+    ball::check_contact(found, f, search);
   return found;
 }
 

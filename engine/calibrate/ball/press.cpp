@@ -7,17 +7,50 @@
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
-namespace palpate::ball {
+namespace palpate {
+
+MiddleOffset offset_from(const FoundBall& contact, double x_px, double y_px) {
+  const double dx = x_px - contact.center_x_px, dy = y_px - contact.center_y_px;
+  if (!(contact.half_length_px > 0)) return {dx, dy, std::hypot(dx, dy)};
+  const double ux = std::cos(contact.axis_rad), uy = std::sin(contact.axis_rad), along = dx * ux + dy * uy;
+  MiddleOffset offset{dx - along * ux, dy - along * uy};
+  offset.px = std::hypot(offset.dx_px, offset.dy_px);
+  // The pad goes down to an end within about a half width of it.
+  offset.at_end = std::abs(along) > contact.half_length_px - contact.radius_px;
+  if (const double beyond = std::abs(along) - contact.half_length_px; beyond > 0)
+    offset.px = std::hypot(offset.px, beyond);
+  return offset;
+}
+
+double known_px(const FoundBall& contact, double half_px) {
+  if (!(contact.half_length_px > 0)) return std::numbers::pi * half_px * half_px;
+  return 4 * half_px * (contact.half_length_px - contact.radius_px);
+}
+
+std::array<double, 2> normal_at(const PressedShape& shape, const MiddleOffset& offset,
+                                double pitch_mm_per_px) {
+  const bool side =
+      shape.kind == PressedShape::Kind::Cone && offset.px * pitch_mm_per_px > shape.rounded_mm();
+  if (!side && !(shape.radius_mm > 0)) return {};  // the point of a sharp cone
+  const double per_px = side ? -shape.steepest() / offset.px : -pitch_mm_per_px / shape.radius_mm;
+  return {per_px * offset.dx_px, per_px * offset.dy_px};
+}
+
+namespace ball {
 namespace {
 
 constexpr double kLeastSeen = 0.5;  // of the contact, neither masked nor black nor saturated: as a fit wants
 
+bool within(const FoundBall& ball, uint32_t x, uint32_t y) {
+  const MiddleOffset offset = offset_from(ball, x, y);
+  return !offset.at_end && offset.px < ball.radius_px;
+}
+
 double share_in_frame(const FoundBall& ball, const FrameFormat& format) {
   double inside = 0;
   for (uint32_t y = 0; y < format.height; ++y)
-    for (uint32_t x = 0; x < format.width; ++x)
-      inside += std::hypot(x - ball.center_x_px, y - ball.center_y_px) < ball.radius_px;
-  return inside / (std::numbers::pi * ball.radius_px * ball.radius_px);
+    for (uint32_t x = 0; x < format.width; ++x) inside += within(ball, x, y);
+  return inside / known_px(ball, ball.radius_px);
 }
 
 }  // namespace
@@ -83,21 +116,22 @@ void check_pair(const Frame& frame, const Frame& background, uint32_t channels,
                 "one value for each pixel");
 }
 
-void check_circle(FoundBall& ball, const FrameFormat& format, const BallSearch& search) {
+void check_contact(FoundBall& ball, const FrameFormat& format, const BallSearch& search) {
+  const bool round = search.shape.round();
   if (ball.radius_px < kLeastRadius_px)
-    return ball.refuse(BallRefusal::TooSmall,
-                       "a contact of " + tenths(ball.radius_px) + " px radius is too small to measure");
+    return ball.refuse(BallRefusal::TooSmall, "a contact of " + tenths(ball.radius_px) + " px " +
+                                                  (round ? "radius" : "half width") +
+                                                  " is too small to measure");
   const double left = ball.center_x_px - ball.radius_px, top = ball.center_y_px - ball.radius_px;
-  const bool cut = left < 1 || top < 1 || ball.center_x_px + ball.radius_px > format.width - 2.0 ||
+  const bool cut = !round || left < 1 || top < 1 || ball.center_x_px + ball.radius_px > format.width - 2.0 ||
                    ball.center_y_px + ball.radius_px > format.height - 2.0;
   if (cut && (search.least_in_frame >= 1 || share_in_frame(ball, format) < search.least_in_frame))
     return ball.refuse(BallRefusal::AtBorder, "the contact reaches the frame's border");
   const double contact_mm = ball.radius_px * search.pitch_mm_per_px;
-  if (contact_mm > kLargestContact * search.ball_radius_mm)
+  if (contact_mm > kLargestContact * search.shape.widest_mm())
     ball.refuse(BallRefusal::TooWide,
-                text("a contact of %.3g mm radius does not fit a ball of %.4g mm radius: its radius or the "
-                     "sensor's pitch is wrong",
-                     contact_mm, search.ball_radius_mm));
+                text("a contact of %.3g mm %s does not fit ", contact_mm, round ? "radius" : "half width") +
+                    describe(search.shape) + ": its radius or the sensor's pitch is wrong");
 }
 
 void check_coverage(FoundBall& ball, const Frame& frame, const Frame& background,
@@ -106,7 +140,7 @@ void check_coverage(FoundBall& ball, const Frame& frame, const Frame& background
   double inside = 0, masked = 0, extreme = 0;
   for (uint32_t y = 0; y < f.height; ++y)
     for (uint32_t x = 0; x < f.width; ++x) {
-      if (std::hypot(x - ball.center_x_px, y - ball.center_y_px) >= ball.radius_px) continue;
+      if (!within(ball, x, y)) continue;
       inside += 1;
       if (!mask.empty() && mask[size_t{y} * f.width + x]) {
         masked += 1;
@@ -118,11 +152,12 @@ void check_coverage(FoundBall& ball, const Frame& frame, const Frame& background
           out = out || image->at(c, x, y) == 0 || image->at(c, x, y) >= f.max_gray();
       extreme += out;
     }
-  const double disc_px = std::numbers::pi * ball.radius_px * ball.radius_px;
-  if (inside - masked - extreme >= kLeastSeen * disc_px) return;
+  const double all_px = known_px(ball, ball.radius_px);
+  if (inside - masked - extreme >= kLeastSeen * all_px) return;
   ball.refuse(BallRefusal::Covered, percent(extreme / std::max(inside, 1.0)) +
                                         " of the contact is saturated or black, " +
                                         percent(masked / std::max(inside, 1.0)) + " covered by markers");
 }
 
-}  // namespace palpate::ball
+}  // namespace ball
+}  // namespace palpate

@@ -10,7 +10,8 @@
 
 namespace palpate {
 
-/// Curvature of what is pressed, 1 / px^2: one over the square of the ball's radius in px. A matt skin that
+/// Curvature of what is pressed, 1 / px^2: one over the square of the radius in px of the ball, or of
+/// the cylinder. A matt skin that
 /// is tilted darkens by Lambert's law in all colours alike, whatever the lights' directions, by its
 /// brightness times 1 - n_z = r^2 / (2 R^2); what the lights add or take on one side is linear in x and y and
 /// does not count. Light that does not come from the lights, and cameras that compress brightness, make the

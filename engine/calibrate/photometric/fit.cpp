@@ -78,63 +78,74 @@ void PhotometricFit::add_normals(const Frame& frame, const Frame& background,
 void PhotometricFit::add_ball(const Frame& frame, const Frame& background, double cx_px, double cy_px,
                               double contact_radius_px, double ball_radius_mm, const std::string& label,
                               std::span<const uint8_t> mask) {
+  FoundBall contact;
+  contact.center_x_px = cx_px;
+  contact.center_y_px = cy_px;
+  contact.radius_px = contact_radius_px;
+  add_press(frame, background, contact, PressedShape::ball(ball_radius_mm), label, mask);
+}
+
+void PhotometricFit::add_press(const Frame& frame, const Frame& background, const FoundBall& contact,
+                               const PressedShape& shape, const std::string& label,
+                               std::span<const uint8_t> mask) {
   check_shapes(format_, frame, background, label);
   if (!mask.empty() && mask.size() != size_t{format_.width} * format_.height)
     throw Error(Failure::Input, "a mask of the frame's size", std::to_string(mask.size()) + " values",
                 "one value for each pixel of " + label);
-  const double contact_radius_mm = contact_radius_px * pitch_mm_per_px_;
-  if (!(contact_radius_px >= 2) || !(contact_radius_mm < ball_radius_mm) || !std::isfinite(ball_radius_mm))
-    throw Error(Failure::Input, "a contact of 2 px or more that is smaller than its ball",
-                "contact radius " + std::to_string(contact_radius_mm) + " mm on a ball of radius " +
-                    std::to_string(ball_radius_mm) + " mm for " + label,
+  const double half_px = contact.radius_px, half_mm = half_px * pitch_mm_per_px_;
+  const bool finite = std::isfinite(shape.radius_mm) && std::isfinite(contact.half_length_px);
+  if (!(half_px >= 2) || !(half_mm < shape.widest_mm()) || !finite)
+    throw Error(Failure::Input,
+                std::string("a contact of 2 px or more that is smaller than its ") + name_of(shape.kind),
+                "contact radius " + std::to_string(half_mm) + " mm on " + describe(shape) + " for " + label,
                 "checking the pitch of the sensor file and the radii");
   PhotometricPress press;
   press.label = label;
-  PhotometricPress::Ball& ball = press.ball;
+  PhotometricPress::Truth& truth = press.truth.emplace(shape, contact);
   const auto bound = [](double v, uint32_t side) {
     return static_cast<uint32_t>(std::clamp(v, 0.0, static_cast<double>(side)));
   };
-  const uint32_t x0 = bound(std::floor(cx_px - contact_radius_px), format_.width);
-  const uint32_t x1 = bound(std::ceil(cx_px + contact_radius_px) + 1, format_.width);
-  const uint32_t y0 = bound(std::floor(cy_px - contact_radius_px), format_.height);
-  const uint32_t y1 = bound(std::ceil(cy_px + contact_radius_px) + 1, format_.height);
-  ball.radius_mm = ball_radius_mm;
-  ball.center_x_px = cx_px;
-  ball.center_y_px = cy_px;
-  ball.contact_px = contact_radius_px;
-  ball.width = x1 > x0 ? x1 - x0 : 0;
-  ball.inside.assign(size_t{ball.width} * (y1 > y0 ? y1 - y0 : 0), 0);
+  const double along_px = contact.half_length_px,
+               reach_x_px = half_px + std::abs(along_px * std::cos(contact.axis_rad)),
+               reach_y_px = half_px + std::abs(along_px * std::sin(contact.axis_rad));
+  const uint32_t x0 = bound(std::floor(contact.center_x_px - reach_x_px), format_.width);
+  const uint32_t x1 = bound(std::ceil(contact.center_x_px + reach_x_px) + 1, format_.width);
+  const uint32_t y0 = bound(std::floor(contact.center_y_px - reach_y_px), format_.height);
+  const uint32_t y1 = bound(std::ceil(contact.center_y_px + reach_y_px) + 1, format_.height);
+  truth.left_px = x0;
+  truth.top_px = y0;
+  truth.width = x1 > x0 ? x1 - x0 : 0;
+  truth.inside.assign(size_t{truth.width} * (y1 > y0 ? y1 - y0 : 0), 0);
 
-  const double known_px = kJudgedShare * contact_radius_px, known_mm = kJudgedShare * contact_radius_mm;
-  const double rim_mm = std::sqrt(ball_radius_mm * ball_radius_mm - known_mm * known_mm);
+  const double rim_mm = shape.height_mm(kJudgedShare * half_mm);
   for (uint32_t y = 0; y < format_.height; ++y)
     for (uint32_t x = 0; x < format_.width; ++x) {
-      const double dx = x - cx_px, dy = y - cy_px, r = std::hypot(dx, dy);
-      if (r >= kFollowedShares.back() * contact_radius_px && r < kRestRing * contact_radius_px) continue;
+      const MiddleOffset offset = offset_from(contact, x, y);
+      const bool rest = offset.px >= kRestRing * half_px;
+      if (!rest && (offset.at_end || offset.px >= kFollowedShares.back() * half_px)) continue;
       if (!mask.empty() && mask[size_t{y} * format_.width + x]) continue;
       if (!linear_range(frame, background, x, y, format_.max_gray())) continue;
       const Pixel pixel = pixel_at(frame, background, x, y);
-      if (r >= kRestRing * contact_radius_px) {
+      if (rest) {
         press.rest.add(pixel, 0, 0);
         continue;
       }
-      const double to_normal = -pitch_mm_per_px_ / ball_radius_mm;
+      const std::array<double, 2> normal = normal_at(shape, offset, pitch_mm_per_px_);
       size_t share = 0;
-      while (r >= kFollowedShares[share] * contact_radius_px) ++share;
+      while (offset.px >= kFollowedShares[share] * half_px) ++share;
       if (share > 0) {
-        press.contact[share].add(pixel, to_normal * dx, to_normal * dy);
+        press.contact[share].add(pixel, normal[0], normal[1]);
         continue;
       }
-      press.add(pixel, to_normal * dx, to_normal * dy);
-      const double r_mm = r * pitch_mm_per_px_;
-      ball.inside[size_t{y - y0} * ball.width + (x - x0)] = 1;
-      ball.depth_mm.push_back(std::sqrt(ball_radius_mm * ball_radius_mm - r_mm * r_mm) - rim_mm);
+      press.add(pixel, normal[0], normal[1]);
+      truth.inside[size_t{y - y0} * truth.width + (x - x0)] = 1;
+      truth.depth_mm.push_back(shape.height_mm(offset.px * pitch_mm_per_px_) - rim_mm);
     }
-  const double disc_px = 3.14159265358979 * known_px * known_px;
-  if (press.contact.front().weight < 0.5 * disc_px)
+  const double all_px = known_px(contact, kJudgedShare * half_px);
+  if (press.contact.front().weight < 0.5 * all_px)
     throw Error(
         Failure::Input, "half of the contact or more in the frame, neither black nor saturated",
-        std::to_string(static_cast<int>(100 * press.contact.front().weight / disc_px)) + " % for " + label,
+        std::to_string(static_cast<int>(100 * press.contact.front().weight / all_px)) + " % for " + label,
         "checking its centre and radius (px of the rectified frame)");
   press.rest_factor = std::min(1.0, press.contact.front().weight / std::max(press.rest.weight, 1.0));
   presses_.push_back(std::move(press));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/calibrate/ball/press.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 
@@ -19,11 +20,15 @@ struct HeldOutPress {
   uint64_t contact_px = 0;
   double normal_rms = 0;        ///< RMS error of (n_x, n_y), both components together, per component
   double normal_angle_deg = 0;  ///< RMS angle between the normal read and the true one
-  bool has_depth = false;       ///< only a ball has a known shape
+  bool has_depth = false;       ///< only a press of a known shape has one
   double depth_rmse_mm = 0;     ///< over the contact, best constant removed: the rim's own depth is not known
   double cap_rms_mm = 0;        ///< root of the mean squared height of the ball's cap above the rim
   double depth_gain = 0;        ///< measured depth over true depth, by least squares; 1 is right
-  double middle_error = 0;      ///< of the middle over the rim: measured depth over true depth, less 1
+  /// Of the middle over the rim, measured depth over true depth, less 1: at the centre, or along a cylinder.
+  struct Place {
+    double x_px = 0, y_px = 0, middle_error = 0;
+  };
+  std::vector<Place> places{};
 };
 
 /// What the weights of a calibration are made of.
@@ -114,13 +119,16 @@ class PhotometricFit {
   void add_normals(const Frame& frame, const Frame& background, std::span<const double> normal_x,
                    std::span<const double> normal_y, const std::string& label);
 
-  /// A ball of radius `ball_radius_mm` pressed at (cx, cy) px: sphere normals inside `contact_radius_px`;
-  /// level (zero slope) beyond `kRestRing` times that radius, with at most the weight of the contact in all.
-  /// The ring between is left out, for its slope is not known. The pad leaves the ball gradually, so `solve`
-  /// fits slopes up to 80, 90 or 100 % of the circle, by which presses left out are read neither too flat nor
-  /// too deep; `kJudgedShare` of it is what they are judged on. Pixels of `mask` (height x width, 1: a
-  /// printed marker) are left out; it may be empty. Throws Error(Failure::Input) when the contact is larger
-  /// than the ball or mostly outside the frame.
+  /// A press of a known shape whose contact was found: its slopes inside the contact; level (zero slope)
+  /// beyond `kRestRing` times the half width, with at most the weight of the contact in all. What lies
+  /// between is left out, for its slope is not known, and so are the ends of a cylinder. The pad leaves the
+  /// shape gradually, so `solve` fits slopes up to 80, 90 or 100 % of the half width, by which presses left
+  /// out are read neither too flat nor too deep; `kJudgedShare` of it is what they are judged on. Pixels of
+  /// `mask` (height x width, 1: a printed marker) are left out; it may be empty. Throws Error(Failure::Input)
+  /// when the contact is larger than the shape or mostly outside the frame.
+  void add_press(const Frame& frame, const Frame& background, const FoundBall& contact,
+                 const PressedShape& shape, const std::string& label, std::span<const uint8_t> mask = {});
+  /// The same of a ball pressed at (cx, cy) px.
   void add_ball(const Frame& frame, const Frame& background, double cx_px, double cy_px,
                 double contact_radius_px, double ball_radius_mm, const std::string& label,
                 std::span<const uint8_t> mask = {});

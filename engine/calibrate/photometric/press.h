@@ -4,17 +4,19 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/calibrate/ball/press.h"
 #include "engine/calibrate/photometric/polynomial.h"
 
 namespace palpate {
 
-/// Shares of a ball's found circle up to which the pad may be taken to follow the ball.
+/// Shares of a contact's found half width up to which the pad may be taken to follow the shape.
 inline constexpr std::array kFollowedShares{0.8, 0.9, 1.0};
 
-/// The sums of one press, its pixels of known normal, and for a ball the depth to be read from them.
+/// The sums of one press, its pixels of known normal, and for a known shape the depth to be read from them.
 struct PhotometricPress {
   std::string label;
   std::array<photometric::Moments, kFollowedShares.size()>
@@ -23,13 +25,14 @@ struct PhotometricPress {
   double rest_factor = 1;  // so that the rest weighs no more than the contact
   std::vector<photometric::Pixel> pixels;
   std::vector<Eigen::Vector2f> normals;
-  struct Ball {
-    double radius_mm = 0;
-    double center_x_px = 0, center_y_px = 0, contact_px = 0;  // contact: its radius
-    uint32_t width = 0;
+  struct Truth {
+    PressedShape shape;
+    FoundBall contact;
+    uint32_t left_px = 0, top_px = 0, width = 0;  // of the box around the contact
     std::vector<uint8_t> inside;
     std::vector<double> depth_mm;  // of the inside pixels, row by row as the pixels; rim at 0
-  } ball;
+  };
+  std::optional<Truth> truth;  // none: normals were given
 
   // A pixel of the first share, by which models are judged.
   void add(const photometric::Pixel& pixel, double nx, double ny) {

@@ -25,12 +25,13 @@ std::vector<PressError> press_errors(std::span<const PhotometricPress> presses,
                                      std::span<const HeldOutPress> held_out, const FrameFormat& format) {
   std::vector<PressError> errors;
   for (size_t i = 0; i < presses.size(); ++i) {
-    const PhotometricPress::Ball& ball = presses[i].ball;
     if (!held_out[i].has_depth) continue;
-    errors.push_back({.across = rounded((2 * ball.center_x_px + 1) / format.width - 1),
-                      .down = rounded((2 * ball.center_y_px + 1) / format.height - 1),
-                      .radius = rounded(2 * ball.contact_px / format.width),
-                      .depth_error = rounded(held_out[i].middle_error)});
+    const FoundBall& contact = presses[i].truth->contact;
+    for (const HeldOutPress::Place& place : held_out[i].places)
+      errors.push_back({.across = rounded((2 * place.x_px + 1) / format.width - 1),
+                        .down = rounded((2 * place.y_px + 1) / format.height - 1),
+                        .radius = rounded(2 * contact.radius_px / format.width),
+                        .depth_error = rounded(place.middle_error)});
   }
   return errors;
 }

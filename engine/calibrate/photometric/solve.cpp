@@ -223,37 +223,71 @@ struct MiddleOverRim {
   }
 };
 
-// Fills the depth's errors: the normals integrated, against the ball's own shape.
-void judge_depth(const PhotometricPress::Ball& ball, const Patch& patch,
+// Parts of a contact by place, each about as long as wide: one of a round contact, several along a cylinder.
+class Parts {
+ public:
+  Parts(const FoundBall& contact, double deepest_mm) : contact_(contact) {
+    if (contact.half_length_px > 0) half_px_ = contact.half_length_px - contact.radius_px;
+    const double parts = std::max(1.0, std::round(half_px_ / std::max(contact.radius_px, 1.0)));
+    errors_.assign(static_cast<size_t>(parts), {.deepest = deepest_mm});
+  }
+  void add(double x_px, double y_px, double height, double error) {
+    const double along = (x_px - contact_.center_x_px) * std::cos(contact_.axis_rad) +
+                         (y_px - contact_.center_y_px) * std::sin(contact_.axis_rad);
+    const double part = half_px_ > 0 ? (along / half_px_ + 1) / 2 * count() : 0;
+    errors_[static_cast<size_t>(std::clamp(part, 0.0, count() - 1))].add(height, error);
+  }
+  std::vector<HeldOutPress::Place> places() const {
+    std::vector<HeldOutPress::Place> places;
+    for (const MiddleOverRim& error : errors_) {
+      const double along = half_px_ * ((2 * static_cast<double>(places.size()) + 1) / count() - 1);
+      places.push_back({contact_.center_x_px + along * std::cos(contact_.axis_rad),
+                        contact_.center_y_px + along * std::sin(contact_.axis_rad), error.relative()});
+    }
+    return places;
+  }
+
+ private:
+  double count() const { return static_cast<double>(errors_.size()); }
+
+  const FoundBall& contact_;
+  double half_px_ = 0;  // of what is known along a cylinder
+  std::vector<MiddleOverRim> errors_;
+};
+
+// Fills the depth's errors: the normals integrated, against the shape's own.
+void judge_depth(const PhotometricPress::Truth& truth, const Patch& patch,
                  const std::vector<std::array<double, 2>>& normals, double pitch_mm_per_px,
                  HeldOutPress& held_out) {
-  std::vector<double> sx(ball.inside.size()), sy(ball.inside.size());
+  std::vector<double> sx(truth.inside.size()), sy(truth.inside.size());
   double true_mean = 0;
-  for (size_t k = 0, n = 0; k < ball.inside.size(); ++k) {
-    if (!ball.inside[k]) continue;
+  for (size_t k = 0, n = 0; k < truth.inside.size(); ++k) {
+    if (!truth.inside[k]) continue;
     const double nz = std::sqrt(1 - normals[n][0] * normals[n][0] - normals[n][1] * normals[n][1]);
     sx[k] = normals[n][0] / nz;
     sy[k] = normals[n][1] / nz;
-    true_mean += ball.depth_mm[n++];
+    true_mean += truth.depth_mm[n++];
   }
-  true_mean /= static_cast<double>(ball.depth_mm.size());
+  true_mean /= static_cast<double>(truth.depth_mm.size());
   const std::vector<double> depth = patch.depth(sx, sy, pitch_mm_per_px);
   double depth_square = 0, cap_square = 0, cross = 0, power = 0;
-  MiddleOverRim middle{.deepest = *std::ranges::max_element(ball.depth_mm)};
+  Parts parts(truth.contact, *std::ranges::max_element(truth.depth_mm));
   for (size_t k = 0, n = 0; k < depth.size(); ++k) {
-    if (!ball.inside[k]) continue;
-    middle.add(ball.depth_mm[n], depth[k] - (ball.depth_mm[n] - true_mean));
-    cap_square += ball.depth_mm[n] * ball.depth_mm[n];
-    const double t = ball.depth_mm[n++] - true_mean;
+    if (!truth.inside[k]) continue;
+    parts.add(static_cast<double>(truth.left_px + k % truth.width),
+              static_cast<double>(truth.top_px + k / truth.width), truth.depth_mm[n],
+              depth[k] - (truth.depth_mm[n] - true_mean));
+    cap_square += truth.depth_mm[n] * truth.depth_mm[n];
+    const double t = truth.depth_mm[n++] - true_mean;
     depth_square += (depth[k] - t) * (depth[k] - t);
     cross += depth[k] * t;
     power += t * t;
   }
   held_out.has_depth = true;
-  held_out.depth_rmse_mm = std::sqrt(depth_square / static_cast<double>(ball.depth_mm.size()));
-  held_out.cap_rms_mm = std::sqrt(cap_square / static_cast<double>(ball.depth_mm.size()));
+  held_out.depth_rmse_mm = std::sqrt(depth_square / static_cast<double>(truth.depth_mm.size()));
+  held_out.cap_rms_mm = std::sqrt(cap_square / static_cast<double>(truth.depth_mm.size()));
   held_out.depth_gain = power > 0 ? cross / power : 0;
-  held_out.middle_error = middle.relative();
+  held_out.places = parts.places();
 }
 
 // Judges a model on one press, its depth where there is a patch; adds to the sums.
@@ -270,7 +304,7 @@ HeldOutPress judge(const PhotometricPress& p, const PhotometricCalibration& weig
   sums.angle2 += read.angle2;
   sums.pixels += static_cast<double>(p.pixels.size());
   if (!patch) return h;
-  judge_depth(p.ball, *patch, read.bounded, pitch_mm_per_px, h);
+  judge_depth(*p.truth, *patch, read.bounded, pitch_mm_per_px, h);
   sums.depth_square += h.depth_rmse_mm * h.depth_rmse_mm;
   sums.cap_square += h.cap_rms_mm * h.cap_rms_mm;
   sums.gain += h.depth_gain;
@@ -302,26 +336,28 @@ std::vector<Validation> validate(std::span<const PhotometricPress> presses,
       if (wanted(p)) p.add_to(sums, fitting.share, rest_weight);
     return sums;
   };
-  std::map<double, std::vector<Model>> without_ball;
-  for (const PhotometricPress& p : presses) without_ball[p.ball.radius_mm];
-  if (without_ball.size() > 1)
-    for (auto& ball : without_ball) {
-      const Moments sums = sums_of([&](const PhotometricPress& p) { return p.ball.radius_mm != ball.first; });
-      for (const NormalOrder& order : orders) ball.second.push_back(fit_model(sums, order, fitting));
+  const auto shape_of = [](const PhotometricPress& p) { return p.truth ? p.truth->shape : PressedShape{}; };
+  std::map<PressedShape, std::vector<Model>> without_shape;
+  for (const PhotometricPress& p : presses) without_shape[shape_of(p)];
+  if (without_shape.size() > 1)
+    for (auto& [shape, models] : without_shape) {
+      const Moments sums =
+          sums_of([&, &left = shape](const PhotometricPress& p) { return shape_of(p) != left; });
+      for (const NormalOrder& order : orders) models.push_back(fit_model(sums, order, fitting));
     }
   std::vector<Validation> validations(orders.size());
   for (const PhotometricPress& p : presses) {
     const Moments others = sums_of([&](const PhotometricPress& other) { return &other != &p; });
     std::optional<Patch> patch;
-    if (!p.ball.depth_mm.empty()) patch.emplace(p.ball.inside, p.ball.width, true);
+    if (p.truth) patch.emplace(p.truth->inside, p.truth->width, true);
     const auto judged = [&](const Model& model, ErrorSums& sums) {
       return judge(p, model.weights, patch ? &*patch : nullptr, pitch_mm_per_px, sums);
     };
-    const std::vector<Model>& other_balls = without_ball.at(p.ball.radius_mm);
+    const std::vector<Model>& other_shapes = without_shape.at(shape_of(p));
     for (size_t k = 0; k < orders.size(); ++k) {
       Validation& v = validations[k];
       v.presses.push_back(judged(fit_model(others, orders[k], fitting), v.press));
-      if (!other_balls.empty()) v.balls.push_back(judged(other_balls[k], v.ball));
+      if (!other_shapes.empty()) v.balls.push_back(judged(other_shapes[k], v.ball));
     }
   }
   return validations;
@@ -382,14 +418,15 @@ size_t choose_share(const std::vector<Validation>& shares) {
 
 // How many of the presses lie half a contact's radius or more apart; known normals count as everywhere.
 int separate_places(std::span<const PhotometricPress> presses) {
-  std::vector<const PhotometricPress::Ball*> places;
+  std::vector<const FoundBall*> places;
   for (const PhotometricPress& p : presses) {
-    if (p.ball.contact_px == 0) return kPlaces;
-    const auto near = [&](const PhotometricPress::Ball* other) {
-      return std::hypot(p.ball.center_x_px - other->center_x_px, p.ball.center_y_px - other->center_y_px) <
-             0.5 * std::max(p.ball.contact_px, other->contact_px);
+    if (!p.truth) return kPlaces;
+    const FoundBall& contact = p.truth->contact;
+    const auto near = [&](const FoundBall* other) {
+      return std::hypot(contact.center_x_px - other->center_x_px, contact.center_y_px - other->center_y_px) <
+             0.5 * std::max(contact.radius_px, other->radius_px);
     };
-    if (std::none_of(places.begin(), places.end(), near)) places.push_back(&p.ball);
+    if (std::none_of(places.begin(), places.end(), near)) places.push_back(&contact);
   }
   return static_cast<int>(places.size());
 }
@@ -404,6 +441,19 @@ std::vector<NormalOrder> orders_for(NormalModel wanted, std::span<const Photomet
                                   photometric::places_of(std::max(order.colours, order.products)) <= places))
       orders.push_back(order);
   return orders;
+}
+
+// Throws where slopes of one direction alone are known, as under cylinders that all lie alike.
+void check_directions(std::span<const PhotometricPress> presses) {
+  constexpr double kLeast = 0.02;  // weaker over stronger direction: of two axes 16 degrees apart
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (const PhotometricPress& p : presses)
+    for (const Eigen::Vector2f& n : p.normals) sum += n.cast<double>() * n.cast<double>().transpose();
+  const Eigen::VectorXd strength = dense::symmetric_eigenvalues(sum);
+  if (strength[0] < kLeast * strength[1])
+    throw Error(Failure::Input, "slopes in all directions",
+                "those along one line: cylinders that all lie alike",
+                "turning the cylinder by about 90 degrees between presses, or presses of a ball as well");
 }
 
 // Fills the shares explained; throws where the colours do not determine both slopes.
@@ -434,6 +484,7 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   if (presses_.size() < 2)
     throw Error(Failure::Input, "two presses or more, so that the error is measured on one that was not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
+  check_directions(presses_);
   const std::vector<NormalOrder> orders = orders_for(wanted, presses_);
   std::vector<Validation> validations = validate(presses_, orders, {}, rest_weight, pitch_mm_per_px_);
   const size_t chosen = choose_order(validations);

@@ -1,6 +1,7 @@
-// palpate calibrate photometric: from presses of a known ball to a sensor file with its colour calibration.
+// palpate calibrate photometric: from presses of known shapes to a sensor file with its colour calibration.
 #include <memory>
 
+#include "capture/calibrate/photometric/shape_text.h"
 #include "capture/calibrate/workflow/workflow.h"
 #include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -10,14 +11,18 @@
 namespace palpate {
 
 void add_calibrate_photometric(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command =
-      group.add_subcommand("photometric", "Colour to slope of a gel sensor, from presses of a known ball");
+  CommandLine* command = group.add_subcommand(
+      "photometric", "Colour to slope of a gel sensor, from presses of a known ball or other shape");
   auto options = std::make_shared<PhotometricRequest>();
   add_ball_options(
       *command, *options, common,
       "Presses: a folder of images, a video, a session, synthetic:SCENE?mode=gel; with --balls the "
       "folder or video that it names presses of",
       "pitch, crop, quad, channels");
+  command->add_option(
+      "--shape", options->shapes,
+      std::string("Other shapes than a ball, of INPUT, or RECORDING=SHAPE of a further one: ") +
+          kShapeSpellings);
   command
       ->add_option(
           "--model", options->model,
@@ -41,9 +46,13 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
       "  palpate calibrate photometric small/ --sensor gel.json --ball-radius-mm 3.155 --balls large=4.75 "
       "\\\n"
       "      --out gel_calibrated.json\n"
+      "  palpate calibrate photometric pins/ --sensor gel.json --shape cylinder:diameter=4 \\\n"
+      "      --shape tips=cone:half-angle=60:tip-radius=0.3 --out gel_calibrated.json\n"
+      "A cylinder lies on the pad, turned by about 90 degrees between presses; a cone stands on its tip.\n"
       "In a table of balls `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or "
       "the frame's\n"
-      "number where INPUT is one video. Errors are of presses that the fit did not use, left out one "
+      "number where INPUT is one video; it may have columns shape, axis_deg and length_px too. Errors are of "
+      "presses that the fit did not use, left out one "
       "at a time;\n"
       "depth_gain is measured over true depth within the contact, 1 is right. A wrong ball radius or pitch "
       "scales\n"

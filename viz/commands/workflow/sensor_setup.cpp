@@ -8,6 +8,7 @@
 
 #include "capture/calibrate/frame/pad_corners.h"
 #include "capture/calibrate/photometric/pad_match.h"
+#include "capture/calibrate/photometric/shape_text.h"
 #include "capture/calibrate/untouched_recording.h"
 #include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
@@ -320,19 +321,25 @@ SetupStep SensorSetup::surface(const SetupInputs& inputs) {
                                                              {"--ball-diameter-mm", inputs.ball_diameter_mm},
                                                              {"--ball-mm", inputs.ball_mm}}};
   const auto* const size = std::ranges::find_if(sizes, [](const auto& s) { return s.second > 0; });
-  const bool ball = size != sizes.end() || !inputs.ball_table.empty();
+  const bool own_shape = std::ranges::any_of(
+      inputs.shapes, [](const std::string& typed) { return !parse_shaped_recording(typed).recording; });
+  const bool ball = size != sizes.end() || own_shape || !inputs.ball_table.empty();
   const bool kind_known =
       this->step(Part::Touch).done || inputs.surface != "auto" || !inputs.ball_table.empty();
   if (ball && scaled && kind_known) {
     const bool by_colour = inputs.surface == "photometric" || !inputs.ball_table.empty() ||
                            (inputs.surface == "auto" && colour_);
+    if (!by_colour && !inputs.shapes.empty())
+      throw Error(Failure::Input, "presses of a ball, by which a gray gel is read",
+                  "--shape " + inputs.shapes.front(), "--ball-radius-mm, or --surface photometric");
     const std::string presses = inputs.balls.empty() ? inputs.recording : inputs.balls.string();
     std::vector<std::string> words = {by_colour ? "photometric" : "lookup", presses};
-    if (inputs.ball_table.empty())
+    if (size != sizes.end() && inputs.ball_table.empty())
       words.insert(words.end(), {size->first, text("%g", size->second)});
-    else
+    else if (!inputs.ball_table.empty())
       words.insert(words.end(), {"--balls", inputs.ball_table.string()});
     for (const std::string& other : inputs.other_balls) words.insert(words.end(), {"--balls", other});
+    for (const std::string& shape : inputs.shapes) words.insert(words.end(), {"--shape", shape});
     const json::Value found = calibrate(step, words).json;
     step.presses = presses_of(found);
     if (step.done)

@@ -31,6 +31,7 @@ struct SetupInputs {
   double ball_radius_mm = 0, ball_diameter_mm = 0;
   std::filesystem::path balls;           ///< recording of its presses; empty: `recording`
   std::vector<std::string> other_balls;  ///< RECORDING=RADIUS_MM: presses of further balls
+  std::vector<std::string> shapes;       ///< SHAPE of `balls`, RECORDING=SHAPE of further ones (shape_text.h)
   std::filesystem::path ball_table;      ///< presses in `balls` by place, where a ball is not seen whole
   std::string surface = "auto";
   std::filesystem::path gauge;  ///< a force gauge's table of the recording

@@ -7,7 +7,7 @@ import numbers
 import os
 import re
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +93,11 @@ def path_text(path: object, name: str) -> str:
     if isinstance(path, (str, os.PathLike)):
         return os.fspath(path)
     raise ArgumentError(f"{name} as a path", repr(path)[:80], "a text or a pathlib.Path")
+
+
+def shape_words(shape: str, others: Mapping[str | os.PathLike[str], str] | None) -> list[str]:
+    """What ``--shape`` takes: the recording's own shape, and further recordings with theirs."""
+    return [shape] * bool(shape) + [f"{path_text(path, 'other_shapes')}={one}" for path, one in (others or {}).items()]
 
 
 # What needs many libraries (videos, data sets) lies next to the program: in a build's folder, or installed.

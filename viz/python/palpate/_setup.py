@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._core import _palpate, path_text
+from ._core import _palpate, path_text, shape_words
 from ._errors import ArgumentError
 from ._live import Path, Sensor
 from ._program import run_program
@@ -84,6 +84,8 @@ def setup(
     ball_radius_mm: float | None = None,
     balls: Path | None = None,
     other_balls: Mapping[Path, float] | None = None,
+    shape: str = "",
+    other_shapes: Mapping[Path, str] | None = None,
     ball_table: Path | None = None,
     surface: str = "auto",
     gauge: Path | None = None,
@@ -109,6 +111,8 @@ def setup(
         ball_radius_mm: radius of a ball that is pressed, for depth; with ``balls``, the recording of its presses
             where they are not in ``recording``, or ``ball_table``, their places by hand.
         other_balls: recordings of presses of further balls, each with its radius in mm.
+        shape, other_shapes: what is pressed instead of a ball, and further recordings with the shape pressed there:
+            ``"cylinder:radius=2"``, ``"cone:half-angle=60:tip-radius=0.3"``.
         surface: ``"auto"``, ``"photometric"`` or ``"lookup"``.
         gauge: a force gauge's table of the recording.
         sequence: images without a rate follow each other; otherwise each is a press of its own.
@@ -126,6 +130,7 @@ def setup(
         add("--" + argument.replace("_", "-"), [] if path is None else [path_text(path, argument)])
     for path, radius_mm in (other_balls or {}).items():
         add("--other-ball", [f"{path_text(path, 'other_balls')}={one}" for one in _length(radius_mm, "other_balls")])
+    add("--shape", shape_words(shape, other_shapes))
     add("--corners", _corners(corners))
     add("--pitch", _length(pitch_mm_per_px, "pitch_mm_per_px"))
     add("--spacing-mm", _length(spacing_mm, "spacing_mm"))

@@ -7,13 +7,13 @@ import html
 import io
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Union
 
 from numpy.typing import NDArray
 
-from ._core import _palpate, path_text
+from ._core import _palpate, path_text, shape_words
 from ._errors import ArgumentError
 from ._live import Path, rate_of, request_of, Sensor
 from ._recordings import column_of
@@ -301,6 +301,8 @@ def photometric(
     ball_diameter_mm: float = 0.0,
     ball_mm: float = 0.0,
     balls: Path | None = None,
+    shape: str = "",
+    other_shapes: Mapping[Path, str] | None = None,
     sensor: Path | None = None,
     background: Path | None = None,
     pitch_mm_per_px: float = 0.0,
@@ -310,7 +312,7 @@ def photometric(
     keep_markers: bool = False,
     keep_contact: bool = False,
 ) -> Calibration:
-    """Colours of a gel to normals, from presses of a known ball.
+    """Colours of a gel to normals, from presses of a known ball or other shape.
 
     Args:
         source: an image, a folder of images, a video, a session.
@@ -318,7 +320,10 @@ def photometric(
             it lies.
         ball_radius_mm, ball_diameter_mm: one of them, of the ball whose contacts are found. ``ball_mm`` is its
             radius by the older name, refused where the pictures show that it is the diameter; or
-        balls: a table of presses: image, center_x_px, center_y_px, contact_radius_px, ball_radius_mm.
+        balls: a table of presses: image, center_x_px, center_y_px, contact_radius_px, ball_radius_mm; of other shapes
+            also shape, axis_deg, length_px; or
+        shape: what is pressed instead of a ball: ``"cylinder:radius=2"``, ``"cone:half-angle=60:tip-radius=0.3"``.
+        other_shapes: further recordings, each with the shape pressed there; ``"ball:radius=3"`` too.
         sensor: a sensor file to start from; by default only what the pictures say.
         background: the untouched image; kept next to ``out``.
         pitch_mm_per_px: the scale; 0: the sensor file's.
@@ -335,6 +340,7 @@ def photometric(
         _named(background),
         _named(out),
         _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
+        shape_words(shape, other_shapes),
         pitch_mm_per_px,
         every or 0,
         rest_weight,
