@@ -14,76 +14,25 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from ._errors import (
-    ArgumentError,
-    DeviceError,
-    Error,
-    ExpiredError,
-    InputError,
-    OutputError,
-    SensorError,
-    VersionError,
-)
+from ._errors import *
+from ._errors import __all__ as _ERRORS
 
 __version__ = "@PROJECT_VERSION@"
 
-_PUBLIC = {
-    "Camera": "_machine",
-    "Check": "_setup",
-    "Compression": "_mechanics",
-    "Contact": "_live",
-    "Contacting": "_mechanics",
-    "Device": "_machine",
-    "Estimate": "_live",
-    "Heights": "_arrays",
-    "Match": "_arrays",
-    "Modulus": "_recordings",
-    "PlateFit": "_arrays",
-    "Pressed": "_mechanics",
-    "Recorded": "_machine",
-    "Recording": "_recordings",
-    "Sensor": "_live",
-    "Setup": "_setup",
-    "Simulation": "_machine",
-    "Strain": "_arrays",
-    "Stream": "_live",
-    "Table": "_tables",
-    "ThinPlate": "_arrays",
-    "Touch": "_live",
-    "Truth": "_live",
-    "Wrench": "_live",
-    "WrenchSeries": "_mechanics",
-    "cameras": "_machine",
-    "check": "_setup",
-    "contact": "_mechanics",
-    "devices": "_machine",
-    "forward": "_mechanics",
-    "integrate": "_arrays",
-    "match": "_arrays",
-    "measure": "_recordings",
-    "modulus": "_recordings",
-    "open": "_live",
-    "record": "_machine",
-    "setup": "_setup",
-    "simulate": "_machine",
-    "strain": "_mechanics",
-    "wrench": "_mechanics",
+# Public names by the file that has them.
+_FILES = {
+    "_arrays": "Heights Match PlateFit Strain ThinPlate integrate match",
+    "_live": "Contact Estimate Sensor Stream Touch Truth Wrench open",
+    "_machine": "Camera Device Recorded Simulation cameras devices record simulate",
+    "_mechanics": "Compression Contacting Pressed WrenchSeries contact forward strain wrench",
+    "_recordings": "Modulus Recording measure modulus",
+    "_setup": "Check Setup check setup",
+    "_tables": "Table",
 }
+_PUBLIC = {name: file for file, names in _FILES.items() for name in names.split()}
 _MODULES = {"calibrate", "lump", "optics", "profile"}
 
-__all__ = [
-    "ArgumentError",
-    "DeviceError",
-    "Error",
-    "ExpiredError",
-    "InputError",
-    "OutputError",
-    "SensorError",
-    "VersionError",
-    "__version__",
-    *sorted(_PUBLIC),
-    *sorted(_MODULES),
-]
+__all__ = [*_ERRORS, "__version__", *sorted(_PUBLIC), *sorted(_MODULES)]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,122 +1,13 @@
 from . import calibrate as calibrate, lump as lump, optics as optics, profile as profile
-from ._arrays import (
-    Heights as Heights,
-    Match as Match,
-    PlateFit as PlateFit,
-    Strain as Strain,
-    ThinPlate as ThinPlate,
-    integrate as integrate,
-    match as match,
-)
-from ._errors import (
-    ArgumentError as ArgumentError,
-    DeviceError as DeviceError,
-    Error as Error,
-    ExpiredError as ExpiredError,
-    InputError as InputError,
-    OutputError as OutputError,
-    SensorError as SensorError,
-    VersionError as VersionError,
-)
-from ._live import (
-    Contact as Contact,
-    Estimate as Estimate,
-    Sensor as Sensor,
-    Stream as Stream,
-    Touch as Touch,
-    Truth as Truth,
-    Wrench as Wrench,
-    open as open,
-)
-from ._machine import (
-    Camera as Camera,
-    Device as Device,
-    Recorded as Recorded,
-    Simulation as Simulation,
-    cameras as cameras,
-    devices as devices,
-    record as record,
-    simulate as simulate,
-)
-from ._mechanics import (
-    Compression as Compression,
-    Contacting as Contacting,
-    Pressed as Pressed,
-    WrenchSeries as WrenchSeries,
-    contact as contact,
-    forward as forward,
-    strain as strain,
-    wrench as wrench,
-)
-from ._recordings import (
-    Modulus as Modulus,
-    Recording as Recording,
-    measure as measure,
-    modulus as modulus,
-)
-from ._setup import (
-    Check as Check,
-    Setup as Setup,
-    check as check,
-    setup as setup,
-)
-from ._tables import Table as Table
+from ._arrays import *
+from ._errors import *
+from ._live import *
+from ._machine import *
+from ._mechanics import *
+from ._recordings import *
+from ._setup import *
+from ._tables import *
 
 __version__: str
-__all__ = [
-    "__version__",
-    "ArgumentError",
-    "calibrate",
-    "Camera",
-    "cameras",
-    "Check",
-    "check",
-    "Compression",
-    "Contact",
-    "contact",
-    "Contacting",
-    "Device",
-    "DeviceError",
-    "devices",
-    "Error",
-    "Estimate",
-    "ExpiredError",
-    "forward",
-    "Heights",
-    "InputError",
-    "integrate",
-    "lump",
-    "Match",
-    "match",
-    "measure",
-    "Modulus",
-    "modulus",
-    "open",
-    "optics",
-    "OutputError",
-    "PlateFit",
-    "Pressed",
-    "profile",
-    "record",
-    "Recorded",
-    "Recording",
-    "Sensor",
-    "SensorError",
-    "Setup",
-    "setup",
-    "simulate",
-    "Simulation",
-    "Strain",
-    "strain",
-    "Stream",
-    "Table",
-    "ThinPlate",
-    "Touch",
-    "Truth",
-    "VersionError",
-    "Wrench",
-    "wrench",
-    "WrenchSeries",
-]
 
 def __dir__() -> list[str]: ...

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._core import _palpate
 
+__all__ = ["Heights", "Match", "PlateFit", "Strain", "ThinPlate", "integrate", "match"]
+
 PlateFit = _palpate.PlateFit
 ThinPlate = _palpate.ThinPlate
 

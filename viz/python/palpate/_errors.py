@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+__all__ = [
+    "ArgumentError", "DeviceError", "Error", "ExpiredError", "InputError", "OutputError", "SensorError",
+    "VersionError",
+]
+
 
 class Error(Exception):
     """Any failure of palpate.

@@ -9,6 +9,8 @@ from typing import Union
 from ._core import _palpate, path_text
 from ._errors import ArgumentError
 
+__all__ = ["Contact", "Estimate", "Sensor", "Stream", "Touch", "Truth", "Wrench", "open"]
+
 Contact = _palpate.Contact
 Estimate = _palpate.Estimate
 Sensor = _palpate.Sensor

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ._core import _palpate, path_text
 from ._live import count_of, Path, request_of, Sensor
 
+__all__ = ["Camera", "Device", "Recorded", "Simulation", "cameras", "devices", "record", "simulate"]
+
 
 @dataclass(frozen=True)
 class Device:

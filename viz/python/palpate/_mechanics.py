@@ -18,6 +18,8 @@ from ._errors import ArgumentError
 from ._live import Path, rate_of, request_of, Sensor
 from ._recordings import column_of
 
+__all__ = ["Compression", "Contacting", "Pressed", "WrenchSeries", "contact", "forward", "strain", "wrench"]
+
 
 @dataclass(frozen=True, eq=False)
 class Contacting:

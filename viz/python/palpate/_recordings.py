@@ -17,6 +17,8 @@ from ._core import _palpate, path_text
 from ._errors import ArgumentError
 from ._live import kept_maps, Path, request_of, Sensor
 
+__all__ = ["Modulus", "Recording", "measure", "modulus"]
+
 
 def column_of(cells: Sequence[Any]) -> NDArray[Any]:
     """One column of a table: whole numbers, numbers (NaN: none) or texts."""

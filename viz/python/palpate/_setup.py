@@ -16,6 +16,8 @@ from ._live import Path, Sensor
 from ._program import run_program
 from ._tables import Table
 
+__all__ = ["Check", "Setup", "check", "setup"]
+
 Corners = Sequence[Sequence[float]]
 
 
