@@ -1,7 +1,6 @@
 #include "viz/python/arrays.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace palpate::python {
 

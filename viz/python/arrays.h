@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -59,6 +61,24 @@ py::array_t<T> hand_out(std::vector<T> values, const Shape& shape) {
   py::array_t<T> array(shape, data, owner);
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;
+}
+/// The same with one axis.
+template <typename T>
+py::array_t<T> hand_out(std::vector<T> values) {
+  const auto count = static_cast<py::ssize_t>(values.size());
+  return hand_out(std::move(values), {count});
+}
+
+/// An array of one number or flag an item, which `get` (a member, or a function of the item) gives.
+template <typename Items, typename Get>
+py::object column(const Items& items, Get get) {
+  using Value = std::decay_t<std::invoke_result_t<Get, const typename Items::value_type&>>;
+  constexpr bool kFlags = std::is_same_v<Value, bool>;
+  std::vector<std::conditional_t<kFlags, uint8_t, Value>> values;
+  values.reserve(items.size());
+  for (const auto& item : items) values.push_back(std::invoke(get, item));
+  py::object array = hand_out(std::move(values));
+  return kFlags ? array.attr("view")("bool") : array;
 }
 
 }  // namespace palpate::python

@@ -1,5 +1,3 @@
-#include "viz/python/calibrations.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -10,16 +8,13 @@
 #include "capture/calibrate/workflow/workflow.h"
 #include "palpate/error.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
 namespace {
-
-RunWatch watch_of(const std::atomic<bool>& stop) {
-  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
-}
 
 /// Recordings, each with the table of a gauge that ran with it.
 struct Gauged {
@@ -178,24 +173,22 @@ BallSize size_of(const Ball& ball) {
 using Path = std::filesystem::path;
 
 void bind_written(py::module_& module) {
-  module.def(
-      "calibrate_background",
+  bind_function(
+      module, "calibrate_background",
       [](const std::string& input, const Path& sensor, const Path& out, uint32_t frames, uint32_t every,
          std::optional<uint64_t> like, bool set_threshold) {
         return written(&calibrate_background, {input, sensor, frames, every, like, set_threshold}, out);
       },
-      py::arg("input"), py::arg("sensor"), py::arg("out"), py::arg("frames"), py::arg("every"),
-      py::arg("like"), py::arg("set_threshold"));
-  module.def(
-      "calibrate_flat",
+      "input sensor out frames every like set_threshold");
+  bind_function(
+      module, "calibrate_flat",
       [](const std::string& input, const Path& sensor, const Path& out, uint32_t frames, uint32_t every,
          bool change) {
         return written(&calibrate_flat, {input, sensor, frames, every, change}, out);
       },
-      py::arg("input"), py::arg("sensor"), py::arg("out"), py::arg("frames"), py::arg("every"),
-      py::arg("change"));
-  module.def(
-      "calibrate_scale",
+      "input sensor out frames every change");
+  bind_function(
+      module, "calibrate_scale",
       [](const std::string& input, const Path& sensor, const Path& background, const Path& out,
          const std::string& grid, bool dots, double spacing_mm, double spacing_sd, double ring_mm,
          const Ball& ball, const std::vector<double>& travel_mm) {
@@ -205,20 +198,17 @@ void bind_written(py::module_& module) {
                         size_of(ball), travel_mm},
                        out);
       },
-      py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("out"), py::arg("grid"),
-      py::arg("dots"), py::arg("spacing_mm"), py::arg("spacing_sd"), py::arg("ring_mm"), py::arg("ball"),
-      py::arg("travel_mm"));
-  module.def(
-      "calibrate_lookup",
+      "input sensor background out grid dots spacing_mm spacing_sd ring_mm ball travel_mm");
+  bind_function(
+      module, "calibrate_lookup",
       [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
          const Path& out, const Ball& ball, double pitch_mm_per_px, uint64_t every) {
         return written(&calibrate_lookup,
                        {input, sensor, balls, background, size_of(ball), pitch_mm_per_px, every}, out);
       },
-      py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
-      py::arg("ball"), py::arg("pitch_mm_per_px"), py::arg("every"));
-  module.def(
-      "calibrate_photometric",
+      "input sensor balls background out ball pitch_mm_per_px every");
+  bind_function(
+      module, "calibrate_photometric",
       [](const std::string& input, const Path& sensor, const Path& balls, const Path& background,
          const Path& out, const Ball& ball, const std::vector<std::string>& shapes, double pitch_mm_per_px,
          uint64_t every, double rest_weight, const std::string& model, bool keep_markers, bool keep_contact) {
@@ -232,29 +222,26 @@ void bind_written(py::module_& module) {
         request.keep_contact = keep_contact;
         return written(&calibrate_photometric, request, out);
       },
-      py::arg("input"), py::arg("sensor"), py::arg("balls"), py::arg("background"), py::arg("out"),
-      py::arg("ball"), py::arg("shapes"), py::arg("pitch_mm_per_px"), py::arg("every"),
-      py::arg("rest_weight"), py::arg("model"), py::arg("keep_markers"), py::arg("keep_contact"));
-  module.def(
-      "calibrate_lights",
+      "input sensor balls background out ball shapes pitch_mm_per_px every rest_weight model keep_markers "
+      "keep_contact");
+  bind_function(
+      module, "calibrate_lights",
       [](const std::vector<Path>& images, const Path& height, const Path& out, double pitch_mm_per_px,
          std::optional<int> order) {
         return written(&calibrate_lights, {images, height, pitch_mm_per_px, order}, out);
       },
-      py::arg("images"), py::arg("height"), py::arg("out"), py::arg("pitch_mm_per_px"), py::arg("order"));
+      "images height out pitch_mm_per_px order");
 }
 
 }  // namespace
 
 void bind_calibrations(py::module_& module) {
   bind_written(module);
-  module.def("calibrate_force", &force, py::arg("inputs"), py::arg("gauges"), py::arg("checks"),
-             py::arg("check_gauges"), py::arg("align"), py::arg("rate_Hz"), py::arg("sequence"),
-             py::arg("signal"), py::arg("model"), py::arg("branches"), py::arg("keep_border"),
-             py::arg("device"));
-  module.def("calibrate_shear", &shear, py::arg("inputs"), py::arg("gauges"), py::arg("align"),
-             py::arg("rate_Hz"), py::arg("sequence"), py::arg("signal"), py::arg("friction"),
-             py::arg("device"));
+  bind_function(
+      module, "calibrate_force", &force,
+      "inputs gauges checks check_gauges align rate_Hz sequence signal model branches keep_border device");
+  bind_function(module, "calibrate_shear", &shear,
+                "inputs gauges align rate_Hz sequence signal friction device");
 }
 
 }  // namespace palpate::python

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "palpate/error.h"
+#include "viz/python/bindings.h"
 
 namespace palpate::python {
 namespace {

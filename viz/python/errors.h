@@ -19,7 +19,4 @@ inline Refusal bad_argument(std::string wanted, std::string found, std::string r
   return {"ArgumentError", std::move(wanted), std::move(found), std::move(remedy)};
 }
 
-/// Translates Refusal and palpate::Error.
-void bind_errors(pybind11::module_& module);
-
 }  // namespace palpate::python

@@ -8,6 +8,7 @@
 
 #include "capture/files/measurements.h"
 #include "engine/base/text.h"
+#include "viz/python/bindings.h"
 
 namespace palpate::python {
 namespace {

@@ -25,6 +25,4 @@ struct Measured {
 Measured measured(const Estimate& estimate, const char* unit);
 Measured measured(double value, double sd, Validity validity, const char* unit);
 
-void bind_estimate(pybind11::module_& module);
-
 }  // namespace palpate::python

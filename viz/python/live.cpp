@@ -1,11 +1,10 @@
-#include "viz/python/live.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <unistd.h>
 
 #include <algorithm>
 
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/errors.h"
 #include "viz/python/sensor.h"
@@ -86,8 +85,8 @@ class PyStream {
 };
 
 std::unique_ptr<PyStream> open_stream(RunSettings settings, bool drop, std::filesystem::path record,
-                                      std::string device, bool keep_depth, bool keep_image,
-                                      bool keep_confidence, bool keep_traction, bool keep_extrapolated) {
+                                      std::string device, const std::vector<std::string>& keep) {
+  const Kept kept = kept_of(keep);
   StreamRequest request;
   static_cast<RunSettings&>(request) = std::move(settings);
   request.drop = drop;
@@ -97,8 +96,7 @@ std::unique_ptr<PyStream> open_stream(RunSettings settings, bool drop, std::file
     request.found = find_input(request);
     return owned(std::make_unique<Stream>(request, stop));
   });
-  return std::make_unique<PyStream>(
-      std::move(stream), Kept{keep_depth, keep_image, keep_confidence, keep_traction, keep_extrapolated});
+  return std::make_unique<PyStream>(std::move(stream), kept);
 }
 
 /// The session that is written meanwhile; none where none was asked for.
@@ -127,9 +125,7 @@ void close_streams() {
 }
 
 void bind_live(py::module_& module) {
-  module.def("open_stream", &open_stream, py::arg("settings"), py::arg("drop"), py::arg("record"),
-             py::arg("device"), py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
-             py::arg("keep_traction"), py::arg("keep_extrapolated"));
+  bind_function(module, "open_stream", &open_stream, "settings drop record device keep");
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream>(module, "Stream")
       .def("__iter__", [](py::object self) { return self; })

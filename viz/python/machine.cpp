@@ -3,8 +3,8 @@
 
 #include "capture/v4l2/device.h"
 #include "engine/gpu/physical_device.h"
+#include "viz/python/bindings.h"
 #include "viz/python/waiting.h"
-#include "viz/python/workflows.h"
 
 namespace palpate::python {
 namespace {

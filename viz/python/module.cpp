@@ -4,18 +4,9 @@
 
 #include "engine/base/module.h"
 #include "palpate/version.h"
-#include "viz/python/calibrations.h"
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
-#include "viz/python/errors.h"
-#include "viz/python/estimate.h"
-#include "viz/python/live.h"
-#include "viz/python/numeric.h"
-#include "viz/python/recordings.h"
-#include "viz/python/sensor.h"
-#include "viz/python/settings.h"
-#include "viz/python/touch.h"
 #include "viz/python/waiting.h"
-#include "viz/python/workflows.h"
 
 namespace palpate::python {
 namespace {

@@ -5,7 +5,7 @@
 #include "perf/profile/profile.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/tables.h"
-#include "viz/python/workflows.h"
+#include "viz/python/bindings.h"
 
 namespace palpate::python {
 namespace {
@@ -30,8 +30,8 @@ py::tuple compare(const std::vector<std::string>& texts) {
 }  // namespace
 
 void bind_profile(py::module_& module) {
-  module.def("profile_load", &load, py::arg("file"));
-  module.def("profile_compare", &compare, py::arg("texts"));
+  bind_function(module, "profile_load", &load, "file");
+  bind_function(module, "profile_compare", &compare, "texts");
 }
 
 }  // namespace palpate::python

@@ -1,15 +1,13 @@
-#include "viz/python/recordings.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 
 #include "capture/run/modulus_recording.h"
 #include "capture/run/processing.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
 #include "viz/python/touch.h"
@@ -17,10 +15,6 @@
 
 namespace palpate::python {
 namespace {
-
-RunWatch watch_of(const std::atomic<bool>& stop) {
-  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
-}
 
 /// One kind of map, frame after frame; frames without one are 0.
 template <typename T>
@@ -34,11 +28,16 @@ class Stack {
     }
     ++frames_;
   }
-  py::object array(Shape shape) {
+  /// All that was added.
+  std::vector<T> take() {
     values_.resize(frames_ * size_);
-    shape.insert(shape.begin(), static_cast<py::ssize_t>(frames_));
-    return hand_out(std::move(values_), shape);
+    return std::move(values_);
   }
+  py::object array(Shape shape) {
+    shape.insert(shape.begin(), static_cast<py::ssize_t>(frames_));
+    return hand_out(take(), shape);
+  }
+  py::ssize_t frames() const { return static_cast<py::ssize_t>(frames_); }
 
  private:
   size_t frames_ = 0, size_ = 0;
@@ -78,9 +77,8 @@ void collect(const Kept& kept, const Result& result, const Frame& frame, Measure
 }
 
 py::dict measure(const RunSettings& request, const std::filesystem::path& out, const std::string& device,
-                 bool keep_depth, bool keep_image, bool keep_confidence, bool keep_traction,
-                 bool keep_extrapolated) {
-  const Kept kept{keep_depth, keep_image, keep_confidence, keep_traction, keep_extrapolated};
+                 const std::vector<std::string>& keep) {
+  const Kept kept = kept_of(keep);
   ProcessRequest process;
   static_cast<RunSettings&>(process) = request;
   process.rows = !out.empty();
@@ -109,13 +107,7 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
   const py::ssize_t height = f.height, width = f.width;
   py::dict maps;
   if (kept.depth) maps["depth_mm"] = all->depth.array({height, width});
-  if (kept.image) {
-    const py::ssize_t bytes = static_cast<py::ssize_t>(f.bytes_per_pixel());
-    py::object image = all->image.array({f.channels, height, width * bytes});
-    if (bytes == 2) image = image.attr("view")("uint16");
-    maps["image"] =
-        f.channels == 1 ? image.attr("reshape")(-1, height, width) : image.attr("transpose")(0, 2, 3, 1);
-  }
+  if (kept.image) maps["image"] = images_of(all->image.take(), f, all->image.frames());
   if (kept.confidence) maps["confidence"] = all->confidence.array({height, width});
   if (kept.extrapolated) maps["extrapolated"] = all->extrapolated.array({height, width}).attr("view")("bool");
   if (kept.traction) {
@@ -220,15 +212,10 @@ py::dict modulus(const std::optional<RunSettings>& recording, const std::filesys
 }  // namespace
 
 void bind_recordings(py::module_& module) {
-  module.def("measure", &measure, py::arg("settings"), py::arg("out"), py::arg("device"),
-             py::arg("keep_depth"), py::arg("keep_image"), py::arg("keep_confidence"),
-             py::arg("keep_traction"), py::arg("keep_extrapolated"));
-  module.def("modulus", &modulus, py::arg("recording"), py::arg("table"), py::arg("gauge"),
-             py::arg("approach"), py::arg("stage_sd_mm"), py::arg("sample"), py::arg("poisson"),
-             py::arg("size_sd"), py::arg("bonded"), py::arg("rubber"), py::arg("pad_kPa"),
-             py::arg("pad_thickness_mm"), py::arg("pad_poisson"), py::arg("pad_sd"), py::arg("force_sd"),
-             py::arg("scale_sd"), py::arg("zero_sd_mm"), py::arg("replicates"), py::arg("seed"),
-             py::arg("device"));
+  bind_function(module, "measure", &measure, "settings out device keep");
+  bind_function(module, "modulus", &modulus,
+                "recording table gauge approach stage_sd_mm sample poisson size_sd bonded rubber pad_kPa "
+                "pad_thickness_mm pad_poisson pad_sd force_sd scale_sd zero_sd_mm replicates seed device");
 }
 
 }  // namespace palpate::python

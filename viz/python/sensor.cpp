@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/text.h"
+#include "viz/python/bindings.h"
 
 namespace palpate::python {
 namespace {

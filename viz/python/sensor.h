@@ -31,6 +31,4 @@ Value by_name(const std::map<std::string, Value>& all, const std::string& name, 
   throw bad_argument(what, "'" + name + "'" + did_you_mean(name, names), list);
 }
 
-void bind_sensor(pybind11::module_& module);
-
 }  // namespace palpate::python

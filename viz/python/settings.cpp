@@ -1,11 +1,10 @@
-#include "viz/python/settings.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <cmath>
 
 #include "capture/run/run_settings.h"
+#include "viz/python/bindings.h"
 #include "viz/python/errors.h"
 #include "viz/python/sensor.h"
 

@@ -3,13 +3,14 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "engine/base/text.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bindings.h"
 #include "viz/python/estimate.h"
 #include "viz/python/quantities.h"
+#include "viz/python/sensor.h"
 
 namespace palpate::python {
 namespace {
@@ -18,21 +19,6 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::string slip_text(Slip slip) {
   return to_string(slip);
-}
-
-/// Rows x columns, or rows x columns x 3.
-py::object pixels_of(std::vector<uint8_t> bytes, const FrameFormat& f) {
-  const Shape planes = {f.channels, f.height, f.width};
-  py::array array;
-  if (f.bit_depth <= 8) {
-    array = hand_out(std::move(bytes), planes);
-  } else {
-    std::vector<uint16_t> wide(bytes.size() / 2);
-    std::memcpy(wide.data(), bytes.data(), bytes.size());
-    array = hand_out(std::move(wide), planes);
-  }
-  if (f.channels == 1) return array.attr("reshape")(f.height, f.width);
-  return array.attr("transpose")(1, 2, 0);
 }
 
 py::object skin_points_of(const Touch& touch) {
@@ -193,6 +179,15 @@ py::object PyTouch::once(py::object& kept, const char* name, Read read, Make mak
   return kept;
 }
 
+py::object images_of(std::vector<uint8_t> bytes, const FrameFormat& f, py::ssize_t frames) {
+  const py::ssize_t width = f.width;
+  py::object array = hand_out(std::move(bytes), {frames, f.channels, f.height,
+                                                 width * static_cast<py::ssize_t>(f.bytes_per_pixel())});
+  if (f.bytes_per_pixel() == 2) array = array.attr("view")("uint16");
+  return f.channels == 1 ? array.attr("reshape")(frames, f.height, width)
+                         : array.attr("transpose")(0, 2, 3, 1);
+}
+
 py::object PyTouch::depth_mm() {
   if (!touch().surface)
     throw Refusal{"SensorError", "depth_mm", "a sensor that measures no surface, or outputs without it",
@@ -212,7 +207,9 @@ py::object PyTouch::image() {
       [](const Pipeline&, const Result&, const Frame& frame) {
         return std::vector<uint8_t>(frame.pixels(), frame.pixels() + frame.format.frame_bytes());
       },
-      [this](std::vector<uint8_t> bytes) { return pixels_of(std::move(bytes), held_->format()); });
+      [this](std::vector<uint8_t> bytes) -> py::object {
+        return images_of(std::move(bytes), held_->format(), 1)[py::int_(0)];
+      });
 }
 
 py::object PyTouch::confidence() {
@@ -290,6 +287,16 @@ py::object PyTouch::extrapolated() {
       });
 }
 
+Kept kept_of(const std::vector<std::string>& names) {
+  static const std::map<std::string, bool Kept::*> kMaps = {
+      {"depth_mm", &Kept::depth},        {"image", &Kept::image},
+      {"confidence", &Kept::confidence}, {"pressure_kPa", &Kept::traction},
+      {"shear_kPa", &Kept::traction},    {"extrapolated", &Kept::extrapolated}};
+  Kept kept;
+  for (const std::string& name : names) kept.*by_name(kMaps, name, "names of maps to keep") = true;
+  return kept;
+}
+
 void PyTouch::keep(const Kept& kept) {
   if (kept.depth) depth_mm();
   if (kept.image) image();
@@ -322,10 +329,16 @@ void bind_touch(py::module_& module) {
                              })
       .def_property_readonly("image", &PyTouch::image)
       .def_property_readonly("confidence", &PyTouch::confidence)
-      .def("_keep",
-           [](PyTouch& t, bool depth, bool image, bool confidence, bool traction, bool extrapolated) {
-             t.keep({depth, image, confidence, traction, extrapolated});
-           })
+      .def(
+          "keep",
+          [](py::object self, const py::args& given) {
+            std::vector<std::string> names;
+            for (const py::handle& name : given) names.push_back(py::str(name));
+            if (names.empty()) names = {"depth_mm", "image"};
+            self.cast<PyTouch&>().keep(kept_of(names));
+            return self;
+          },
+          "Reads maps now, so that they stay; without names depth and image.  Gives the touch itself.")
       .def("__repr__", &described)
       .def("_repr_html_", &as_html);
   bound.def_property_readonly("depth_mm", &PyTouch::depth_mm)

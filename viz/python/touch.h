@@ -16,6 +16,8 @@ namespace palpate::python {
 struct Kept {
   bool depth = false, image = false, confidence = false, traction = false, extrapolated = false;
 };
+/// Those of the names; throws Refusal of another name.
+Kept kept_of(const std::vector<std::string>& names);
 
 /// A frame's maps and pixels once they were read.
 class PyTouch {
@@ -44,9 +46,9 @@ class PyTouch {
   pybind11::object depth_, image_, confidence_, pressure_, shear_, extrapolated_;
 };
 
+/// Pixels of `frames` frames, one after another, as frames x rows x columns (x 3).
+pybind11::object images_of(std::vector<uint8_t> bytes, const FrameFormat& format, pybind11::ssize_t frames);
 /// The cells' pixels, row by row, 1: extrapolated; none where there is no map.
 std::vector<uint8_t> extrapolated_pixels(const ExtrapolatedCells& map, const FrameFormat& format);
-
-void bind_touch(pybind11::module_& module);
 
 }  // namespace palpate::python

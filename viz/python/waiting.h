@@ -13,6 +13,8 @@
 #include <thread>
 #include <utility>
 
+#include "capture/run/run_watch.h"
+
 namespace palpate::python {
 
 /// How long a wait goes on before it looks for Ctrl-C.
@@ -32,6 +34,11 @@ auto wait_for(std::mutex& mutex, std::condition_variable& changed, Ready ready, 
     }
     if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
   }
+}
+
+/// A run that ends when `stop` is true, and whose progress nobody follows.
+inline RunWatch watch_of(const std::atomic<bool>& stop) {
+  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
 }
 
 /// Work that was given up by Ctrl-C and goes on until it notices.

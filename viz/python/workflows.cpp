@@ -1,12 +1,8 @@
-#include "viz/python/workflows.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <functional>
 #include <limits>
 
 #include "capture/calibrate/force/wrench.h"
@@ -18,16 +14,14 @@
 #include "engine/measure/compression.h"
 #include "palpate/error.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
+#include "viz/python/touch.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
 namespace {
-
-RunWatch watch_of(const std::atomic<bool>& stop) {
-  return {.stop = [&stop] { return stop.load(); }, .progress = {}};
-}
 
 py::dict record(const RunSettings& settings, const std::filesystem::path& folder, const std::string& device) {
   const SessionStatus status = run_apart([=](const std::atomic<bool>& stop) {
@@ -185,16 +179,6 @@ struct Simulated {
   std::vector<Truth> truth;
 };
 
-/// Pixels of frames as frames x rows x columns (x 3), or of one without the first axis.
-py::object images_of(std::vector<uint8_t> bytes, const FrameFormat& f, py::ssize_t frames) {
-  const py::ssize_t width = f.width;
-  py::object array = hand_out(std::move(bytes), {frames, f.channels, f.height,
-                                                 width * static_cast<py::ssize_t>(f.bytes_per_pixel())});
-  if (f.bytes_per_pixel() == 2) array = array.attr("view")("uint16");
-  return f.channels == 1 ? array.attr("reshape")(frames, f.height, width)
-                         : array.attr("transpose")(0, 2, 3, 1);
-}
-
 /// Flags are 0 or 1.
 double as_number(const QuantityValue& value) {
   if (const bool* flag = std::get_if<bool>(&value)) return *flag;
@@ -227,15 +211,11 @@ py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
   });
   const auto count = static_cast<py::ssize_t>(all->truth.size());
   py::dict truth;
-  const auto column = [&](const char* name, const std::function<double(const Truth&)>& value) {
-    std::vector<double> values;
-    for (const Truth& t : all->truth) values.push_back(value(t));
-    truth[name] = hand_out(std::move(values), {count});
-  };
-  column("time_s", [](const Truth& t) { return t.time_s; });
+  truth["time_s"] = column(all->truth, &Truth::time_s);
   for (const MeasuredQuantity<TrueFrame>& q : true_quantities())
     for (const char* name : {q.python, q.python_also})
-      if (name && *name) column(name, [&q](const Truth& t) { return as_number(q.value({&t})); });
+      if (name && *name)
+        truth[name] = column(all->truth, [&q](const Truth& t) { return as_number(q.value({&t})); });
   py::dict d;
   d["sensor"] = all->sensor;
   d["input"] = all->input;
@@ -243,7 +223,7 @@ py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
   d["images"] = images_of(std::move(all->images), all->format, count);
   const bool background = !all->background.bytes.empty();
   d["background"] = background
-                        ? images_of(std::move(all->background.bytes), all->format, 1).attr("__getitem__")(0)
+                        ? py::object(images_of(std::move(all->background.bytes), all->format, 1)[py::int_(0)])
                         : py::none();
   d["truth"] = truth;
   const bool has_depth = !all->depth.empty();
@@ -256,15 +236,12 @@ py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
 }  // namespace
 
 void bind_workflows(py::module_& module) {
-  module.def("record", &record, py::arg("settings"), py::arg("folder"), py::arg("device"));
-  module.def("check", &check, py::arg("sensor"), py::arg("recording"), py::arg("background"),
-             py::arg("ball_radius_mm"), py::arg("ball_diameter_mm"), py::arg("weight_g"), py::arg("out"),
-             py::arg("device"));
-  module.def("wrench", &wrench, py::arg("request"), py::arg("gauge"), py::arg("align"), py::arg("rate_Hz"),
-             py::arg("sequence"), py::arg("device"));
-  module.def("strain", &strain, py::arg("request"), py::arg("frames"), py::arg("forces_N"),
-             py::arg("by_shape"), py::arg("poisson"), py::arg("lam"), py::arg("seed"), py::arg("device"));
-  module.def("simulate", &simulate, py::arg("request"), py::arg("frames"), py::arg("depth"));
+  bind_function(module, "record", &record, "settings folder device");
+  bind_function(module, "check", &check,
+                "sensor recording background ball_radius_mm ball_diameter_mm weight_g out device");
+  bind_function(module, "wrench", &wrench, "request gauge align rate_Hz sequence device");
+  bind_function(module, "strain", &strain, "request frames forces_N by_shape poisson lam seed device");
+  bind_function(module, "simulate", &simulate, "request frames depth");
 }
 
 }  // namespace palpate::python

@@ -21,29 +21,12 @@ Wrench = _palpate.Wrench
 
 Path = Union[str, "os.PathLike[str]"]
 
-MAPS = ("depth_mm", "image", "confidence", "pressure_kPa", "shear_kPa", "extrapolated")
-
 
 def names_of(given: Iterable[str] | str | None) -> list[str]:
     """A list of names; one name alone is a list of one."""
     if given is None:
         return []
     return [given] if isinstance(given, str) else list(given)
-
-
-def kept_maps(keep: Iterable[str] | str | None) -> tuple[bool, bool, bool, bool, bool]:
-    """Which maps of a frame are read at once."""
-    names = names_of(keep)
-    for name in names:
-        if name not in MAPS:
-            raise ArgumentError("names of maps to keep", repr(name), ", ".join(MAPS))
-    return (
-        "depth_mm" in names,
-        "image" in names,
-        "confidence" in names,
-        "pressure_kPa" in names or "shear_kPa" in names,
-        "extrapolated" in names,
-    )
 
 
 def request_of(
@@ -135,13 +118,4 @@ def open(
         rate_Hz=rate_Hz,
         patience_s=patience_s,
     )
-    return _palpate.open_stream(settings, drop, path_text(record or "", "record"), device, *kept_maps(keep))
-
-
-def _keep(self: Touch, *names: str) -> Touch:
-    """Reads maps now, so that they stay; without names depth and image.  Gives the touch itself."""
-    self._keep(*kept_maps(names or ("depth_mm", "image")))
-    return self
-
-
-setattr(Touch, "keep", _keep)
+    return _palpate.open_stream(settings, drop, path_text(record or "", "record"), device, names_of(keep))

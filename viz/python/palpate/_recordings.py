@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ._core import _palpate, path_text
 from ._errors import ArgumentError
-from ._live import kept_maps, Path, request_of, Sensor
+from ._live import names_of, Path, request_of, Sensor
 
 __all__ = ["Modulus", "Recording", "measure", "modulus"]
 
@@ -172,7 +172,7 @@ def measure(
             ),
             path_text(out or "", "out"),
             device,
-            *kept_maps(keep),
+            names_of(keep),
         )
     )
 

@@ -9,10 +9,10 @@
 #include "engine/elasticity/modulus/indentation.h"
 #include "engine/fem/solve.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
 #include "viz/python/waiting.h"
-#include "viz/python/workflows.h"
 
 namespace palpate::python {
 namespace {
@@ -70,8 +70,8 @@ py::dict contact(std::optional<double> force_N, std::optional<double> depth_mm,
     r_mm[i] = 1.1 * found.radius_mm * i / kSteps;
     pressure_kPa[i] = 1e3 * exact.pressure_MPa(found, r_mm[i]);
   }
-  d["r_mm"] = hand_out(std::move(r_mm), {kSteps + 1});
-  d["pressure_kPa"] = hand_out(std::move(pressure_kPa), {kSteps + 1});
+  d["r_mm"] = hand_out(std::move(r_mm));
+  d["pressure_kPa"] = hand_out(std::move(pressure_kPa));
   return d;
 }
 
@@ -138,14 +138,14 @@ py::dict forward(const std::array<double, 3>& block_mm, double young_Pa, double 
 }  // namespace
 
 void bind_mechanics(py::module_& module) {
-  module.def("contact", &contact, py::arg("force_N"), py::arg("depth_mm"), py::arg("young_kPa"),
-             py::arg("poisson"), py::arg("thickness_mm"), py::arg("series"), py::arg("shape"),
-             py::arg("radius_mm"), py::arg("radius2_mm"), py::arg("half_angle_deg"),
-             py::arg("indenter_young_MPa"), py::arg("indenter_poisson"), py::arg("sliding"));
-  module.def("forward", &forward, py::arg("block_mm"), py::arg("young_Pa"), py::arg("poisson"),
-             py::arg("lump"), py::arg("size_mm"), py::arg("depth_mm"), py::arg("ratio"), py::arg("offset_mm"),
-             py::arg("presser"), py::arg("ball_radius_mm"), py::arg("press_mm"), py::arg("force_N"),
-             py::arg("cells"), py::arg("large_strain"), py::arg("threads"));
+  bind_function(
+      module, "contact", &contact,
+      "force_N depth_mm young_kPa poisson thickness_mm series shape radius_mm radius2_mm half_angle_deg "
+      "indenter_young_MPa indenter_poisson sliding");
+  bind_function(
+      module, "forward", &forward,
+      "block_mm young_Pa poisson lump size_mm depth_mm ratio offset_mm presser ball_radius_mm press_mm "
+      "force_N cells large_strain threads");
 }
 
 }  // namespace palpate::python

@@ -8,7 +8,7 @@
 #include "engine/measure/strain.h"
 #include "engine/numeric/thin_plate/thin_plate.h"
 #include "viz/python/arrays.h"
-#include "viz/python/numeric.h"
+#include "viz/python/bindings.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
@@ -58,24 +58,18 @@ class PyFit {
       const py::gil_scoped_release release;
       plane->evaluate(places, {}, first);
     }
-    const py::ssize_t count = shape[0];
-    py::dict d;
     std::vector<PlaneStrain> strains;
     for (size_t i = 0; i < places.size(); ++i)
       strains.push_back(plane_strain({first[4 * i], first[4 * i + 1], first[4 * i + 2], first[4 * i + 3]}));
-    const auto add = [&](const char* name, double PlaneStrain::*field) {
-      std::vector<double> column;
-      for (const PlaneStrain& s : strains) column.push_back(s.*field);
-      d[name] = hand_out(std::move(column), {count});
-    };
-    add("xx", &PlaneStrain::xx);
-    add("yy", &PlaneStrain::yy);
-    add("xy", &PlaneStrain::xy);
-    add("first", &PlaneStrain::first);
-    add("second", &PlaneStrain::second);
-    add("direction_rad", &PlaneStrain::direction_rad);
-    add("shear", &PlaneStrain::shear);
-    add("area", &PlaneStrain::area);
+    py::dict d;
+    d["xx"] = column(strains, &PlaneStrain::xx);
+    d["yy"] = column(strains, &PlaneStrain::yy);
+    d["xy"] = column(strains, &PlaneStrain::xy);
+    d["first"] = column(strains, &PlaneStrain::first);
+    d["second"] = column(strains, &PlaneStrain::second);
+    d["direction_rad"] = column(strains, &PlaneStrain::direction_rad);
+    d["shear"] = column(strains, &PlaneStrain::shear);
+    d["area"] = column(strains, &PlaneStrain::area);
     return d;
   }
 
@@ -193,11 +187,8 @@ void bind_thin_plate(py::module_& module) {
   number("condition", &PlateStatistics::condition);
   number("merged", &PlateStatistics::merged);
   number("rank", &PlateStatistics::rank);
-  fit.def_property_readonly("residual_sd", [](const PyFit& f) {
-    std::vector<double> sd = f.statistics().residual_sd;
-    const auto count = static_cast<py::ssize_t>(sd.size());
-    return hand_out(std::move(sd), {count});
-  });
+  fit.def_property_readonly("residual_sd",
+                            [](const PyFit& f) { return hand_out(f.statistics().residual_sd); });
   py::class_<PyThinPlate>(module, "ThinPlate")
       .def(py::init<const py::object&, const py::object&, const std::string&>(), py::arg("points"),
            py::arg("weights") = py::none(), py::kw_only(), py::arg("kernel") = "")

@@ -5,7 +5,7 @@
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "viz/python/arrays.h"
-#include "viz/python/numeric.h"
+#include "viz/python/bindings.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
@@ -53,10 +53,10 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
 }  // namespace
 
 void bind_lump(py::module_& module) {
-  module.def("lump_estimate", &estimate, py::arg("maps"), py::arg("force_N"), py::arg("young_Pa"),
-             py::arg("block_mm"), py::arg("pitch_mm"), py::arg("window_mm"), py::arg("noise_Pa"),
-             py::arg("input_errors"), py::arg("uneven_sd"), py::arg("place_sd_mm"), py::arg("network"),
-             py::arg("method"));
+  bind_function(
+      module, "lump_estimate", &estimate,
+      "maps force_N young_Pa block_mm pitch_mm window_mm noise_Pa input_errors uneven_sd place_sd_mm "
+      "network method");
 }
 
 }  // namespace palpate::python

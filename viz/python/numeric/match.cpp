@@ -2,7 +2,7 @@
 
 #include "engine/numeric/matching/matching.h"
 #include "viz/python/arrays.h"
-#include "viz/python/numeric.h"
+#include "viz/python/bindings.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
@@ -22,24 +22,19 @@ PointSet points_of(const py::object& given, const char* name) {
 py::dict match(const py::object& given_from, const py::object& given_to, bool reflections,
                double most_turn_deg) {
   PointSet from = points_of(given_from, "rest"), to = points_of(given_to, "pressed");
-  const auto count = static_cast<py::ssize_t>(from.size()), axes = static_cast<py::ssize_t>(from.axes);
+  const Shape shape = {static_cast<py::ssize_t>(from.size()), static_cast<py::ssize_t>(from.axes)};
   MatchOptions options;
   options.reflections = reflections;
   options.most_turn_deg = most_turn_deg;
   MatchResult result = run_apart([from = std::move(from), to = std::move(to), options](
                                      const std::atomic<bool>&) { return match_points(from, to, options); });
-  std::vector<int64_t> partner;
-  std::vector<double> probability;
-  for (const Partner& p : result.partners) {
-    partner.push_back(p.target ? static_cast<int64_t>(*p.target) : -1);
-    probability.push_back(p.probability);
-  }
   py::dict d;
   d["reliable"] = result.reliable();
   d["verdict"] = std::string(to_string(result.verdict));
-  d["partner"] = hand_out(std::move(partner), {count});
-  d["probability"] = hand_out(std::move(probability), {count});
-  d["warped"] = hand_out(std::move(result.warped.coordinates), {count, axes});
+  d["partner"] = column(result.partners,
+                        [](const Partner& p) { return p.target ? static_cast<int64_t>(*p.target) : -1; });
+  d["probability"] = column(result.partners, &Partner::probability);
+  d["warped"] = hand_out(std::move(result.warped.coordinates), shape);
   d["noise_sd"] = result.noise_sd;
   d["posterior"] = result.posterior;
   d["target_outlier_fraction"] = result.target_outlier_fraction;
@@ -51,8 +46,7 @@ py::dict match(const py::object& given_from, const py::object& given_to, bool re
 }  // namespace
 
 void bind_match(py::module_& module) {
-  module.def("match", &match, py::arg("rest"), py::arg("pressed"), py::arg("reflections"),
-             py::arg("most_turn_deg"));
+  bind_function(module, "match", &match, "rest pressed reflections most_turn_deg");
 }
 
 }  // namespace palpate::python

@@ -5,8 +5,8 @@
 #include "engine/stages/surface/surface.h"
 #include "engine/stages/surface/weighted_surface.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bindings.h"
 #include "viz/python/device.h"
-#include "viz/python/numeric.h"
 #include "viz/python/sensor.h"
 #include "viz/python/waiting.h"
 
@@ -114,8 +114,7 @@ py::dict integrate(const py::object& given_x, const py::object& given_y, const p
 }  // namespace
 
 void bind_integrate(py::module_& module) {
-  module.def("integrate", &integrate, py::arg("gx"), py::arg("gy"), py::arg("weights"), py::arg("solver"),
-             py::arg("kinks"), py::arg("device"));
+  bind_function(module, "integrate", &integrate, "gx gy weights solver kinks device");
 }
 
 }  // namespace palpate::python

@@ -4,7 +4,7 @@
 
 #include "engine/optics/optical_stack.h"
 #include "viz/python/arrays.h"
-#include "viz/python/numeric.h"
+#include "viz/python/bindings.h"
 
 namespace palpate::python {
 namespace {
@@ -66,8 +66,7 @@ py::dict stack(const std::vector<double>& indices, const std::vector<double>& ex
 }  // namespace
 
 void bind_optics(py::module_& module) {
-  module.def("optics_stack", &stack, py::arg("indices"), py::arg("extinction"), py::arg("thickness_mm"),
-             py::arg("angle_deg"), py::arg("wavelength_nm"));
+  bind_function(module, "optics_stack", &stack, "indices extinction thickness_mm angle_deg wavelength_nm");
 }
 
 }  // namespace palpate::python

@@ -10,7 +10,7 @@
 #include "engine/optics/ray_fan.h"
 #include "engine/optics/refractive_index.h"
 #include "viz/python/arrays.h"
-#include "viz/python/numeric.h"
+#include "viz/python/bindings.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
@@ -24,11 +24,6 @@ double degrees(double rad) {
 /// 90 deg is half of pi to the last bit.
 double radians(double deg) {
   return deg == 90 ? std::numbers::pi / 2 : deg * std::numbers::pi / 180;
-}
-
-py::array of(std::vector<double> values) {
-  const auto count = static_cast<py::ssize_t>(values.size());
-  return hand_out(std::move(values), {count});
 }
 
 optics::Waveguide guide_of(const std::vector<double>& indices, const std::vector<double>& thickness_mm) {
@@ -76,7 +71,7 @@ py::tuple critical(const std::vector<double>& n_in, const std::vector<double>& n
     angle_deg.push_back(rad ? degrees(*rad) : kNone);
     aperture.push_back(optics::numerical_aperture(n_in[i], n_out[i]));
   }
-  return py::make_tuple(of(std::move(angle_deg)), of(std::move(aperture)));
+  return py::make_tuple(hand_out(std::move(angle_deg)), hand_out(std::move(aperture)));
 }
 
 /// Amplitudes r_s, r_p, t_s, t_p at each angle.
@@ -93,9 +88,8 @@ py::tuple fresnel(double from, double to, double extinction, const std::vector<d
     const std::complex<double> all[] = {a.r_s, a.r_p, a.t_s, a.t_p};
     for (size_t k = 0; k < 4; ++k) parts[k].push_back(all[k]);
   }
-  const auto count = static_cast<py::ssize_t>(angle_deg.size());
   py::tuple given(4);
-  for (size_t k = 0; k < 4; ++k) given[k] = hand_out(std::move(parts[k]), {count});
+  for (size_t k = 0; k < 4; ++k) given[k] = hand_out(std::move(parts[k]));
   return given;
 }
 
@@ -126,33 +120,27 @@ py::dict critical_of_layers(const std::vector<double>& indices, std::optional<do
       guide_of(indices, std::vector<double>(std::max<size_t>(indices.size(), 2) - 2, 1.0));
   const double edge = edge_index.value_or(optics::outside_index(guide));
   const std::vector<optics::LayerGuidance> found = optics::guidance(guide, edge);
-  std::vector<double> index, above, below, aperture, accepts, guided, touching;
-  std::vector<uint8_t> all;
+  std::vector<double> guided, touching;
   const auto angle = [](const std::optional<double>& rad) { return rad ? degrees(*rad) : kNone; };
   const auto range = [](std::vector<double>& list, double from, double to) {
     list.push_back(from < to ? from : kNone);
     list.push_back(from < to ? to : kNone);
   };
-  for (size_t i = 0; i < found.size(); ++i) {
-    const optics::LayerGuidance& l = found[i];
-    index.push_back(guide.layers[i].index);
-    above.push_back(angle(l.critical_above_rad));
-    below.push_back(angle(l.critical_below_rad));
-    aperture.push_back(l.numerical_aperture);
-    accepts.push_back(degrees(l.accepts.half_angle_rad));
-    all.push_back(l.accepts.all);
+  using Layer = optics::LayerGuidance;
+  for (const Layer& l : found) {
     range(guided, l.guided_from, l.guided_to);
     range(touching, l.touching_from, l.touching_to);
   }
   const auto count = static_cast<py::ssize_t>(found.size());
   py::dict d;
   d["edge_index"] = edge;
-  d["index"] = of(std::move(index));
-  d["critical_angle_above_deg"] = of(std::move(above));
-  d["critical_angle_below_deg"] = of(std::move(below));
-  d["numerical_aperture"] = of(std::move(aperture));
-  d["acceptance_half_angle_deg"] = of(std::move(accepts));
-  d["accepts_all"] = py::array(hand_out(std::move(all), {count})).attr("view")("bool");
+  d["index"] = column(guide.layers, [](const auto& layer) { return layer.index; });
+  d["critical_angle_above_deg"] = column(found, [&](const Layer& l) { return angle(l.critical_above_rad); });
+  d["critical_angle_below_deg"] = column(found, [&](const Layer& l) { return angle(l.critical_below_rad); });
+  d["numerical_aperture"] = column(found, &Layer::numerical_aperture);
+  d["acceptance_half_angle_deg"] =
+      column(found, [](const Layer& l) { return degrees(l.accepts.half_angle_rad); });
+  d["accepts_all"] = column(found, [](const Layer& l) { return l.accepts.all; });
   d["guided_n_sin"] = hand_out(std::move(guided), {count, 2});
   d["touching_n_sin"] = hand_out(std::move(touching), {count, 2});
   return d;
@@ -161,20 +149,16 @@ py::dict critical_of_layers(const std::vector<double>& indices, std::optional<do
 /// A LED's fractions for each of many guides, whose indices stand row by row.
 py::dict trapped(const std::vector<std::vector<double>>& indices, const std::vector<double>& thickness_mm,
                  const LedTuple& led) {
-  std::vector<double> entering, guided, touching, arriving;
+  std::vector<optics::LampFractions> found;
   for (const std::vector<double>& row : indices) {
     const optics::Waveguide guide = guide_of(row, thickness_mm);
-    const optics::LampFractions f = optics::lamp_fractions(guide, lamp_of(led, guide));
-    entering.push_back(f.entering);
-    guided.push_back(f.guided);
-    touching.push_back(f.touching);
-    arriving.push_back(f.arriving_per_mm);
+    found.push_back(optics::lamp_fractions(guide, lamp_of(led, guide)));
   }
   py::dict d;
-  d["entering"] = of(std::move(entering));
-  d["guided"] = of(std::move(guided));
-  d["touching"] = of(std::move(touching));
-  d["arriving_per_mm"] = of(std::move(arriving));
+  d["entering"] = column(found, &optics::LampFractions::entering);
+  d["guided"] = column(found, &optics::LampFractions::guided);
+  d["touching"] = column(found, &optics::LampFractions::touching);
+  d["arriving_per_mm"] = column(found, &optics::LampFractions::arriving_per_mm);
   return d;
 }
 
@@ -192,28 +176,22 @@ py::dict contact(const std::vector<double>& indices, const std::vector<double>& 
   reference.albedo = contacts.front()[2];
   reference.gray = reference_gray.value_or(1);
   reference.most_gray = reference_gray ? most_gray : std::numeric_limits<double>::max();
-  std::vector<double> meeting, per_mm, up_to_deg, relative, gray;
-  std::vector<uint8_t> saturated;
+  std::vector<optics::ContactLight> lights;
+  std::vector<optics::PredictedGray> grays;
   for (auto c = contacts.begin() + 1; c != contacts.end(); ++c) {
-    const optics::ContactLight light = light_of(*c);
-    const optics::PredictedGray predicted = optics::predict_gray(reference, light, (*c)[2]);
-    meeting.push_back(light.per_meeting);
-    per_mm.push_back(light.leaving_per_mm);
-    up_to_deg.push_back(light.leaving_per_mm > 0
-                            ? degrees(std::asin(std::min(1.0, light.reached_to / guide.layers.front().index)))
-                            : kNone);
-    relative.push_back(predicted.unlimited / reference.gray);
-    gray.push_back(reference_gray ? predicted.gray : kNone);
-    saturated.push_back(predicted.saturated);
+    lights.push_back(light_of(*c));
+    grays.push_back(optics::predict_gray(reference, lights.back(), (*c)[2]));
   }
-  const auto count = static_cast<py::ssize_t>(saturated.size());
   py::dict d;
-  d["leaving_per_meeting"] = of(std::move(meeting));
-  d["leaving_per_mm"] = of(std::move(per_mm));
-  d["leaves_up_to_deg"] = of(std::move(up_to_deg));
-  d["relative"] = of(std::move(relative));
-  d["gray"] = of(std::move(gray));
-  d["saturated"] = py::array(hand_out(std::move(saturated), {count})).attr("view")("bool");
+  d["leaving_per_meeting"] = column(lights, &optics::ContactLight::per_meeting);
+  d["leaving_per_mm"] = column(lights, &optics::ContactLight::leaving_per_mm);
+  d["leaves_up_to_deg"] = column(lights, [&](const optics::ContactLight& light) {
+    const double sine = std::min(1.0, light.reached_to / guide.layers.front().index);
+    return light.leaving_per_mm > 0 ? degrees(std::asin(sine)) : kNone;
+  });
+  d["relative"] = column(grays, [&](const optics::PredictedGray& g) { return g.unlimited / reference.gray; });
+  d["gray"] = column(grays, [&](const optics::PredictedGray& g) { return reference_gray ? g.gray : kNone; });
+  d["saturated"] = column(grays, &optics::PredictedGray::saturated);
   return d;
 }
 
@@ -244,13 +222,9 @@ py::dict led(const std::vector<double>& indices, const std::vector<double>& thic
       found.rays.push_back(optics::trace_ray(guide, lamp, depth, radians(angle), length_mm));
     return found;
   });
-  std::vector<double> n_sin, entering, first, hop;
+  using Ray = optics::EdgeRay;
   py::list fates, paths;
-  for (optics::EdgeRay& ray : light.rays) {
-    n_sin.push_back(ray.tangential_index);
-    entering.push_back(ray.entering);
-    first.push_back(ray.first_mm);
-    hop.push_back(ray.hop_mm);
+  for (const Ray& ray : light.rays) {
     fates.append(to_string(ray.fate));
     std::vector<double> path;
     for (size_t i = 0; i < ray.x_mm.size(); ++i) {
@@ -268,13 +242,13 @@ py::dict led(const std::vector<double>& indices, const std::vector<double>& thic
   d["nearest_mm"] = light.meetings.nearest_mm;
   d["half_mm"] = light.meetings.distance_of(0.5, light.fractions.touching);
   d["nine_tenths_mm"] = light.meetings.distance_of(0.9, light.fractions.touching);
-  d["distance_mm"] = of(std::move(light.meetings.distance_mm));
-  d["fraction"] = of(std::move(light.meetings.fraction));
-  d["n_sin"] = of(std::move(n_sin));
+  d["distance_mm"] = hand_out(std::move(light.meetings.distance_mm));
+  d["fraction"] = hand_out(std::move(light.meetings.fraction));
+  d["n_sin"] = column(light.rays, &Ray::tangential_index);
   d["fate"] = fates;
-  d["ray_entering"] = of(std::move(entering));
-  d["first_mm"] = of(std::move(first));
-  d["hop_mm"] = of(std::move(hop));
+  d["ray_entering"] = column(light.rays, &Ray::entering);
+  d["first_mm"] = column(light.rays, &Ray::first_mm);
+  d["hop_mm"] = column(light.rays, &Ray::hop_mm);
   d["path_mm"] = paths;
   return d;
 }
@@ -294,24 +268,20 @@ py::dict index(const std::vector<std::array<double, 4>>& lengths_mm, const std::
     parts.push_back(optics::index_from_spots(spots));
   }
   const optics::CombinedIndex together = optics::combine(parts);
-  std::vector<double> each, sd, incidence, refraction, by_length;
-  for (const optics::MeasuredIndex& m : parts) {
-    each.push_back(m.index);
-    sd.push_back(m.standard_error);
-    incidence.push_back(degrees(m.incidence_rad));
-    refraction.push_back(degrees(m.refraction_rad));
-    for (const double part : {m.sd_od, m.sd_on, m.sd_m1m2, m.sd_nm2, m.sd_air}) by_length.push_back(part);
-  }
+  using One = optics::MeasuredIndex;
+  std::vector<double> by_length;
+  for (const One& m : parts)
+    by_length.insert(by_length.end(), {m.sd_od, m.sd_on, m.sd_m1m2, m.sd_nm2, m.sd_air});
   const auto count = static_cast<py::ssize_t>(parts.size());
   py::dict d;
   d["index"] = together.index;
   d["standard_error"] = together.standard_error;
   d["chi_square"] = together.chi_square;
   d["widened"] = together.widened;
-  d["each"] = of(std::move(each));
-  d["each_sd"] = of(std::move(sd));
-  d["incidence_deg"] = of(std::move(incidence));
-  d["refraction_deg"] = of(std::move(refraction));
+  d["each"] = column(parts, &One::index);
+  d["each_sd"] = column(parts, &One::standard_error);
+  d["incidence_deg"] = column(parts, [](const One& m) { return degrees(m.incidence_rad); });
+  d["refraction_deg"] = column(parts, [](const One& m) { return degrees(m.refraction_rad); });
   d["parts_sd"] = hand_out(std::move(by_length), {count, 5});
   return d;
 }
@@ -319,19 +289,15 @@ py::dict index(const std::vector<std::array<double, 4>>& lengths_mm, const std::
 }  // namespace
 
 void bind_waveguide(py::module_& module) {
-  module.def("optics_critical", &critical, py::arg("n_in"), py::arg("n_out"));
-  module.def("optics_fresnel", &fresnel, py::arg("n_from"), py::arg("n_to"), py::arg("extinction"),
-             py::arg("angle_deg"));
-  module.def("optics_gap", &gap, py::arg("n_from"), py::arg("n_gap"), py::arg("n_to"), py::arg("extinction"),
-             py::arg("wavelength_nm"), py::arg("angle_deg"), py::arg("gap_nm"));
-  module.def("optics_layers", &critical_of_layers, py::arg("indices"), py::arg("edge_index"));
-  module.def("optics_trapped", &trapped, py::arg("indices"), py::arg("thickness_mm"), py::arg("led"));
-  module.def("optics_contact", &contact, py::arg("indices"), py::arg("thickness_mm"), py::arg("led"),
-             py::arg("contacts"), py::arg("wavelength_nm"), py::arg("reference_gray"), py::arg("most_gray"));
-  module.def("optics_led", &led, py::arg("indices"), py::arg("thickness_mm"), py::arg("led"),
-             py::arg("depth_mm"), py::arg("length_mm"), py::arg("angle_deg"));
-  module.def("optics_index", &index, py::arg("lengths_mm"), py::arg("sd_mm"), py::arg("air_index"),
-             py::arg("air_index_sd"));
+  bind_function(module, "optics_critical", &critical, "n_in n_out");
+  bind_function(module, "optics_fresnel", &fresnel, "n_from n_to extinction angle_deg");
+  bind_function(module, "optics_gap", &gap, "n_from n_gap n_to extinction wavelength_nm angle_deg gap_nm");
+  bind_function(module, "optics_layers", &critical_of_layers, "indices edge_index");
+  bind_function(module, "optics_trapped", &trapped, "indices thickness_mm led");
+  bind_function(module, "optics_contact", &contact,
+                "indices thickness_mm led contacts wavelength_nm reference_gray most_gray");
+  bind_function(module, "optics_led", &led, "indices thickness_mm led depth_mm length_mm angle_deg");
+  bind_function(module, "optics_index", &index, "lengths_mm sd_mm air_index air_index_sd");
 }
 
 }  // namespace palpate::python
