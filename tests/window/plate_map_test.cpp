@@ -1,6 +1,6 @@
 // The dense map of a spline on the device: against its pieces in double precision, against the spline itself
 // within the stated bound, and its refusals.
-#include "viz/render/plate_map.h"
+#include "viz/render/image/plate_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The skin's strain over the raw image: from followed places to a map, its range, its error, and the reasons
 // for its absence.
-#include "viz/render/strain_view.h"
+#include "viz/render/image/strain_view.h"
 
 #include <gtest/gtest.h>
 

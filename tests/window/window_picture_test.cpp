@@ -21,7 +21,7 @@
 #include "viz/display/picture.h"
 #include "viz/panels/section.h"
 #include "viz/render/colour_map.h"
-#include "viz/render/load_view.h"
+#include "viz/render/image/load_view.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {

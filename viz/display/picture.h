@@ -13,9 +13,9 @@
 #include "palpate/sensor.h"
 #include "viz/panels/section.h"
 #include "viz/render/colour_map.h"
+#include "viz/render/image/strain_view.h"
 #include "viz/render/orbit.h"
 #include "viz/render/render_target.h"
-#include "viz/render/strain_view.h"
 
 namespace palpate::viz {
 

@@ -11,8 +11,8 @@
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
 #include "viz/panels/hud.h"
-#include "viz/render/image_view.h"
-#include "viz/render/load_view.h"
+#include "viz/render/image/image_view.h"
+#include "viz/render/image/load_view.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_state.h"
 

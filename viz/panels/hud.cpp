@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "viz/panels/banners.h"
-#include "viz/panels/charts.h"
+#include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/sensor.h"
 #include "viz/render/annotations.h"

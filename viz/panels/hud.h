@@ -4,7 +4,7 @@
 
 #include "viz/live/history.h"
 #include "viz/live/stats.h"
-#include "viz/panels/charts.h"
+#include "viz/panels/charts/charts.h"
 #include "viz/panels/measurement.h"
 #include "viz/panels/section.h"
 #include "viz/render/format.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "capture/files/measurements.h"
-#include "viz/panels/charts.h"
+#include "viz/panels/charts/charts.h"
 #include "viz/panels/press.h"
 #include "viz/render/format.h"
 

@@ -11,8 +11,8 @@
 #include "palpate/touch.h"
 #include "viz/live/stats.h"
 #include "viz/render/hud_frame.h"
+#include "viz/render/image/strain_view.h"
 #include "viz/render/layout.h"
-#include "viz/render/strain_view.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {

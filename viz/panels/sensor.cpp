@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "viz/panels/calibration_chart.h"
-#include "viz/panels/charts.h"
+#include "viz/panels/charts/calibration_chart.h"
+#include "viz/panels/charts/charts.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {

@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "viz/render/colour_map.h"
+#include "viz/render/image/strain_view.h"
 #include "viz/render/section_line.h"
-#include "viz/render/strain_view.h"
 
 namespace palpate::viz {
 

@@ -1,4 +1,4 @@
-#include "viz/render/image_view.h"
+#include "viz/render/image/image_view.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "viz/panels/line_style.h"
+#include "viz/panels/charts/line_style.h"
 
 #include <algorithm>
 #include <cmath>

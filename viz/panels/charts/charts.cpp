@@ -1,4 +1,4 @@
-#include "viz/panels/charts.h"
+#include "viz/panels/charts/charts.h"
 
 #include <imgui.h>
 
@@ -11,8 +11,8 @@
 
 #include "capture/files/measurements.h"
 #include "engine/measure/force.h"
-#include "viz/panels/chart.h"
-#include "viz/panels/line_style.h"
+#include "viz/panels/charts/chart.h"
+#include "viz/panels/charts/line_style.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
 

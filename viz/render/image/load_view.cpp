@@ -1,4 +1,4 @@
-#include "viz/render/load_view.h"
+#include "viz/render/image/load_view.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "viz/render/plate_map.h"
+#include "viz/render/image/plate_map.h"
 
 #include <algorithm>
 #include <array>

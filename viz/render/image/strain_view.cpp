@@ -1,4 +1,4 @@
-#include "viz/render/strain_view.h"
+#include "viz/render/image/strain_view.h"
 
 #include <algorithm>
 #include <cmath>

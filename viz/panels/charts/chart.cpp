@@ -1,4 +1,4 @@
-#include "viz/panels/chart.h"
+#include "viz/panels/charts/chart.h"
 
 #include <cmath>
 

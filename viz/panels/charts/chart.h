@@ -9,7 +9,7 @@
 #include <string>
 
 #include "viz/live/history.h"
-#include "viz/panels/line_style.h"
+#include "viz/panels/charts/line_style.h"
 
 namespace palpate::viz {
 

@@ -12,7 +12,7 @@
 #include "engine/measure/strain.h"
 #include "palpate/frame.h"
 #include "palpate/touch.h"
-#include "viz/render/plate_map.h"
+#include "viz/render/image/plate_map.h"
 
 namespace palpate::viz {
 
