@@ -236,7 +236,7 @@ void add_cameras(CommandLine& program, Common& common, Command& chosen) {
              "  palpate cameras /dev/video0         one of them\n"
              "  palpate cameras genicam:Fake_1      the simulated camera of Aravis\n"
              "  palpate cameras --json              for a script: .cameras[].formats[].sizes[]\n");
-  command->callback([&common, &chosen, node] { chosen = [&common, node] { return list(common, *node); }; });
+  command->runs(chosen, [&common, node] { return list(common, *node); });
 }
 
 }  // namespace palpate

@@ -57,8 +57,7 @@ void add_check(CommandLine& program, Common& common, Command& chosen) {
              "3 where the calibration is "
              "not true\n"
              "any more, or nothing shows whether it is.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return check(*options, common); }; });
+  command->runs(chosen, [&common, options] { return check(*options, common); });
 }
 
 }  // namespace palpate

@@ -261,9 +261,8 @@ void add_contact(CommandLine& program, Common& common, Command& chosen) {
       "contact",
       "Force, depth and pressure of a ball, cone or punch on the pad, by each formula with its error");
   auto options = std::make_shared<Options>();
-  command->add_option("--shape", options->shape, "sphere, cone or flat (a cylinder's end)")
-      ->check(Check::one_of({"sphere", "cone", "flat"}))
-      ->capture_default_str();
+  command->add_setting("--shape", options->shape, Check::one_of({"sphere", "cone", "flat"}),
+                       "sphere, cone or flat (a cylinder's end)");
   command->add_option("--radius-mm", options->radius_mm, "Radius of sphere or punch, mm");
   command->add_option("--radius2-mm", options->radius2_mm, "Radius of a domed pad, mm (default: flat)");
   command->add_option("--half-angle-deg", options->half_angle_deg, "A cone's angle from axis to side, deg");
@@ -278,11 +277,8 @@ void add_contact(CommandLine& program, Common& common, Command& chosen) {
       ->delimiter(',');
   command->add_option("--poisson", options->poisson, "Poisson's ratio of the pad, 0 to 0.5")
       ->capture_default_str();
-  command
-      ->add_option("--series", options->series,
-                   "Several layers as one: thickness, sum(t)/sum(t/E), or paper, 1/sum(1/E)")
-      ->check(Check::one_of({"thickness", "paper"}))
-      ->capture_default_str();
+  command->add_setting("--series", options->series, Check::one_of({"thickness", "paper"}),
+                       "Several layers as one: thickness, sum(t)/sum(t/E), or paper, 1/sum(1/E)");
   command->add_option("--indenter-young-MPa", options->indenter_young_MPa,
                       "Young's modulus of the indenter, MPa (default: rigid)");
   command->add_option("--indenter-poisson", options->indenter_poisson, "Its Poisson's ratio")

@@ -249,9 +249,8 @@ void add_demo(CommandLine& program, Common& common, Command& chosen) {
                       "Folder for measurements, pictures and the film (default: out/demo)");
   command->add_flag("--headless", options->headless, "No window, even where there is a display");
   command->add_option("--frames", options->frames, "Only that many frames of the palpation");
-  command->add_option("--picture-every", options->picture_every, "Write a frame of the film every N frames")
-      ->capture_default_str()
-      ->check(Check::range(uint64_t{1}, uint64_t{1000}));
+  command->add_setting("--picture-every", options->picture_every, Check::range(uint64_t{1}, uint64_t{1000}),
+                       "Write a frame of the film every N frames");
   add_common(*command, common,
              "  palpate demo                           a window where there is a display, then the table\n"
              "  palpate demo --headless --out out/demo pictures and a film instead\n"

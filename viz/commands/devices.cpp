@@ -65,7 +65,7 @@ void add_devices(CommandLine& program, Common& common, Command& chosen) {
   add_common(*command, common,
              "  palpate devices                     what is there\n"
              "  palpate devices --json              for a script: .devices[].usable\n");
-  command->callback([&common, &chosen] { chosen = [&common] { return list(common); }; });
+  command->runs(chosen, [&common] { return list(common); });
 }
 
 }  // namespace palpate

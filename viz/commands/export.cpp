@@ -159,8 +159,7 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
       "  palpate process out/raw/images --sensor out/raw/sensor.json --out out/again\n"
       "Shear, slip and shift are followed from frame to frame: with --csv and --mp4 all frames before\n"
       "the first one are measured too. Numbered files of an earlier run are replaced.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return run_export(common, *options); }; });
+  command->runs(chosen, [&common, options] { return run_export(common, *options); });
 }
 
 }  // namespace palpate

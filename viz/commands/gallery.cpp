@@ -230,8 +230,7 @@ void add_gallery(CommandLine& program, Common& common, Command& chosen) {
       "  palpate gallery . --list mine.json --out out/mine\n"
       "The list is a JSON array of {\"title\", \"sensor\" (next to the list), \"recording\", \"background\" "
       "(below DATA)}. A missing recording is named on the page.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return gallery(common, *options); }; });
+  command->runs(chosen, [&common, options] { return gallery(common, *options); });
 }
 
 }  // namespace palpate

@@ -188,8 +188,7 @@ void add_integrate(CommandLine& program, Common& common, Command& chosen) {
              "height.npy is float32, rows x columns, mean 0, in the gradients' unit times one pixel: the "
              "heights whose\n"
              "differences fit the gradients best (least squares, no rim pinned, tilt kept).\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return integrate(common, *options); }; });
+  command->runs(chosen, [&common, options] { return integrate(common, *options); });
 }
 
 }  // namespace palpate

@@ -114,8 +114,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
              "A recording without --out has the keys of replay.\n"
              "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");
   add_jsonl(*command, common);
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return live(common, *options); }; });
+  command->runs(chosen, [&common, options] { return live(common, *options); });
 }
 
 }  // namespace palpate

@@ -76,12 +76,10 @@ void add_match(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--list", options->list,
                       "CSV file with columns template,target: many pairs; names are relative to its folder");
   command->add_flag("--reflections", options->reflections, "The target may be the template's mirror image");
-  command
-      ->add_option("--most-turn-deg", options->most_turn_deg,
-                   "Turns of the target by more are not tried; for regular grids, which fit themselves after "
-                   "a quarter turn")
-      ->check(Check::range(0.0, 180.0))
-      ->capture_default_str();
+  command->add_setting(
+      "--most-turn-deg", options->most_turn_deg, Check::range(0.0, 180.0),
+      "Turns of the target by more are not tried; for regular grids, which fit themselves after "
+      "a quarter turn");
   command->add_option("--out", common.out,
                       "Folder for warped.csv, partners.csv, match.json, match.png and .svg; with --list for "
                       "folders 0001, 0002, ... of them");
@@ -92,8 +90,7 @@ void add_match(CommandLine& program, Common& common, Command& chosen) {
              "  palpate match markers_rest.csv markers_pressed.csv --most-turn-deg 20\n"
              "Order and number of points are free; points without a partner stay without one. Without a\n"
              "reliable match no partners are named, and the best try is called unreliable_warped.csv.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return match(common, *options); }; });
+  command->runs(chosen, [&common, options] { return match(common, *options); });
 }
 
 }  // namespace palpate

@@ -155,9 +155,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
                       "cube,10mm; block,10x8mm (width x height); cylinder,12x10mm (diameter x height); "
                       "sphere,16mm (diameter)");
   command->add_option("--sample-poisson", o->poisson, "Its Poisson's ratio, 0 to 0.5")->capture_default_str();
-  command->add_option("--size-sd", o->size_sd, "Relative standard error of its size")
-      ->check(fraction)
-      ->capture_default_str();
+  command->add_setting("--size-sd", o->size_sd, fraction, "Relative standard error of its size");
   command
       ->add_option("--table", o->table,
                    "sliding: the sample is free to widen on the table; bonded: it sticks")
@@ -177,32 +175,23 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--pad-thickness-mm", o->pad_thickness_mm, "Its thickness, bonded to a rigid base")
       ->check(Check::positive());
   command->add_option("--pad-poisson", o->pad_poisson, "Its Poisson's ratio")->capture_default_str();
-  command->add_option("--pad-sd", o->pad_sd, "Relative standard error of its modulus")
-      ->check(fraction)
-      ->capture_default_str();
-  command->add_option("--force-sd", o->force_sd, "Relative standard error of the force's scale")
-      ->check(fraction)
-      ->capture_default_str();
+  command->add_setting("--pad-sd", o->pad_sd, fraction, "Relative standard error of its modulus");
+  command->add_setting("--force-sd", o->force_sd, fraction, "Relative standard error of the force's scale");
   command->add_option("--scale-sd", o->scale_sd, "Relative standard error of the camera's scale")
       ->check(fraction);
   command->add_option("--gauge", o->gauge,
                       "CSV of a force gauge with the recording, instead of the image's force");
   command->add_option("--approach", o->approach, "CSV with frame and approach_mm: the stage's travel");
-  command
-      ->add_option("--stage-sd-mm", o->stage_sd_mm,
-                   "Standard error of one reading of the stage; 0 with "
-                   "--simulate: no stage")
-      ->check(Check::non_negative())
-      ->capture_default_str();
+  command->add_setting("--stage-sd-mm", o->stage_sd_mm, Check::non_negative(),
+                       "Standard error of one reading of the stage; 0 with "
+                       "--simulate: no stage");
   command
       ->add_option("--zero-sd-mm", o->zero_sd_mm,
                    "Standard error of the approach's zero, first touch (default: not known)")
       ->check(Check::non_negative());
   command->add_option("--expected-kPa", o->expected_kPa, "A known modulus to compare with")
       ->check(Check::positive());
-  command->add_option("--replicates", o->replicates, "Of the bootstrap")
-      ->check(Check::range(50, 10000))
-      ->capture_default_str();
+  command->add_setting("--replicates", o->replicates, Check::range(50, 10000), "Of the bootstrap");
   command->add_option("--out", common.out,
                       "Folder for modulus.csv, presses.csv, points.csv, modulus.json and plots");
   add_common(
@@ -211,7 +200,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
       "  palpate modulus --frames presses.csv --sample sphere,16mm --pad-kPa 200 --pad-thickness-mm 6\n"
       "  palpate modulus out/press --sample cube,10mm --approach stage.csv --out out/modulus\n"
       "  palpate modulus press.avi --sensor pad.json --gauge gauge.csv --sample sphere,50mm --json\n");
-  command->callback([&common, &chosen, o] { chosen = [&common, o] { return run(common, *o); }; });
+  command->runs(chosen, [&common, o] { return run(common, *o); });
 }
 
 }  // namespace palpate

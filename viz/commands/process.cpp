@@ -117,11 +117,8 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--pictures", request.pictures,
                     "Write pictures/NNNNNN.png: each frame as the window shows it");
   command->add_flag("--video", request.video, "Write recording.mp4: the same as a film");
-  command
-      ->add_option("--picture-every", request.picture_every,
-                   "Write a picture (and film frame) every N frames")
-      ->capture_default_str()
-      ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
+  command->add_setting("--picture-every", request.picture_every, Check::range(uint64_t{1}, uint64_t{1000000}),
+                       "Write a picture (and film frame) every N frames");
   options->look.add(*command);
   options->block.add_to(*command);
   add_settings(*command, request, {{"rate_Hz"}, {"sequence"}, {"frames", "Stop after that many frames"}});
@@ -140,8 +137,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag(
       "--all-digits", options->all_digits,
       "Write every digit of each number, including those that its standard error makes meaningless");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return process(common, *options); }; });
+  command->runs(chosen, [&common, options] { return process(common, *options); });
 }
 
 }  // namespace palpate

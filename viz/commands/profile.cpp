@@ -146,8 +146,7 @@ void add_profile(CommandLine& program, Common& common, Command& chosen) {
       "  palpate profile --all-devices --out out/devices      every device of this machine\n"
       "  palpate profile --compare a/profile.json b/profile.json --out out/compare\n");
   command->get_option("--device")->excludes(all);
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return profile(common, *options); }; });
+  command->runs(chosen, [&common, options] { return profile(common, *options); });
 }
 
 }  // namespace palpate

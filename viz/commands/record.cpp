@@ -95,8 +95,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       "  palpate record synthetic:palpation --out out/session\n"
       "A session is whole after every crash but its last second; `palpate process`, `replay` and `export`\n"
       "take it without any other file. See capture/session/README.md.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return record(common, *options); }; });
+  command->runs(chosen, [&common, options] { return record(common, *options); });
 }
 
 }  // namespace palpate

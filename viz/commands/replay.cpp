@@ -122,8 +122,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
              "charts goes there, H shows all keys. Measurements are computed anew; after a jump shear counts "
              "from there and says so.\n");
   add_jsonl(*command, common);
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return replay(common, *options); }; });
+  command->runs(chosen, [&common, options] { return replay(common, *options); });
 }
 
 }  // namespace palpate

@@ -95,9 +95,8 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--grid-background", i.grid_rest, "Picture of the pad at rest, for a grid that is pressed")
       ->check(Check::existing_file());
   command->add_option("--grid", i.grid, "COLUMNSxROWS of that grid");
-  command->add_option("--pattern", i.pattern, "What the grid is made of: chessboard or dots")
-      ->check(Check::one_of({"chessboard", "dots"}))
-      ->capture_default_str();
+  command->add_setting("--pattern", i.pattern, Check::one_of({"chessboard", "dots"}),
+                       "What the grid is made of: chessboard or dots");
   command->add_option("--spacing-mm", i.spacing_mm, "Distance from one point of the grid to the next, mm")
       ->check(Check::range(1e-3, 1000.0));
   command->add_option("--ball-radius-mm", i.ball_radius_mm, "Radius of a ball that is pressed, for depth")
@@ -120,11 +119,8 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
                    "Presses of a ball that is not seen whole, by hand: CSV as palpate calibrate photometric "
                    "--balls takes it, of recordings in --balls")
       ->check(Check::existing_file());
-  command
-      ->add_option("--surface", i.surface,
-                   "How depth is read: auto (by what a touch changes), photometric, lookup")
-      ->check(Check::one_of({"auto", "photometric", "lookup"}))
-      ->capture_default_str();
+  command->add_setting("--surface", i.surface, Check::one_of({"auto", "photometric", "lookup"}),
+                       "How depth is read: auto (by what a touch changes), photometric, lookup");
   command
       ->add_option("--gauge", i.gauge,
                    "A force gauge's table of INPUT: CSV with frame or time_s, and force_N")
@@ -146,7 +142,7 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       "  palpate setup press.avi --window\n"
       "Tells of each step what is known, what is missing and how to get it, and which command does that "
       "step again alone.\n");
-  command->callback([&common, &chosen, o] { chosen = [&common, o] { return setup(common, *o); }; });
+  command->runs(chosen, [&common, o] { return setup(common, *o); });
 }
 
 }  // namespace palpate

@@ -233,22 +233,15 @@ void add_simulate(CommandLine& program, Common& common, Command& chosen) {
           "gauge.csv")
       ->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT, px")->capture_default_str();
-  command->add_option("--bits", synthetic.bit_depth, "Bits of a pixel, 8 to 16 (gel: 8)")
-      ->capture_default_str()
-      ->check(Check::range(8, 16));
-  command
-      ->add_option("--mode", options->mode,
-                   "waveguide (glows with pressure), gel (three colours), lambert (gray shading)")
-      ->capture_default_str()
-      ->check(Check::one_of({"waveguide", "gel", "lambert"}));
-  command->add_option("--response", options->response, "Pressure to light: linear, saturating")
-      ->capture_default_str()
-      ->check(Check::one_of({"linear", "saturating"}));
-  command
-      ->add_option("--skin", options->skin,
-                   "Pattern that shows how the skin shears: none, markers, texture (from 320 px width on)")
-      ->capture_default_str()
-      ->check(Check::one_of({"none", "markers", "texture"}));
+  command->add_setting("--bits", synthetic.bit_depth, Check::range(8, 16),
+                       "Bits of a pixel, 8 to 16 (gel: 8)");
+  command->add_setting("--mode", options->mode, Check::one_of({"waveguide", "gel", "lambert"}),
+                       "waveguide (glows with pressure), gel (three colours), lambert (gray shading)");
+  command->add_setting("--response", options->response, Check::one_of({"linear", "saturating"}),
+                       "Pressure to light: linear, saturating");
+  command->add_setting(
+      "--skin", options->skin, Check::one_of({"none", "markers", "texture"}),
+      "Pattern that shows how the skin shears: none, markers, texture (from 320 px width on)");
   command
       ->add_option("--hysteresis", synthetic.hysteresis,
                    "Waveguide: extra light while unloading, as a fraction of the largest force")
@@ -284,8 +277,7 @@ void add_simulate(CommandLine& program, Common& common, Command& chosen) {
                  "numbered files of\n"
                  "an earlier run in frames/ and depth/ are replaced. truth.csv is whole up to the last frame "
                  "written.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return simulate(common, *options); }; });
+  command->runs(chosen, [&common, options] { return simulate(common, *options); });
 }
 
 }  // namespace palpate

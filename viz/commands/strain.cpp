@@ -264,21 +264,15 @@ void add_strain(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::positive())
       ->excludes(frames);
   add_sequence(*command, o->request.one_sequence);
-  command->add_option("--points", o->request.control.count, "Control points of each shape, 50 to 2000")
-      ->check(Check::range(50, 2000))
-      ->capture_default_str();
-  command
-      ->add_option("--contact-mm", o->request.control.contact_mm,
-                   "Depth from which a place counts as touched, mm")
-      ->check(Check::positive())
-      ->capture_default_str();
+  command->add_setting("--points", o->request.control.count, Check::range(50, 2000),
+                       "Control points of each shape, 50 to 2000");
+  command->add_setting("--contact-mm", o->request.control.contact_mm, Check::positive(),
+                       "Depth from which a place counts as touched, mm");
   command
       ->add_option("--lambda", o->lambda,
                    "Stiffness of the spline, 0: through all points (default: chosen by the data)")
       ->check(Check::non_negative());
-  command->add_option("--poisson", o->compression.poisson, "For the axial strain")
-      ->check(Check::range(0.0, 0.5))
-      ->capture_default_str();
+  command->add_setting("--poisson", o->compression.poisson, Check::range(0.0, 0.5), "For the axial strain");
   command->add_flag("--by-shape", o->by_shape, "Match the shapes although the skin's points were followed");
   command->add_option("--out", common.out, "Folder for pairs.csv, strain.json and plots");
   add_common(
@@ -287,7 +281,7 @@ void add_strain(CommandLine& program, Common& common, Command& chosen) {
       "  palpate strain out/press --frames 120,240 --points 400 --json\n"
       "A bare pad's points are matched by their shape: in the plane that is the growth of the contact.\n"
       "Where the pad shows a pattern its followed points are taken: that is the strain of its skin.\n");
-  command->callback([&common, &chosen, o] { chosen = [&common, o] { return run(common, *o); }; });
+  command->runs(chosen, [&common, o] { return run(common, *o); });
 }
 
 }  // namespace palpate

@@ -287,8 +287,7 @@ void add_wrench(CommandLine& program, Common& common, Command& chosen) {
              "Pressure is what explains the slopes of the surface on a layer that is bonded to its window; "
              "one number,\n"
              "its modulus, is calibrated: palpate calibrate force --model layer.\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return run(common, *options); }; });
+  command->runs(chosen, [&common, options] { return run(common, *options); });
 }
 
 }  // namespace palpate

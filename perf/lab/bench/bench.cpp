@@ -183,9 +183,7 @@ void add_bench(CommandLine& program, Common& common, Command& chosen) {
       "bench",
       "Time palpate's stages against OpenCV and FFTW in one run, or errors by run time of one of them");
   auto o = std::make_shared<perf::Options>();
-  command->add_option("--repetitions", o->repetitions, "Paired repetitions")
-      ->capture_default_str()
-      ->check(Check::range(3, 1000));
+  command->add_setting("--repetitions", o->repetitions, Check::range(3, 1000), "Paired repetitions");
   command->add_flag("--stages", o->stages,
                     "GPU timers for single stages (they slow the frame down by a tenth)");
   command->add_flag("--weighted", o->weighted, "Weighted surfaces only: their rival takes half a minute");
@@ -207,9 +205,8 @@ void add_bench(CommandLine& program, Common& common, Command& chosen) {
                     "Right side to heights only, against FFTW, and VkFFT on the same device");
   command->add_flag("--modulus", o->moduli,
                     "Errors and intervals of Young's modulus of simulated samples, nothing timed");
-  command->add_option("--seeds", o->seeds, "Samples of each shape and modulus, with --modulus")
-      ->capture_default_str()
-      ->check(Check::range(1, 100));
+  command->add_setting("--seeds", o->seeds, Check::range(1, 100),
+                       "Samples of each shape and modulus, with --modulus");
   command->add_option("--out", common.out,
                       "Folder for bench.csv and throughput.csv, or a table named by what is asked for");
   add_common(*command, common,
@@ -217,7 +214,7 @@ void add_bench(CommandLine& program, Common& common, Command& chosen) {
              "  palpate-lab bench --contacts --repetitions 5\n"
              "  palpate-lab bench --modulus --seeds 5 --out out/modulus\n"
              "Each rival does the same work in the same run; the machine is best left alone meanwhile.\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return perf::run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return perf::run(common, *o); });
 }
 
 }  // namespace palpate

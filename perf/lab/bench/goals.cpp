@@ -391,18 +391,15 @@ void add_goals(CommandLine& program, Common& common, Command& chosen) {
       "goals",
       "The frame pipeline's goals against their rivals, paired in one run, by CPU time of the process");
   auto repetitions = std::make_shared<int>(15);
-  command->add_option("--repetitions", *repetitions, "Paired repetitions of each row")
-      ->capture_default_str()
-      ->check(Check::range(1, 1000));
+  command->add_setting("--repetitions", *repetitions, Check::range(1, 1000),
+                       "Paired repetitions of each row");
   command->add_option("--out", common.out, "Folder for goals.csv");
   add_common(
       *command, common,
       "  palpate-lab goals                              a minute or two\n"
       "  palpate-lab goals --repetitions 9 --out out/goals\n"
       "A row that is short does not change the exit code; work that differs from the rival's does (1).\n");
-  command->callback([repetitions, &common, &chosen] {
-    chosen = [repetitions, &common] { return perf::run(common, *repetitions); };
-  });
+  command->runs(chosen, [repetitions, &common] { return perf::run(common, *repetitions); });
 }
 
 }  // namespace palpate

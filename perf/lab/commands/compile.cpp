@@ -37,8 +37,7 @@ void add_compile(CommandLine& program, Common& common, Command& chosen) {
   add_common(*command, common,
              "  palpate-lab compile gfx1100\n"
              "  palpate-lab compile navi21 vega10 --out out/compiled\n");
-  command->callback(
-      [&common, &chosen, families] { chosen = [&common, families] { return compile(common, *families); }; });
+  command->runs(chosen, [&common, families] { return compile(common, *families); });
 }
 
 }  // namespace palpate

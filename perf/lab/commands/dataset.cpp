@@ -173,11 +173,8 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--residual", sweep.residual, "Forces out of balance over all forces to stop at")
       ->capture_default_str();
   command->add_option("--step-mm", sweep.step_mm, "Largest step of the press, mm")->capture_default_str();
-  command
-      ->add_option("--threads", o->job.threads,
-                   "Of each process, a case each; 0: one per core, under mpirun 1")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  command->add_setting("--threads", o->job.threads, Check::range(0, 256),
+                       "Of each process, a case each; 0: one per core, under mpirun 1");
   command->add_flag("--assemble", o->job.assemble_only,
                     "Solve nothing: write FILE from the cases that are done");
   add_common(
@@ -189,7 +186,7 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
       "  palpate-lab info train.h5\n"
       "The same command goes on after a kill, and with a larger --count after its end. The file has the\n"
       "same bytes whatever the number of processes and threads. Only the first process uses the disk.\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return dataset_command(common, *o); }; });
+  command->runs(chosen, [o, &common] { return dataset_command(common, *o); });
 }
 
 void add_info(CommandLine& program, Common& common, Command& chosen) {
@@ -198,7 +195,7 @@ void add_info(CommandLine& program, Common& common, Command& chosen) {
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();
   add_common(*command, common, "  palpate-lab info train.h5\n");
-  command->callback([file, &chosen] { chosen = [file] { return Report(lump::dataset_info(*file)); }; });
+  command->runs(chosen, [file] { return Report(lump::dataset_info(*file)); });
 }
 
 }  // namespace palpate

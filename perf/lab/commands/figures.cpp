@@ -288,26 +288,20 @@ void add_figures(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "figures", "The paper's Figures 17 to 22 from the forward model and the built-in network");
   auto o = std::make_shared<Options>();
-  command->add_option("--young-Pa", o->figures.tissue_Pa, "Young's modulus of the tissue")
-      ->capture_default_str()
-      ->check(Check::positive());
-  command->add_option("--play-doh-Pa", o->figures.play_doh_Pa, "Young's modulus of Play-Doh")
-      ->capture_default_str()
-      ->check(Check::positive());
-  command->add_option("--rubber-Pa", o->figures.rubber_Pa, "Young's modulus of rubber")
-      ->capture_default_str()
-      ->check(Check::positive());
+  command->add_setting("--young-Pa", o->figures.tissue_Pa, Check::positive(),
+                       "Young's modulus of the tissue");
+  command->add_setting("--play-doh-Pa", o->figures.play_doh_Pa, Check::positive(),
+                       "Young's modulus of Play-Doh");
+  command->add_setting("--rubber-Pa", o->figures.rubber_Pa, Check::positive(), "Young's modulus of rubber");
   command->add_option("--cells", o->cells, "Cells of the tissue along x, y, z (default 32 32 16)")
       ->expected(3);
-  command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  command->add_setting("--threads", o->solver.threads, Check::range(0, 256), "Threads; 0: one per core");
   command->add_flag("!--no-inputs", o->inputs, "Leave out Fig. 17, which takes most of the time");
   command->add_option("--out", common.out, "Folder for plots and tables");
   add_common(*command, common,
              "  palpate-lab figures --out out/figures\n"
              "  palpate-lab figures --no-inputs --json\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

@@ -194,9 +194,7 @@ void add_solver_options(CommandLine& command, Options& o) {
       "--large-strain", o.solver.large_strain,
       "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
       "that holds (flat presser, bonded pad); on two grids, with the error estimated by both");
-  command.add_option("--step-mm", o.solver.step_mm, "Of --large-strain, at most")
-      ->capture_default_str()
-      ->check(Check::positive())
+  command.add_setting("--step-mm", o.solver.step_mm, Check::positive(), "Of --large-strain, at most")
       ->needs(large);
   command.add_option("--cells", o.cells, "Cells of the tissue along x, y, z (default 64x64x32)")
       ->option_text("AxBxC");
@@ -210,9 +208,7 @@ void add_solver_options(CommandLine& command, Options& o) {
                   "else the processor")
       ->transform(one_of(kWorkerNames))
       ->default_str("auto");
-  command.add_option("--threads", o.solver.threads, "Threads; 0: one per core")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  command.add_setting("--threads", o.solver.threads, Check::range(0, 256), "Threads; 0: one per core");
 }
 
 }  // namespace

@@ -183,23 +183,17 @@ void add_stability(CommandLine& program, Common& common, Command& chosen) {
       "stability",
       "Estimates at the limits: stiff, soft, shallow, wide, two lumps, none, noise, wrong tissue");
   const auto o = std::make_shared<Options>();
-  command->add_option("--method", o->method, kLumpMethodHelp)
-      ->capture_default_str()
-      ->check(Check::one_of({"network", "refined", "direct"}));
-  command
-      ->add_option("--noise", o->noise,
-                   "Noise of each node, as a fraction of the highest load's peak pressure")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 1.0));
-  command->add_option("--threads", o->threads, "0: one per core")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  command->add_setting("--method", o->method, Check::one_of({"network", "refined", "direct"}),
+                       kLumpMethodHelp);
+  command->add_setting("--noise", o->noise, Check::range(0.0, 1.0),
+                       "Noise of each node, as a fraction of the highest load's peak pressure");
+  command->add_setting("--threads", o->threads, Check::range(0, 256), "0: one per core");
   command->add_flag("--costs", o->costs,
                     "Also error against run time of grids, strain models and numbers of loads");
   command->add_option("--out", common.out,
                       "Folder for stability.csv, press_costs.csv and estimate_costs.csv");
   add_common(*command, common, "  palpate-lab stability --costs --out out/stability\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return stability(common, *o); }; });
+  command->runs(chosen, [o, &common] { return stability(common, *o); });
 }
 
 }  // namespace palpate

@@ -172,53 +172,33 @@ void add_train(CommandLine& program, Common& common, Command& chosen) {
   command->add_option(
       "--recalibrate", o->recalibrate,
       "A network: its weights stay, its intervals and limits come from DATA, which it has not seen");
-  command
-      ->add_option("--members", o->training.ensemble,
-                   "Emulators, from lumps to their bumps, whose mean is used")
-      ->capture_default_str()
-      ->check(Check::range(2, 16));
-  command->add_option("--hidden", o->training.hidden, "Width of both hidden layers of emulators")
-      ->capture_default_str()
-      ->check(Check::range(4, 512));
-  command->add_option("--fields", o->training.fields, "Principal components of a bump")
-      ->capture_default_str()
-      ->check(Check::range(6, 200));
-  command->add_option("--rounds", o->training.rounds, "Passes through all examples")
-      ->capture_default_str()
-      ->check(Check::range(1, 100000));
-  command->add_option("--decay", o->training.decay, "Decay of the weights")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 100.0));
-  command
-      ->add_option("--readings", o->training.observations,
-                   "Observations that the emulators simulate to train the network")
-      ->capture_default_str()
-      ->check(Check::range(1000, 10000000));
-  command->add_option("--reader-hidden", o->training.reader_hidden, "Width of the network's hidden layers")
-      ->capture_default_str()
-      ->check(Check::range(4, 1024));
-  command
-      ->add_option("--reader-rounds", o->training.reader_rounds, "Passes through the simulated observations")
-      ->capture_default_str()
-      ->check(Check::range(1, 10000));
-  command->add_option("--readers", o->training.readers, "Networks from observations to lumps")
-      ->capture_default_str()
-      ->check(Check::range(1, 16));
-  command
-      ->add_option("--trials", o->training.trials,
-                   "Observations for each noise and number of loads to calibrate intervals on")
-      ->capture_default_str()
-      ->check(Check::range(20, 100000));
-  command->add_option("--threads", o->training.threads, "0: one per core")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  command->add_setting("--members", o->training.ensemble, Check::range(2, 16),
+                       "Emulators, from lumps to their bumps, whose mean is used");
+  command->add_setting("--hidden", o->training.hidden, Check::range(4, 512),
+                       "Width of both hidden layers of emulators");
+  command->add_setting("--fields", o->training.fields, Check::range(6, 200),
+                       "Principal components of a bump");
+  command->add_setting("--rounds", o->training.rounds, Check::range(1, 100000),
+                       "Passes through all examples");
+  command->add_setting("--decay", o->training.decay, Check::range(0.0, 100.0), "Decay of the weights");
+  command->add_setting("--readings", o->training.observations, Check::range(1000, 10000000),
+                       "Observations that the emulators simulate to train the network");
+  command->add_setting("--reader-hidden", o->training.reader_hidden, Check::range(4, 1024),
+                       "Width of the network's hidden layers");
+  command->add_setting("--reader-rounds", o->training.reader_rounds, Check::range(1, 10000),
+                       "Passes through the simulated observations");
+  command->add_setting("--readers", o->training.readers, Check::range(1, 16),
+                       "Networks from observations to lumps");
+  command->add_setting("--trials", o->training.trials, Check::range(20, 100000),
+                       "Observations for each noise and number of loads to calibrate intervals on");
+  command->add_setting("--threads", o->training.threads, Check::range(0, 256), "0: one per core");
   add_common(
       *command, common,
       "  palpate-lab dataset train.h5 --count 1200\n"
       "  palpate-lab train train.h5 --out my.lump\n"
       "  palpate-lab train train.h5 --out my.lump --validate held_out.h5\n"
       "  palpate lump estimate press_1.npy press_2.npy --network my.lump --force-N 0.5,1 --young-Pa 4000\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

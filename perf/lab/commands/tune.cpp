@@ -170,19 +170,15 @@ void add_tune(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--sizes", options->sizes, "Frame sizes to tune for, e.g. 640x480,1392x1042")
       ->delimiter(',')
       ->expected(1, 8);
-  command
-      ->add_option("--repetitions", options->repetitions,
-                   "Paired runs that decide for or against a candidate")
-      ->check(Check::range(3, 200))
-      ->capture_default_str();
+  command->add_setting("--repetitions", options->repetitions, Check::range(3, 200),
+                       "Paired runs that decide for or against a candidate");
   command->add_flag("--dry-run", options->dry_run, "Measure and print, write nothing");
   command->add_flag("--force", options->force, "Measure even where the device was measured before");
   add_common(*command, common,
              "  palpate-lab tune                        once a device, about half a minute\n"
              "  palpate-lab tune --force --sizes 1920x1080\n"
              "  palpate-lab tune --dry-run --json       what it would choose\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return tune(common, *options); }; });
+  command->runs(chosen, [&common, options] { return tune(common, *options); });
 }
 
 }  // namespace palpate

@@ -100,12 +100,8 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--young-Pa", o->young_Pa, "Of the tissue, from a place without a lump")
       ->required()
       ->check(Check::range(1.0, 1e9));
-  command->add_option("--pitch-mm", o->pitch_mm, "Between a map's nodes")
-      ->capture_default_str()
-      ->check(Check::range(0.01, 10.0));
-  command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue")
-      ->capture_default_str()
-      ->check(Check::range(1.0, 1000.0));
+  command->add_setting("--pitch-mm", o->pitch_mm, Check::range(0.01, 10.0), "Between a map's nodes");
+  command->add_setting("--thickness-mm", o->thickness_mm, Check::range(1.0, 1000.0), "Of the tissue");
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);
   command
@@ -117,15 +113,11 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
                    "Of a value, standard deviation (default: from the last map's roughness)")
       ->check(Check::range(0.0, 1e9));
   add_error_sources(*command, o->errors);
-  command
-      ->add_option("--uneven-sd", o->uneven_sd,
-                   "Slow errors of pressure across the window, relative standard deviation; widens the "
-                   "intervals")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 0.5));
-  command->add_option("--place-sd-mm", o->place_sd_mm, "Standard error of the window's place in the block")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 10.0));
+  command->add_setting("--uneven-sd", o->uneven_sd, Check::range(0.0, 0.5),
+                       "Slow errors of pressure across the window, relative standard deviation; widens the "
+                       "intervals");
+  command->add_setting("--place-sd-mm", o->place_sd_mm, Check::range(0.0, 10.0),
+                       "Standard error of the window's place in the block");
   command->add_option("--network", o->network, "A file of palpate-lab train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command->add_option("--out", common.out, "Folder for lump.json, lump.csv and a plot");
@@ -133,7 +125,7 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
              "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 \\\n"
              "      --thickness-mm 20\n"
              "  palpate lump estimate press.csv --pitch-mm 1 --force-N 2 --young-Pa 5200 --out out/lump\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

@@ -184,9 +184,7 @@ void add_recording_options(CommandLine& command, Options& o) {
       "--gauge", o.gauge,
       "CSV of the force on the block, where --positions names none; truth: of synthetic blocks");
   command.add_option("--sensor", o.recorded.sensor, "Sensor file (default: the sessions' own)");
-  command.add_option("--pitch-mm", o.recorded.pitch_mm, "Of the map, of recordings")
-      ->capture_default_str()
-      ->check(Check::range(0.2, 5.0));
+  command.add_setting("--pitch-mm", o.recorded.pitch_mm, Check::range(0.2, 5.0), "Of the map, of recordings");
 }
 
 void add_block_options(CommandLine& command, Options& o) {
@@ -212,35 +210,23 @@ void add_block_options(CommandLine& command, Options& o) {
 
 /// Gives --force-N.
 CommandOption* add_press_options(CommandLine& command, Options& o) {
-  CommandOption* force = command
-                             .add_option("--force-N", o.plan.force_N,
-                                         "Highest force on the block (recordings: what all reached)")
-                             ->capture_default_str()
-                             ->check(Check::positive());
-  command.add_option("--loads", o.plan.loads, "Loads of each press, 1 to 8")
-      ->capture_default_str()
-      ->check(Check::range(1, 8));
+  CommandOption* force = command.add_setting("--force-N", o.plan.force_N, Check::positive(),
+                                             "Highest force on the block (recordings: what all reached)");
+  command.add_setting("--loads", o.plan.loads, Check::range(1, 8), "Loads of each press, 1 to 8");
   command.add_option("--window-mm", o.window_mm, "What the sensor sees of the plate (default 27.84 20.88)")
       ->expected(2);
   command.add_option("--size", o.size_px, "Its pixels (default 640 480)")->expected(2);
-  command
-      .add_option("--noise", o.plan.sensor.noise_fraction,
-                  "Noise of a value after calibration, as a fraction of the peak")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 1.0));
+  command.add_setting("--noise", o.plan.sensor.noise_fraction, Check::range(0.0, 1.0),
+                      "Noise of a value after calibration, as a fraction of the peak");
   command
       .add_option("--full-scale-Pa", o.plan.sensor.full_scale_Pa,
                   "Pressure at which the camera saturates, Pa (default: the peak at 90 %)")
       ->check(Check::positive());
-  command.add_option("--stage-error-mm", o.plan.stage_sd_mm, "Standard error of the window's positions, mm")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 10.0));
+  command.add_setting("--stage-error-mm", o.plan.stage_sd_mm, Check::range(0.0, 10.0),
+                      "Standard error of the window's positions, mm");
   command.add_option("--leave-out", o.leave_out, "Presses to leave out, numbered from 1");
-  command
-      .add_option("--stage-sd-mm", o.stitch.stage_sd_mm,
-                  "Standard error of the stage that the stitching assumes, mm")
-      ->capture_default_str()
-      ->check(Check::range(1e-4, 10.0));
+  command.add_setting("--stage-sd-mm", o.stitch.stage_sd_mm, Check::range(1e-4, 10.0),
+                      "Standard error of the stage that the stitching assumes, mm");
   return force;
 }
 
@@ -251,9 +237,8 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
       group.add_subcommand("scan", "Scan a block by several presses: map, outline, estimate, report");
   auto o = std::make_shared<Options>();
   add_recording_options(*command, *o);
-  command->add_option("--method", o->method, std::string(kLumpMethodHelp) + ", none")
-      ->check(Check::one_of({"network", "refined", "direct", "none"}))
-      ->capture_default_str();
+  command->add_setting("--method", o->method, Check::one_of({"network", "refined", "direct", "none"}),
+                       std::string(kLumpMethodHelp) + ", none");
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   add_block_options(*command, *o);
   add_error_sources(*command, o->errors);
@@ -263,9 +248,7 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
                    "also solved and extrapolated with")
       ->expected(3);
   CommandOption* force = add_press_options(*command, *o);
-  command->add_option("--threads", o->threads, "Threads; 0: one per core")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  command->add_setting("--threads", o->threads, Check::range(0, 256), "Threads; 0: one per core");
   command->add_option("--out", common.out, "Folder for the report, maps and tables");
   add_common(
       *command, common,

@@ -286,8 +286,7 @@ void add_optics_contact(CommandLine& group, Common& common, Command& chosen) {
       "  palpate optics contact --indices 1,1.41,1 --thickness-mm 6 --contact 1.33,1.4 --albedo 0.3,0.6 "
       "\\\n      --reference-index 1.4 --reference-albedo 0.8 --reference-gray 120 --json\n"
       "  palpate optics contact --indices 1,1.41,1 --thickness-mm 6 --contact 1.4 --gap-nm 100\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return contact(common, *options); }; });
+  command->runs(chosen, [&common, options] { return contact(common, *options); });
 }
 
 }  // namespace palpate

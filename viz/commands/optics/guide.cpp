@@ -188,7 +188,7 @@ void add_optics_critical(CommandLine& group, Common& common, Command& chosen) {
   add_common(*command, common,
              "  palpate optics critical --indices 1,1.39,1.40,1.41,1\n"
              "  palpate optics critical --indices 1.33,1.40,1.52,1 --json    # wet, on glass\n");
-  command->callback([&chosen, options] { chosen = [options] { return critical(*options); }; });
+  command->runs(chosen, [options] { return critical(*options); });
 }
 
 void add_optics_trapped(CommandLine& group, Common& common, Command& chosen) {
@@ -204,8 +204,7 @@ void add_optics_trapped(CommandLine& group, Common& common, Command& chosen) {
              "  palpate optics trapped --indices 1,1.39,1.40,1.41,1 --out out/pad\n"
              "  palpate optics trapped --indices 1,1.39,1.40,1.41,1 --led-layer 1 --vary 3:1.3:1.6\n"
              "  palpate optics trapped --indices 1,1.41,1 --edge-index 1.41 --led-half-intensity-deg 30\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return trapped(common, *options); }; });
+  command->runs(chosen, [&common, options] { return trapped(common, *options); });
 }
 
 }  // namespace palpate

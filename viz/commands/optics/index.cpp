@@ -120,8 +120,7 @@ void add_optics_index(CommandLine& group, Common& common, Command& chosen) {
              "  palpate optics index --od-mm 800 --on-mm 600 --m1m2-mm 10.3 --nm2-mm 20 --sd-mm 0.1\n"
              "  palpate optics index --od-mm 800,500 --on-mm 600,600 --m1m2-mm 10.3,12.3 --nm2-mm 20,20 \\\n"
              "      --sd-mm 0.5,0.5,0.1,0.1\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return index(common, *options); }; });
+  command->runs(chosen, [&common, options] { return index(common, *options); });
 }
 
 }  // namespace palpate

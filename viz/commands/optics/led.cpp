@@ -169,15 +169,12 @@ void add_optics_led(CommandLine& group, Common& common, Command& chosen) {
                       "The LED's depth below the touched face, mm (default: the middle of its layer)");
   command->add_option("--length-mm", options->length_mm, "Length of the pad from this edge, mm")
       ->capture_default_str();
-  command->add_option("--rays", options->rays, "Rays drawn, evenly spread in angle")
-      ->check(Check::range(1, 500))
-      ->capture_default_str();
+  command->add_setting("--rays", options->rays, Check::range(1, 500), "Rays drawn, evenly spread in angle");
   command->add_option("--out", common.out, "Folder for led.csv, .png, .svg and .pdf");
   add_common(*command, common,
              "  palpate optics led --indices 1,1.39,1.40,1.41,1 --thickness-mm 2,2,2 --out out/pad\n"
              "  palpate optics led --indices 1,1.41,1 --thickness-mm 6 --depth-mm 1 --edge-index 1.41\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return led(common, *options); }; });
+  command->runs(chosen, [&common, options] { return led(common, *options); });
 }
 
 }  // namespace palpate

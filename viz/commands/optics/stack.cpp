@@ -175,8 +175,7 @@ void add_optics_stack(CommandLine& group, Common& common, Command& chosen) {
       "  palpate optics stack --indices 1,1.39,1.40,1.41,1 --angle-deg 30 --json\n"
       "  palpate optics stack --indices 1.41,1.40,1.39,1 --angle-deg 45.2      # from inside\n"
       "  palpate optics stack --indices 1,1.4,1 --extinction 0,2e-6,0 --thickness-mm 6 --out out/pad\n");
-  command->callback(
-      [&common, &chosen, options] { chosen = [&common, options] { return stack(common, *options); }; });
+  command->runs(chosen, [&common, options] { return stack(common, *options); });
 }
 
 }  // namespace palpate

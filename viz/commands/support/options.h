@@ -146,6 +146,11 @@ class CommandLine {
   /// one before; all else are notes.
   CommandLine* footer(const std::string& text);
   CommandLine* callback(std::function<void()> action);
+  /// `chosen` becomes `run` where this command is the one that is given.
+  template <typename Chosen, typename Run>
+  void runs(Chosen& chosen, Run run) {
+    callback([&chosen, run] { chosen = run; });
+  }
   CommandLine* description(const std::string& text);
   void set_version_flag(const std::string& name, const std::string& text);
 
@@ -154,6 +159,12 @@ class CommandLine {
   /// std::optional of them, and for enums, their vectors and std::optional, behind a transform by one_of.
   template <typename Value>
   CommandOption* add_option(const std::string& name, Value& value, const std::string& description = "");
+  /// An option whose default help shows and whose value passes `check`.
+  template <typename Value>
+  CommandOption* add_setting(const std::string& name, Value& value, const Check& check,
+                             const std::string& description) {
+    return add_option(name, value, description)->capture_default_str()->check(check);
+  }
   CommandOption* add_flag(const std::string& name, bool& value, const std::string& description);
   /// The text goes to `take`.
   CommandOption* add_option_function(const std::string& name, std::function<void(const std::string&)> take,

@@ -192,7 +192,7 @@ void add_completion(CommandLine& program, Common& common, Command& chosen, const
             "  PROGRAM completion fish > ~/.config/fish/completions/PROGRAM.fish\n"
             "In this shell alone: source <(PROGRAM completion bash). Debian's package brings all three.\n",
             name));
-  command->callback([&chosen, shell, name] { chosen = [shell, name] { return script_of(*shell, name); }; });
+  command->runs(chosen, [shell, name] { return script_of(*shell, name); });
 }
 
 }  // namespace palpate

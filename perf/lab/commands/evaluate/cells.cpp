@@ -10,16 +10,14 @@ namespace palpate {
 void add_cell_options(CommandLine& command, judge::CellOptions& cells, const std::string& conditions) {
   command.add_option("--by", cells.by, "Conditions to cross with each other (default: all): " + conditions)
       ->delimiter(',');
-  command.add_option("--bins", cells.bins, "Bins of a numeric condition, with equally many cases in each")
-      ->capture_default_str()
-      ->check(Check::range(uint64_t{1}, uint64_t{20}));
-  command.add_option("--fewest", cells.fewest, "Fewest cases of a cell that is judged")
-      ->capture_default_str()
-      ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
+  command.add_setting("--bins", cells.bins, Check::range(uint64_t{1}, uint64_t{20}),
+                      "Bins of a numeric condition, with equally many cases in each");
+  command.add_setting("--fewest", cells.fewest, Check::range(uint64_t{1}, uint64_t{1000000}),
+                      "Fewest cases of a cell that is judged");
 }
 
 void add_trials(CommandLine& command, uint32_t& trials, const std::string& description) {
-  command.add_option("--trials", trials, description)->capture_default_str()->check(Check::range(1, 1000000));
+  command.add_setting("--trials", trials, Check::range(1, 1000000), description);
 }
 
 Report judged_report(const Common& common, const judge::Cases& cases, judge::CellOptions cells,

@@ -151,9 +151,8 @@ void add_evaluate_force(CommandLine& group, Common& common, Command& chosen) {
       "force", "Force calibrated on some objects, checked on others: do the 95 % intervals contain it?");
   auto o = std::make_shared<Options>();
   add_trials(*command, o->trials, "Calibrations, of the simulated pad or gel, each on one ball or three");
-  command->add_option("--readings", o->readings, "Of each, each of another ball or flat end, force and place")
-      ->capture_default_str()
-      ->check(Check::range(1, 1000));
+  command->add_setting("--readings", o->readings, Check::range(1, 1000),
+                       "Of each, each of another ball or flat end, force and place");
   add_cell_options(*command, o->cells,
                    "force_N, radius_mm (of a ball, 3 to 15, or a flat end, 1.5 to 4), shape, calibrated "
                    "(pad or gel, on 1 ball or 3)");
@@ -163,7 +162,7 @@ void add_evaluate_force(CommandLine& group, Common& common, Command& chosen) {
              "  palpate-lab evaluate force --by force_N,calibrated --seed 7 --json\n"
              "Calibrated as palpate calibrate force does it without its options, of gray sum, gradients and\n"
              "area. Refused is what has another state than valid.\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

@@ -134,43 +134,28 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
       ->required();
   command->add_option("--network", o->network, "A file of palpate-lab train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
-  command
-      ->add_option("--noise", o->job.sensor.noise_fraction,
-                   "Noise of each node, as a fraction of the highest load's peak pressure")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 1.0));
+  command->add_setting("--noise", o->job.sensor.noise_fraction, Check::range(0.0, 1.0),
+                       "Noise of each node, as a fraction of the highest load's peak pressure");
   command
       ->add_option("--pattern", o->job.sensor.pattern_fraction,
                    "Fixed pattern of the sensor, the same at every load, as a fraction of the peak")
       ->option_text("NUM [0]")
       ->check(Check::range(0.0, 1.0));
-  command
-      ->add_option("--pattern-mm", o->job.sensor.pattern_length_mm,
-                   "Its correlation length; 0: each node by itself")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 100.0));
+  command->add_setting("--pattern-mm", o->job.sensor.pattern_length_mm, Check::range(0.0, 100.0),
+                       "Its correlation length; 0: each node by itself");
   command->add_flag("--pattern-gain", o->job.sensor.pattern_gain, "The pattern grows with the pressure");
-  command->add_option("--repeats", o->job.repeats, "Readings of each block, each with new noise and pattern")
-      ->capture_default_str()
-      ->check(Check::range(1, 1000));
-  command->add_option("--gauge-error", o->job.sensor.gauge_fraction, "Relative error of each force")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 1.0));
-  command
-      ->add_option("--modulus-error", o->job.modulus_error,
-                   "Relative error of the tissue's modulus as stated to the estimate")
-      ->capture_default_str()
-      ->check(Check::range(-0.9, 10.0));
-  command
-      ->add_option("--full-scale-Pa", o->job.sensor.full_scale_Pa,
-                   "Of gray level 255; 0: the highest peak at 90 % of it")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 1e9));
+  command->add_setting("--repeats", o->job.repeats, Check::range(1, 1000),
+                       "Readings of each block, each with new noise and pattern");
+  command->add_setting("--gauge-error", o->job.sensor.gauge_fraction, Check::range(0.0, 1.0),
+                       "Relative error of each force");
+  command->add_setting("--modulus-error", o->job.modulus_error, Check::range(-0.9, 10.0),
+                       "Relative error of the tissue's modulus as stated to the estimate");
+  command->add_setting("--full-scale-Pa", o->job.sensor.full_scale_Pa, Check::range(0.0, 1e9),
+                       "Of gray level 255; 0: the highest peak at 90 % of it");
   command->add_option("--window-mm", o->job.sensor.window_mm,
                       "What the camera sees of the plate (default 40 30)");
-  command->add_option("--loads", o->job.loads, "Number of loads, from the highest down; 0: all")
-      ->capture_default_str()
-      ->check(Check::range(0, 32));
+  command->add_setting("--loads", o->job.loads, Check::range(0, 32),
+                       "Number of loads, from the highest down; 0: all");
   command
       ->add_option("--exposure", o->job.sensor.exposure,
                    "The highest load's peak over full scale; above 1 its top is saturated")
@@ -189,12 +174,9 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_option("--first", o->job.first, "First case to read, counted over all data sets")
       ->capture_default_str();
-  command->add_option("--every", o->job.every, "Read every N-th case")
-      ->capture_default_str()
-      ->check(Check::range(1, 1000000));
-  command->add_option("--threads", o->job.threads, "Threads; with more than one the times are not valid")
-      ->capture_default_str()
-      ->check(Check::range(1, 256));
+  command->add_setting("--every", o->job.every, Check::range(1, 1000000), "Read every N-th case");
+  command->add_setting("--threads", o->job.threads, Check::range(1, 256),
+                       "Threads; with more than one the times are not valid");
   o->cells.by = {"size_mm", "depth_mm", "ratio"};
   add_cell_options(*command, o->cells, "size_mm, depth_mm, ratio, thickness_mm, offset_mm, shape");
   command->add_option("--out", common.out,
@@ -206,7 +188,7 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
              "  palpate-lab evaluate lump held_out.h5 --method direct --every 10 --out out/direct\n"
              "  palpate-lab evaluate lump held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
              "  palpate-lab evaluate lump held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

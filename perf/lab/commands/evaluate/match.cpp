@@ -89,9 +89,7 @@ void add_evaluate_match(CommandLine& group, Common& common, Command& chosen) {
       "match", "Point sets with known partners: are matches that are called reliable right?");
   auto o = std::make_shared<Options>();
   add_trials(*command, o->trials, "Pairs of point sets; one of ten has a target that is not the template");
-  command->add_option("--axes", o->axes, "2: in the plane; 3: in space")
-      ->capture_default_str()
-      ->check(Check::one_of({2, 3}));
+  command->add_setting("--axes", o->axes, Check::one_of({2, 3}), "2: in the plane; 3: in space");
   add_cell_options(*command, o->cells, "bend, noise, strangers, missing, turn_deg");
   command->add_option("--out", common.out, "Folder for match.txt, .csv, .json and plots");
   add_common(*command, common,
@@ -99,7 +97,7 @@ void add_evaluate_match(CommandLine& group, Common& common, Command& chosen) {
              "  palpate-lab evaluate match --by noise,strangers --seed 7 --json\n"
              "A match is wrong where its points lie farther than 0.05 of the template's size from the truth\n"
              "on average. Half of the trials have the first step of a condition, the others one of three.\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

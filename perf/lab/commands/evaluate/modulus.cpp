@@ -94,7 +94,7 @@ void add_evaluate_modulus(CommandLine& group, Common& common, Command& chosen) {
       "  palpate-lab evaluate modulus --by young_kPa,shape --seed 7 --json\n"
       "Finite elements of pad and sample seen through the simulated waveguide; pad, size and stage\n"
       "are off by errors that are stated to the fit. Estimates that are not valid count as refused.\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate

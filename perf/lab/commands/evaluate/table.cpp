@@ -32,9 +32,8 @@ void add_evaluate_table(CommandLine& group, Common& common, Command& chosen) {
                    "verdict; wrong (0 or 1); other columns are conditions")
       ->required();
   add_cell_options(*command, o->cells, "columns of the table");
-  command->add_option("--promise", o->table.promise, "Coverage that the intervals promise, 0 to 1")
-      ->capture_default_str()
-      ->check(Check::range(0.01, 0.999));
+  command->add_setting("--promise", o->table.promise, Check::range(0.01, 0.999),
+                       "Coverage that the intervals promise, 0 to 1");
   command
       ->add_option("--reported", o->table.reported,
                    "Verdicts that report a number (default: reported, valid, found, reliable, yes, true, 1); "
@@ -48,7 +47,7 @@ void add_evaluate_table(CommandLine& group, Common& common, Command& chosen) {
              "--by a quantity that was estimated goes by its truth.\n"
              "A cell is below its promise where its count would be so low, in any one of all cells, in at\n"
              "most 5 % of tables if the promise held everywhere. Lines are taken to err independently.\n");
-  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+  command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 
 }  // namespace palpate
