@@ -32,10 +32,6 @@ struct Options {
   int figure = 0;
 };
 
-Json or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 ContactProblem problem_of(const Options& o) {
   ContactProblem p;
   if (o.young_kPa.empty())
@@ -75,7 +71,7 @@ Json contact_json(const Indentation& c) {
   return {{"force_N", c.force_N},
           {"depth_mm", c.depth_mm},
           {"contact_radius_mm", c.radius_mm},
-          {"pressure_max_MPa", or_null(c.pressure_max_MPa)}};
+          {"pressure_max_MPa", c.pressure_max_MPa}};
 }
 
 /// Heading of the report: indenter, pad and load.
@@ -175,7 +171,7 @@ Report solve(const Common& common, const Options& options) {
   report.add("series_paper_MPa", p.layers_paper_MPa > 0 ? Json(p.layers_paper_MPa) : Json(nullptr));
   report.add("series_thickness_MPa", p.layers_weighted_MPa > 0 ? Json(p.layers_weighted_MPa) : Json(nullptr));
   report.add("poisson", p.pad.material.poisson);
-  report.add("thickness_mm", or_null(p.pad.thickness_mm));
+  report.add("thickness_mm", p.pad.thickness_mm);
   report.add("base", thin ? Json(options.sliding ? "sliding" : "bonded") : Json(nullptr));
   report.add("exact", reference ? contact_json(*reference) : Json(nullptr));
   report.say(

@@ -25,16 +25,12 @@ std::string interval(const ModulusEstimate& e) {
   return kilo(e.low_MPa) + " to " + kilo(e.high_MPa);
 }
 
-Json or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json low(const ModulusEstimate& e) {
   return e.has_bounds() ? Json(e.low_MPa) : Json(nullptr);
 }
 
 Json high(const ModulusEstimate& e) {
-  return e.has_bounds() ? or_null(e.high_MPa) : Json(nullptr);
+  return e.has_bounds() ? Json(e.high_MPa) : Json(nullptr);
 }
 
 std::string sample_words(const Sample& s) {
@@ -65,7 +61,7 @@ void add_setup(const ModulusReport& r, Facts& facts) {
   facts.add("pad",
             {{"young_MPa", pad.material.young_MPa},
              {"poisson", pad.material.poisson},
-             {"thickness_mm", or_null(pad.thickness_mm)}},
+             {"thickness_mm", pad.thickness_mm}},
             text(", on a pad of %g kPa, ", 1e3 * pad.material.young_MPa) +
                 (std::isfinite(pad.thickness_mm) ? text("%g mm thick", pad.thickness_mm) : "a half space"));
   facts.add("presses", r.frames.size(), text("; %zu presses", r.frames.size()));

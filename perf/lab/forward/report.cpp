@@ -12,10 +12,6 @@ namespace {
 
 using Json = json::Value;
 
-Json or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 }  // namespace
 
 ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
@@ -35,7 +31,7 @@ ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
 
 Json to_json(const ForwardOutcome& o) {
   const fem::Result& r = o.result;
-  Json value = {{"scene", to_json(o.scene)},  {"converged", r.converged}, {"residual", or_null(r.residual)},
+  Json value = {{"scene", to_json(o.scene)},  {"converged", r.converged}, {"residual", r.residual},
                 {"iterations", r.iterations}, {"rounds", r.rounds},       {"wall_s", r.wall_s},
                 {"memory_MB", megabytes(r)},  {"solver", r.solver}};
   if (!r.converged) return value;
@@ -53,18 +49,11 @@ Json to_json(const ForwardOutcome& o) {
   }
   if (o.scene.presser == fem::Presser::Sphere) value["contact_radius_mm"] = r.contact_radius_mm;
   const lump::GaussianFit& f = o.fit;
-  value["gaussian"] = {{"found", f.found},
-                       {"amplitude_Pa", or_null(f.amplitude)},
-                       {"amplitude_sd_Pa", or_null(f.sd[0])},
-                       {"center_mm", or_null(f.center_mm)},
-                       {"center_sd_mm", or_null(f.sd[1])},
-                       {"s_mm", or_null(f.width_mm)},
-                       {"s_sd_mm", or_null(f.sd[2])},
-                       {"s2_mm2", or_null(f.width_mm * f.width_mm)},
-                       {"offset_Pa", or_null(f.offset)},
-                       {"offset_sd_Pa", or_null(f.sd[3])},
-                       {"residual_rms_Pa", or_null(f.residual_rms)},
-                       {"r_squared", or_null(f.r_squared)}};
+  value["gaussian"] = {
+      {"found", f.found},         {"amplitude_Pa", f.amplitude},       {"amplitude_sd_Pa", f.sd[0]},
+      {"center_mm", f.center_mm}, {"center_sd_mm", f.sd[1]},           {"s_mm", f.width_mm},
+      {"s_sd_mm", f.sd[2]},       {"s2_mm2", f.width_mm * f.width_mm}, {"offset_Pa", f.offset},
+      {"offset_sd_Pa", f.sd[3]},  {"residual_rms_Pa", f.residual_rms}, {"r_squared", f.r_squared}};
   value["warnings"] = r.warnings;
   return value;
 }

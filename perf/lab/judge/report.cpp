@@ -128,10 +128,6 @@ void add_csv(const Judgement& j, const std::string& where, const Cell& cell, std
          csv_number(1 - cell.wrong_band.low) + text(",,,,%d,\n", cell.reported() < j.options.fewest);
 }
 
-json::Value number(double value) {
-  return std::isfinite(value) ? json::Value(value) : json::Value(nullptr);
-}
-
 json::Value band_json(const Band& band) {
   return json::Value::array({band.low, band.high});
 }
@@ -145,15 +141,16 @@ json::Value cell_json(const Judgement& j, const Cell& cell) {
   value["quantities"] = json::Value::object();
   for (size_t q = 0; q < j.quantities.size(); ++q) {
     const Coverage& c = cell.quantities[q];
-    value["quantities"][j.quantities[q].name] = {{"judged", c.judged},
-                                                 {"inside", c.inside},
-                                                 {"coverage", number(c.rate())},
-                                                 {"coverage_band", band_json(c.band)},
-                                                 {"median_error", number(c.median_error)},
-                                                 {"p90_error", number(c.ninetieth_error)},
-                                                 {"too_few", c.too_few},
-                                                 {"chance", c.too_few ? json::Value() : number(c.chance)},
-                                                 {"below_promise", c.accused}};
+    value["quantities"][j.quantities[q].name] = {
+        {"judged", c.judged},
+        {"inside", c.inside},
+        {"coverage", c.rate()},
+        {"coverage_band", band_json(c.band)},
+        {"median_error", c.median_error},
+        {"p90_error", c.ninetieth_error},
+        {"too_few", c.too_few},
+        {"chance", c.too_few ? json::Value() : json::Value(c.chance)},
+        {"below_promise", c.accused}};
   }
   return value;
 }

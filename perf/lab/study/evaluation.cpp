@@ -199,9 +199,8 @@ std::string score_text(const Score& s) {
 
 json::Value score_json(const Score& s, const std::string& method, const EvaluationJob& job) {
   using Json = json::Value;
-  const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
-  const auto three = [&number](const std::array<double, 3>& v) {
-    return Json{{"size", number(v[0])}, {"depth", number(v[1])}, {"stiffness_ratio", number(v[2])}};
+  const auto three = [](const std::array<double, 3>& v) {
+    return Json{{"size", v[0]}, {"depth", v[1]}, {"stiffness_ratio", v[2]}};
   };
   Json json{{"method", method},
             {"noise_share", job.sensor.noise_fraction},
@@ -218,14 +217,14 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
             {"p90_error", three(s.ninetieth)},
             {"median_error_where_found", three(s.determined_median)},
             {"coverage", three(s.coverage)},
-            {"shape_rate", number(s.shape_rate)},
+            {"shape_rate", s.shape_rate},
             {"shapes", s.shapes},
-            {"sensitivity", number(s.sensitivity)},
+            {"sensitivity", s.sensitivity},
             {"goal_lumps", s.goal_lumps},
-            {"goal_sensitivity", number(s.goal_sensitivity)},
-            {"specificity", number(s.specificity)},
-            {"wall_ms", number(s.wall_ms)},
-            {"wall_p95_ms", number(s.wall_p95_ms)}};
+            {"goal_sensitivity", s.goal_sensitivity},
+            {"specificity", s.specificity},
+            {"wall_ms", s.wall_ms},
+            {"wall_p95_ms", s.wall_p95_ms}};
   json["by_ratio"] = Json::array();
   for (const ErrorRange& r : s.by_ratio)
     json["by_ratio"].push_back({{"low", r.low},

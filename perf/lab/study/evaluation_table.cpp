@@ -142,8 +142,7 @@ json::Value rows_json(const std::vector<ScoreRow>& rows) {
   auto json = json::Value::array();
   for (const ScoreRow& row : rows) {
     json::Value one;
-    for (const auto& [name, value] : cells(row))
-      one[name] = std::isfinite(value) ? json::Value(value) : json::Value(nullptr);
+    for (const auto& [name, value] : cells(row)) one[name] = value;
     json.push_back(std::move(one));
   }
   return json;

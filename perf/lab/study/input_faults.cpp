@@ -311,16 +311,14 @@ std::string faults_csv(const std::vector<FaultRow>& rows) {
 
 json::Value faults_json(const std::vector<FaultRow>& rows) {
   auto json = json::Value::array();
-  for (const FaultRow& r : rows) {
-    const auto number = [](double v) { return std::isfinite(v) ? json::Value(v) : json::Value(nullptr); };
+  for (const FaultRow& r : rows)
     json.push_back({{"fault", r.fault},
                     {"blocks", r.blocks},
                     {"inconsistent", r.inconsistent},
                     {"numbers", r.numbers},
-                    {"size_move", number(r.move[0])},
-                    {"depth_move", number(r.move[1])},
-                    {"ratio_move", number(r.move[2])}});
-  }
+                    {"size_move", r.move[0]},
+                    {"depth_move", r.move[1]},
+                    {"ratio_move", r.move[2]}});
   return json;
 }
 

@@ -25,11 +25,8 @@ using Rows = std::vector<std::pair<std::string, std::string>>;
 
 constexpr const char* kNotice = "For research use. This is not a diagnosis.";
 
-Json or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
 Json to_json(const lump::Value& v) {
-  return {{"value", or_null(v.value)}, {"low", or_null(v.low)}, {"high", or_null(v.high)}};
+  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
 }
 
 /// Observations of one bump; `fit`: of the profile through it, may be null.
@@ -78,7 +75,7 @@ Rows press_rows(const ScanAnswer& a) {
 }
 
 Json to_json(const lump::Outline& o) {
-  Json value = {{"found", o.found}, {"closed", o.closed}, {"significance", or_null(o.significance)}};
+  Json value = {{"found", o.found}, {"closed", o.closed}, {"significance", o.significance}};
   if (!o.reason.empty()) value["reason"] = o.reason;
   if (o.found) {
     value["x_mm"] = to_json(o.x_mm);
@@ -96,7 +93,7 @@ Json to_json(const lump::Outline& o) {
 Json to_json(const lump::Estimate& e) {
   Json v = {{"verdict", lump::status_text(e.verdict)},
             {"method", e.method},
-            {"evidence", or_null(e.detection_statistic)},
+            {"evidence", e.detection_statistic},
             {"false_alarm_rate", e.false_alarm_rate},
             {"reasons", e.reasons}};
   if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;

@@ -29,9 +29,6 @@ double total_mm(const optics::Waveguide& guide) {
   return sum;
 }
 
-Json or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
 std::string or_dash(double value) {
   return std::isfinite(value) ? palpate::text("%.3f", value) : "-";
 }
@@ -45,9 +42,9 @@ Json place_json(const Place& p, double depth_mm) {
           {"entering", p.fractions.entering},
           {"guided", p.fractions.guided},
           {"touching", p.fractions.touching},
-          {"nearest_mm", or_null(p.meetings.nearest_mm)},
-          {"half_has_met_mm", or_null(p.meetings.distance_of(0.5, p.fractions.touching))},
-          {"nine_tenths_have_met_mm", or_null(p.meetings.distance_of(0.9, p.fractions.touching))}};
+          {"nearest_mm", p.meetings.nearest_mm},
+          {"half_has_met_mm", p.meetings.distance_of(0.5, p.fractions.touching)},
+          {"nine_tenths_have_met_mm", p.meetings.distance_of(0.9, p.fractions.touching)}};
 }
 
 Plot fan_plot(const optics::Waveguide& guide, const std::vector<optics::EdgeRay>& rays, const Place& place,
@@ -144,7 +141,7 @@ Report led(const Common& common, const Options& options) {
                         {"n_sin", ray.tangential_index},
                         {"fate", to_string(ray.fate)},
                         {"entering", ray.entering},
-                        {"first_mm", or_null(ray.first_mm)},
+                        {"first_mm", ray.first_mm},
                         {"hop_mm", ray.hop_mm}});
   }
   const Json value = {{"led", to_json(lamp)},

@@ -111,7 +111,7 @@ Report stack(const Common& common, const Options& options) {
         {{"index", layer.index.real()},
          {"extinction", k},
          {"thickness_mm", thick ? Json(layer.thickness_mm) : Json(nullptr)},
-         {"angle_deg", std::isnan(inside) ? Json(nullptr) : Json(degrees(inside))},
+         {"angle_deg", degrees(inside)},
          {"absorptance", triple(l.s.absorptance[i], l.p.absorptance[i], l.mean.absorptance[i])}});
   }
   const double sum = l.mean.reflectance + l.mean.transmittance + l.mean.absorbed();
