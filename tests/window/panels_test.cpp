@@ -207,7 +207,7 @@ TEST_F(PanelTest, NoLineCrossesAGapAndALoneSampleIsADot) {
     }
     const int from = list->VtxBuffer.Size;
     chart.line(
-        samples, [](const Sample&, double& v) { return v = 0.5, true; }, kText, LineStyle::Solid);
+        samples, [](const Sample&) { return std::optional(0.5); }, kText, LineStyle::Solid);
     int near_dot = 0;
     for (int i = from; i < list->VtxBuffer.Size; ++i) {
       const float x = list->VtxBuffer[i].pos.x;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "viz/panels/measurement.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -46,9 +47,7 @@ std::string place_text(const HudContent& content) {
 void status_line(const Layout& layout, const HudContent& content, bool rates, float scale) {
   // Under all windows: the help covers it.
   ImDrawList* list = ImGui::GetBackgroundDrawList();
-  const ImVec2 low{static_cast<float>(layout.status.x), static_cast<float>(layout.status.y)};
-  const ImVec2 high{low.x + static_cast<float>(layout.status.width),
-                    low.y + static_cast<float>(layout.status.height)};
+  const ImVec2 low = corner(layout.status), high = far_corner(layout.status);
   list->AddRectFilled(low, high, IM_COL32(15, 17, 20, 255));
   const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2, margin = 12 * scale;
   const float gap = ImGui::CalcTextSize("   |   ").x;
@@ -72,9 +71,8 @@ void status_line(const Layout& layout, const HudContent& content, bool rates, fl
 
 void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
                 ViewState& state) {
-  ImGui::SetNextWindowPos({static_cast<float>(layout.player.x), static_cast<float>(layout.player.y)});
-  ImGui::SetNextWindowSize(
-      {static_cast<float>(layout.player.width), static_cast<float>(layout.player.height)});
+  ImGui::SetNextWindowPos(corner(layout.player));
+  ImGui::SetNextWindowSize(size_of(layout.player));
   ImGui::Begin("player", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground);
@@ -110,10 +108,9 @@ void banner(const Layout& layout, const LiveStats& live, float scale) {
   }
   if (!live.state.empty()) lines.emplace_back(live.state, kAmber);
   ImDrawList* list = ImGui::GetBackgroundDrawList();
-  float y = static_cast<float>(layout.surface.y) + 12 * scale;
-  const float left = static_cast<float>(layout.surface.x) + 12 * scale;
-  const float right = static_cast<float>(layout.surface.x) + static_cast<float>(layout.surface.width) -
-                      static_cast<float>(kColourBarRoom_px) * scale;
+  float y = corner(layout.surface).y + 12 * scale;
+  const float left = corner(layout.surface).x + 12 * scale;
+  const float right = far_corner(layout.surface).x - static_cast<float>(kColourBarRoom_px) * scale;
   for (const auto& [whole, tint] : lines) {
     const std::string words = shortened(whole, right - left - 30 * scale);
     const ImVec2 room = ImGui::CalcTextSize(words.c_str());

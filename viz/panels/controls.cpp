@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -207,17 +208,16 @@ const std::vector<KeyHelp>& key_help() {
 void control_window(const Layout& layout, float scale, bool has_surface, const LiveStats* live,
                     ViewState& state) {
   const ViewRect& around = layout.has_dock ? layout.dock : layout.surface;
-  const ImVec2 corner{static_cast<float>(around.x), static_cast<float>(around.y)};
-  const ImVec2 size{static_cast<float>(around.width), static_cast<float>(around.height)};
+  const ImVec2 at = corner(around), size = size_of(around);
   ImGuiWindowFlags flags =
       ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
   if (layout.has_dock) {
-    ImGui::SetNextWindowPos(corner);
+    ImGui::SetNextWindowPos(at);
     ImGui::SetNextWindowSize(size);
     flags |= ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse;
   } else {
     // Without room of its own it is a title alone until it is opened.
-    ImGui::SetNextWindowPos({corner.x + 12 * scale, corner.y + 12 * scale});
+    ImGui::SetNextWindowPos({at.x + 12 * scale, at.y + 12 * scale});
     ImGui::SetNextWindowCollapsed(true, ImGuiCond_Once);
     ImGui::SetNextWindowSizeConstraints({0, 0}, {size.x - 24 * scale, size.y - 24 * scale});
     flags |= ImGuiWindowFlags_AlwaysAutoResize;
@@ -264,7 +264,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   ImGui::End();
 }
 
-void help_window(VkExtent2D extent, float scale, const std::vector<const KeyHelp*>& lines, bool& open) {
+void help_window(VkExtent2D extent, float scale, const std::vector<KeyHelp>& lines, bool& open) {
   const auto width = static_cast<float>(extent.width), height = static_cast<float>(extent.height);
   ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowSizeConstraints({0, 0}, {width - 8, height - 8});
@@ -280,9 +280,9 @@ void help_window(VkExtent2D extent, float scale, const std::vector<const KeyHelp
       ImGui::TableNextRow();
       for (size_t at = i; at < lines.size(); at += rows) {
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(lines[at]->keys);
+        ImGui::TextUnformatted(lines[at].keys);
         ImGui::TableNextColumn();
-        ImGui::TextDisabled("%s", lines[at]->what);
+        ImGui::TextDisabled("%s", lines[at].what);
       }
     }
     ImGui::EndTable();
@@ -291,13 +291,13 @@ void help_window(VkExtent2D extent, float scale, const std::vector<const KeyHelp
   ImGui::End();
 }
 
-std::vector<const KeyHelp*> key_help(bool player, bool has_surface) {
-  std::vector<const KeyHelp*> lines;
+std::vector<KeyHelp> key_help(bool player, bool has_surface) {
+  std::vector<KeyHelp> lines;
   for (const KeyHelp& line : key_help()) {
     const bool fits = line.where == Where::Always || (line.where == Where::InReplay && player) ||
                       (line.where == Where::NotInReplay && !player) ||
                       (line.where == Where::WithSurface && has_surface);
-    if (fits) lines.push_back(&line);
+    if (fits) lines.push_back(line);
   }
   return lines;
 }
@@ -312,9 +312,7 @@ void end_labelling(ViewState& state, bool mark) {
 }
 
 void label_window(const ViewRect& around, float scale, ViewState& state) {
-  ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
-                           static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
-                          ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowPos(middle(around), ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowFocus();
   ImGui::Begin("Text of the event", nullptr,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |

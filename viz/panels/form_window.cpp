@@ -8,14 +8,20 @@
 #include <utility>
 
 #include "engine/gpu/context.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
 
-int page_flags() {
+namespace {
+
+/// Of a window that is the whole page.
+ImGuiWindowFlags page_flags() {
   return ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
          ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav;
 }
+
+}  // namespace
 
 FormWindow::FormWindow(gpu::Context& context, Window& window, const float& text_scale)
     : context_(context), window_(window), text_scale_(text_scale) {}
@@ -75,6 +81,25 @@ void FormWindow::run(const std::function<void()>& content, const std::function<b
     }
     draw(content);
   }
+}
+
+void FormWindow::begin_page(const char* name, const char* heading, const std::string& message,
+                            bool trouble) const {
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize(ImGui::GetIO().DisplaySize);
+  ImGui::Begin(name, nullptr, page_flags() | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PushFont(frame_->large());
+  ImGui::TextUnformatted("palpate");
+  ImGui::PopFont();
+  ImGui::SameLine();
+  ImGui::TextDisabled("%s", heading);
+  if (!message.empty()) wrapped_text(message, trouble ? kPageRed : kPageBlue);
+}
+
+void FormWindow::help(const std::vector<KeyHelp>& lines, bool& open) const {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  if (open)
+    help_window({static_cast<uint32_t>(size.x), static_cast<uint32_t>(size.y)}, frame_->scale(), lines, open);
 }
 
 bool FormWindow::wait(const std::string& words, const std::function<bool()>& done, bool can_be_cancelled) {

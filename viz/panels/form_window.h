@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "viz/panels/controls.h"
 #include "viz/render/hud_frame.h"
 #include "viz/render/render_target.h"
 #include "viz/render/window.h"
@@ -31,6 +32,12 @@ class FormWindow {
   /// `can_be_cancelled`.
   bool wait(const std::string& words, const std::function<bool()>& done, bool can_be_cancelled = true);
 
+  /// Begins the window that is the whole page, with its heading and a message, if any; `trouble`: about what
+  /// went wrong. ImGui::End() ends it.
+  void begin_page(const char* name, const char* heading, const std::string& message, bool trouble) const;
+  /// Help over the page while `open`.
+  void help(const std::vector<KeyHelp>& lines, bool& open) const;
+
   const HudFrame& frame() const { return *frame_; }
 
  private:
@@ -42,8 +49,5 @@ class FormWindow {
   std::vector<RgbImage> pictures_;
   std::unique_ptr<HudFrame> frame_;
 };
-
-/// ImGui's flags of a window that is the whole page.
-int page_flags();
 
 }  // namespace palpate::viz

@@ -10,6 +10,7 @@
 #include "viz/panels/controls.h"
 #include "viz/panels/sensor.h"
 #include "viz/render/annotations.h"
+#include "viz/render/drawing.h"
 
 namespace palpate::viz {
 namespace {
@@ -59,12 +60,7 @@ void Hud::follow(const Touch& touch, uint64_t position) {
 bool Hud::timeline_click(const ViewRect& charts, const ChartStyle& style, ViewState& state) const {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 from = io.MouseClickedPos[ImGuiMouseButton_Left];
-  const auto inside = [&](ImVec2 p) {
-    return p.x >= static_cast<float>(charts.x) && p.y >= static_cast<float>(charts.y) &&
-           p.x < static_cast<float>(charts.x) + static_cast<float>(charts.width) &&
-           p.y < static_cast<float>(charts.y) + static_cast<float>(charts.height);
-  };
-  if (io.WantCaptureMouse || !io.MouseDown[ImGuiMouseButton_Left] || !inside(from)) return false;
+  if (io.WantCaptureMouse || !io.MouseDown[ImGuiMouseButton_Left] || !inside(charts, from)) return false;
   const bool moved = io.MouseDelta.x != 0 || ImGui::IsMouseClicked(ImGuiMouseButton_Left);
   if (const auto time = time_under(io.MousePos.x, charts, history_, style); time && moved)
     state.seek_to = timeline().frame_at(*time);
@@ -80,8 +76,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   const bool section = profile && content.has_surface && eye;
   if (content.has_surface && eye) {
     // Where numbers would overlap, the grid alone shows lengths.
-    const bool roomy = static_cast<float>(layout.surface.width) >= 320 * scale &&
-                       static_cast<float>(layout.surface.height) >= 200 * scale;
+    const ImVec2 room = size_of(layout.surface);
+    const bool roomy = room.x >= 320 * scale && room.y >= 200 * scale;
     if (state.axes && roomy) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
     if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
       draw_shear(under, *eye, layout.surface, layout.view, half_mm, content.traction,
@@ -91,11 +87,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     const bool* follows = state.automatic();
     draw_colour_bar(under, layout.surface, style, follows && *follows, scale);
   }
-  const ImVec2 low{static_cast<float>(layout.image.x), static_cast<float>(layout.image.y)};
-  under->AddRect({low.x - 1, low.y - 1},
-                 {low.x + static_cast<float>(layout.image.width) + 1,
-                  low.y + static_cast<float>(layout.image.height) + 1},
-                 IM_COL32(70, 78, 90, 255));
+  const ImVec2 low = corner(layout.image), high = far_corner(layout.image);
+  under->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, IM_COL32(70, 78, 90, 255));
   draw_touch(under, layout.image, shown, content.frame.format,
              {state.contacts, state.skin, full_shear_N_, scale, content.extrapolated});
   if (content.live && content.live->press && content.live->press->last)
@@ -121,9 +114,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (state.help) {
     help_window(extent, scale, key_help(player, content.has_surface), state.help);
   } else if (content.has_surface) {  // a large image has its states there
-    const float foot = static_cast<float>(layout.surface.height) - 20 * scale;
-    under->AddText({static_cast<float>(layout.surface.x) + 14 * scale, foot}, IM_COL32(120, 128, 140, 255),
-                   "drag: orbit   wheel: zoom");
+    const ImVec2 at{corner(layout.surface).x + 14 * scale, size_of(layout.surface).y - 20 * scale};
+    under->AddText(at, IM_COL32(120, 128, 140, 255), "drag: orbit   wheel: zoom");
   }
   const bool at_charts = player && layout.has_charts && timeline_click(layout.charts, chart_style, state);
   state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,

@@ -12,6 +12,7 @@
 #include "capture/files/measurements.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/press.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -46,9 +47,8 @@ void draw_rows(const Rows& rows) {
       ImGui::TableNextColumn();
       const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(row.words.c_str()).x;
       if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
-      if (row.tint) ImGui::PushStyleColor(ImGuiCol_Text, *row.tint);
-      ImGui::TextWrapped("%s", row.words.c_str());  // in a narrow panel nothing is cut off
-      if (row.tint) ImGui::PopStyleColor();
+      // In a narrow panel nothing is cut off.
+      wrapped_text(row.words, row.tint.value_or(ImGui::GetStyleColorVec4(ImGuiCol_Text)));
     }
     ImGui::EndTable();
   }
@@ -127,9 +127,7 @@ void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, const
   };
   beside(first.beside, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0);
   if (tare.on) beside("TARED (Shift+Z ends)", IM_COL32(240, 228, 66, 255), 1);
-  ImGui::PushStyleColor(ImGuiCol_Text, colour(verdict));
-  ImGui::TextWrapped("%s", state.c_str());
-  ImGui::PopStyleColor();
+  wrapped_text(state, colour(verdict));
 }
 
 /// State of a contact, as short as its column.
@@ -349,9 +347,8 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   const float scale = frame.scale();
   const Tare& tare = state.tare;
   const bool scaled = has_scale(content.sensor);
-  const ViewRect& panel = layout.panel;
-  ImGui::SetNextWindowPos({static_cast<float>(panel.x), static_cast<float>(panel.y)});
-  ImGui::SetNextWindowSize({static_cast<float>(panel.width), static_cast<float>(panel.height)});
+  ImGui::SetNextWindowPos(corner(layout.panel));
+  ImGui::SetNextWindowSize(size_of(layout.panel));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
   // Scrolls where the numbers have no room.
   ImGui::Begin("measurements", nullptr,
@@ -369,8 +366,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   ImGui::TextDisabled("%s", format.c_str());
   if (content.has_surface) {
     // The image stays where it is while the numbers scroll.
-    ImGui::SetCursorPosY(static_cast<float>(layout.image.y) + static_cast<float>(layout.image.height) +
-                         6 * scale);
+    ImGui::SetCursorPosY(far_corner(layout.image).y + 6 * scale);
     ImGui::BeginChild("numbers", {0, 0}, false,
                       ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav |
                           (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));

@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include "engine/palpation/scan.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -90,9 +91,7 @@ void press_lines(const PressStatus& status, double time_s) {
       ImGui::TextDisabled("%s", row.name.c_str());
       ImGui::SameLine(left + column);
     }
-    ImGui::PushStyleColor(ImGuiCol_Text, colour_of(row.tone));
-    ImGui::TextWrapped("%s", row.value.c_str());
-    ImGui::PopStyleColor();
+    wrapped_text(row.value, colour_of(row.tone));
   }
   ImGui::Separator();
 }

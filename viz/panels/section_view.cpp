@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "viz/panels/section.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
 
@@ -17,18 +18,8 @@ namespace {
 
 constexpr ImU32 kLine = IM_COL32(255, 255, 255, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 190);
-constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
-constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
-constexpr ImU32 kDepth = IM_COL32(0, 190, 140, 255);
 constexpr float kReach_px = 11;  // of the mouse around an end
 
-ImVec2 corner(const ViewRect& r) {
-  return {static_cast<float>(r.x), static_cast<float>(r.y)};
-}
-ImVec2 far_corner(const ViewRect& r) {
-  return {static_cast<float>(r.x) + static_cast<float>(r.width),
-          static_cast<float>(r.y) + static_cast<float>(r.height)};
-}
 ImVec2 on_image(const ViewRect& r, double x, double y) {
   return {static_cast<float>(r.x + x * r.width), static_cast<float>(r.y + y * r.height)};
 }
@@ -102,10 +93,6 @@ bool SectionMouse::follow(SectionLine& line, const ViewRect& image, const ViewRe
                           const ViewRect& view, const Eye* eye, const Vec3& half_mm, float scale) {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = io.MousePos;
-  const auto inside = [&](const ViewRect& r) {
-    return mouse.x >= static_cast<float>(r.x) && mouse.y >= static_cast<float>(r.y) &&
-           mouse.x < far_corner(r).x && mouse.y < far_corner(r).y;
-  };
   const auto place = [&]() -> std::optional<std::pair<double, double>> {
     if (on_image_)
       return std::pair{static_cast<double>(mouse.x - static_cast<float>(image.x)) / image.width,
@@ -114,9 +101,9 @@ bool SectionMouse::follow(SectionLine& line, const ViewRect& image, const ViewRe
   };
   if (held_ == Held::Nothing) {
     if (!ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return false;
-    on_image_ = inside(image);
+    on_image_ = inside(image, mouse);
     // Panels above the surface come first; the image lies in one that has no controls.
-    if (!on_image_ && (!eye || !inside(clip) || io.WantCaptureMouse)) return false;
+    if (!on_image_ && (!eye || !inside(clip, mouse) || io.WantCaptureMouse)) return false;
     const auto at = [&](double x, double y) {
       return on_image_ ? std::optional(on_image(image, x, y)) : on_surface(*eye, view, world(x, y, half_mm));
     };
@@ -154,8 +141,8 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
   list->PushClipRect(low, high, true);
   const ImVec2 from{low.x + 48 * scale, low.y + row + 8 * scale};
   const ImVec2 to{high.x - 10 * scale, high.y - row - 6 * scale};
-  list->AddRectFilled(from, to, IM_COL32(26, 30, 36, 255));
-  list->AddText({from.x, low.y + 4 * scale}, kDepth, "A to B: depth [mm]");
+  list->AddRectFilled(from, to, kPaper);
+  list->AddText({from.x, low.y + 4 * scale}, kDepthLine, "A to B: depth [mm]");
   if (!wrong.empty()) {
     const ImVec2 size = ImGui::CalcTextSize(wrong.c_str());
     list->AddText({to.x - size.x, low.y + 4 * scale}, IM_COL32(230, 159, 0, 255), wrong.c_str());
@@ -176,8 +163,7 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
   };
   for (double d = top; d <= bottom; d += step) {
     const float y = at(0, d).y;
-    list->AddLine({from.x, y}, {to.x, y},
-                  std::abs(d) < 1e-9 ? IM_COL32(110, 118, 130, 255) : IM_COL32(58, 64, 74, 255));
+    list->AddLine({from.x, y}, {to.x, y}, std::abs(d) < 1e-9 ? IM_COL32(110, 118, 130, 255) : kGridLine);
     const std::string label = tick_text(d, step);
     list->AddText({from.x - ImGui::CalcTextSize(label.c_str()).x - 4 * scale, y - row / 2}, kFaint,
                   label.c_str());
@@ -202,7 +188,7 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
         at(profile.length_mm * static_cast<double>(i) / static_cast<double>(count - 1), profile.depth_mm[i]);
     if (points.empty() || p.x - points.back().x >= 1) points.push_back(p);
   }
-  list->AddPolyline(points.data(), static_cast<int>(points.size()), kDepth, 0, 1.7f * scale);
+  list->AddPolyline(points.data(), static_cast<int>(points.size()), kDepthLine, 0, 1.7f * scale);
   const auto label = [&](const char* name, const Profile::Extreme& e, bool below_requested) {
     const ImVec2 p = at(e.at_mm, e.depth_mm);
     list->AddCircleFilled(p, 3 * scale, kText);
@@ -220,7 +206,7 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
     label("least", least, false);
     label("deepest", most, true);
   }
-  list->AddRect(from, to, IM_COL32(84, 92, 104, 255));
+  list->AddRect(from, to, kFrameLine);
   list->PopClipRect();
 }
 

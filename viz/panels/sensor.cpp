@@ -7,6 +7,7 @@
 
 #include "viz/panels/charts/calibration_chart.h"
 #include "viz/panels/charts/charts.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -142,30 +143,27 @@ void calibration_charts(const Sensor& sensor, const Touch& touch, float height, 
 void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const Touch& touch,
                   ViewState& state) {
   const ViewRect& around = layout.has_dock ? layout.dock : layout.surface;
-  const ImVec2 size{static_cast<float>(around.width), static_cast<float>(around.height)};
+  const ImVec2 size = size_of(around);
   ImGuiWindowFlags flags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
   if (layout.has_dock) {
-    ImGui::SetNextWindowPos({static_cast<float>(around.x), static_cast<float>(around.y)});
+    ImGui::SetNextWindowPos(corner(around));
     ImGui::SetNextWindowSize(size);
     flags |= ImGuiWindowFlags_NoResize;
   } else {
     const float width = std::min(680 * scale, size.x - 16 * scale);
-    ImGui::SetNextWindowPos(
-        {static_cast<float>(around.x) + size.x / 2, static_cast<float>(around.y) + size.y / 2},
-        ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowPos(middle(around), ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::SetNextWindowSizeConstraints({width, 0}, {width, size.y - 8});
     flags |= ImGuiWindowFlags_AlwaysAutoResize;
   }
   ImGui::SetNextWindowBgAlpha(1);
   ImGui::Begin("Sensor and calibrations", &state.sensor_panel, flags);
   ImGui::TextUnformatted(sensor.name.empty() ? "unnamed sensor" : sensor.name.c_str());
-  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-  ImGui::TextWrapped("contact: %s, from %g gray levels; saturated from %u gray levels",
-                     to_string(sensor.signal), sensor.threshold_gray, sensor.saturation_gray);
-  ImGui::PopStyleColor();
-  calibration_charts(sensor, touch,
-                     std::clamp(0.33f * static_cast<float>(around.height), 140 * scale, 260 * scale), scale,
+  const ImVec4 faint = ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
+  wrapped_text(text("contact: %s, from %g gray levels, saturated from %u gray levels",
+                    to_string(sensor.signal), sensor.threshold_gray, sensor.saturation_gray),
+               faint);
+  calibration_charts(sensor, touch, std::clamp(0.33f * size.y, 140 * scale, 260 * scale), scale,
                      state.tare.on);
   if (ImGui::BeginTable("calibrations", 2, ImGuiTableFlags_SizingFixedFit)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed);
@@ -176,13 +174,9 @@ void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const
       ImGui::TextUnformatted(line.name);
       ImGui::TableNextColumn();
       const ImVec4 missing = ImGui::ColorConvertU32ToFloat4(IM_COL32(230, 159, 0, 255));
-      ImGui::PushStyleColor(ImGuiCol_Text, line.present ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : missing);
-      ImGui::TextWrapped("%s%s", line.present ? "" : "missing: ", line.what.c_str());
-      ImGui::PopStyleColor();
-      if (line.origin.empty()) continue;
-      ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-      ImGui::TextWrapped("%s", line.origin.c_str());
-      ImGui::PopStyleColor();
+      wrapped_text((line.present ? "" : "missing: ") + line.what,
+                   line.present ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : missing);
+      if (!line.origin.empty()) wrapped_text(line.origin, faint);
     }
     ImGui::EndTable();
   }

@@ -13,12 +13,13 @@
 #include <vector>
 
 #include "viz/panels/thumbnails.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {
 
-const ImVec4 kBlue{0.34f, 0.71f, 0.91f, 1}, kAmber{1, 0.72f, 0.28f, 1}, kRed{1, 0.47f, 0.24f, 1};
+const ImVec4 kAmber{1, 0.72f, 0.28f, 1};
 constexpr ImU32 kCorner = IM_COL32(255, 190, 70, 255), kOutline = IM_COL32(255, 190, 70, 200);
 constexpr uint32_t kPicture_px = 1000;
 // Headings of the steps, in their order.
@@ -163,7 +164,7 @@ void SetupView::number(const char* label, const char* hint, double& value) {
   typed.value = value = length.value_or(0);
   if (length) return;
   ImGui::SameLine();
-  ImGui::TextColored(kRed, "no length");
+  ImGui::TextColored(kPageRed, "no length");
 }
 
 /// Title of a step, what is known of it, what is missing.
@@ -172,7 +173,7 @@ void SetupView::heading(size_t step, float scale) {
   const bool begun = !lines_[0].name.empty();
   ImGui::PushID(static_cast<int>(step));
   ImGui::Dummy({1, 2 * scale});
-  ImGui::TextColored(kBlue, "%s", kTitles[step]);
+  ImGui::TextColored(kPageBlue, "%s", kTitles[step]);
   if (begun) {
     ImGui::SameLine();
     line.done ? ImGui::TextUnformatted("known") : ImGui::TextColored(kAmber, "missing");
@@ -189,7 +190,7 @@ void SetupView::heading(size_t step, float scale) {
 }
 
 void SetupView::describe_steps(float scale) {
-  ImGui::TextColored(kBlue, "recording of touches");
+  ImGui::TextColored(kPageBlue, "recording of touches");
   if (path("##recording", "a video, a folder, a session, camera:/dev/video0", form_.recording))
     wish(SetupWish::What::Open);
   ImGui::SameLine();
@@ -304,19 +305,7 @@ void SetupView::describe_picture(float scale) {
 void SetupView::describe() {
   const float scale = page_.frame().scale();
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0, 0});
-  ImGui::SetNextWindowSize(size);
-  ImGui::Begin("setup", nullptr, page_flags() | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  ImGui::PushFont(page_.frame().large());
-  ImGui::TextUnformatted("palpate");
-  ImGui::PopFont();
-  ImGui::SameLine();
-  ImGui::TextDisabled("a sensor of your own");
-  if (!message_.empty()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, trouble_ ? kRed : kBlue);
-    ImGui::TextWrapped("%s", message_.c_str());
-    ImGui::PopStyleColor();
-  }
+  page_.begin_page("setup", "a sensor of your own", message_, trouble_);
   const float height =
       std::max(ImGui::GetContentRegionAvail().y - 1.5f * ImGui::GetFrameHeightWithSpacing(), 60 * scale);
   const bool side_by_side = size.x > 760 * scale;
@@ -341,10 +330,7 @@ void SetupView::describe() {
   ImGui::SameLine();
   if (ImGui::Button("Help (F1)")) help_ = !help_;
   ImGui::End();
-  if (!help_) return;
-  std::vector<const KeyHelp*> lines;
-  for (const KeyHelp& line : setup_key_help()) lines.push_back(&line);
-  help_window({static_cast<uint32_t>(size.x), static_cast<uint32_t>(size.y)}, scale, lines, help_);
+  page_.help(setup_key_help(), help_);
 }
 
 }  // namespace palpate::viz

@@ -12,6 +12,7 @@
 
 #include "viz/panels/run_panel.h"
 #include "viz/panels/thumbnails.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -27,8 +28,6 @@ const char* title_of(SourceEntry::Group group) {
       return "Simulated touches";
   }
 }
-
-const ImVec4 kChosen{0.34f, 0.71f, 0.91f, 1};
 
 /// Appearance of one line of a list.
 struct LineLook {
@@ -50,7 +49,7 @@ bool list_line(const char* id, const std::string& name, const std::string& detai
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   ImGui::PopStyleColor();
   if (look.selected)
-    ImGui::GetWindowDrawList()->AddRectFilled(low, {low.x + 3, high.y}, ImGui::GetColorU32(kChosen));
+    ImGui::GetWindowDrawList()->AddRectFilled(low, {low.x + 3, high.y}, ImGui::GetColorU32(kPageBlue));
   const float bottom = ImGui::GetCursorPosY();
   const bool high_row = look.height > 1.9f * ImGui::GetTextLineHeight();
   const float y = high_row ? top + look.height / 2 - ImGui::GetTextLineHeight() : top;
@@ -275,7 +274,7 @@ void StartView::describe_sources(float scale) {
     const SourceEntry& e = sources[i];
     if (i == 0 || sources[i - 1].group != e.group) {
       if (i > 0) ImGui::Dummy({1, 4 * scale});
-      ImGui::TextColored(kChosen, "%s", title_of(e.group));
+      ImGui::TextColored(kPageBlue, "%s", title_of(e.group));
     }
     LineLook look{.selected = i == source_ && e.can_be_chosen() && !in_sensors_,
                   .usable = !e.input.empty() && !e.missing,
@@ -319,7 +318,7 @@ void StartView::describe_sensors(float scale) {
     ImDrawList* list = ImGui::GetWindowDrawList();
     const ImVec2 middle{at.x + 11 * scale, at.y + ImGui::GetTextLineHeight() / 2};
     list->AddCircle(middle, 5 * scale, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0, 1.2f * scale);
-    if (i == sensor_) list->AddCircleFilled(middle, 3 * scale, ImGui::GetColorU32(kChosen));
+    if (i == sensor_) list->AddCircleFilled(middle, 3 * scale, ImGui::GetColorU32(kPageBlue));
     if (i == sensor_ && scroll_ && in_sensors_) ImGui::SetScrollHereY();
   }
 }
@@ -327,34 +326,22 @@ void StartView::describe_sensors(float scale) {
 void StartView::describe() {
   const float scale = page_.frame().scale();
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0, 0});
-  ImGui::SetNextWindowSize(size);
-  ImGui::Begin("start", nullptr, page_flags() | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  ImGui::PushFont(page_.frame().large());
-  ImGui::TextUnformatted("palpate");
-  ImGui::PopFont();
-  ImGui::SameLine();
-  ImGui::TextDisabled("what is to be touched?");
-  if (!message_.empty()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, trouble_ ? ImVec4{1, 0.47f, 0.24f, 1} : kChosen);
-    ImGui::TextWrapped("%s", message_.c_str());
-    ImGui::PopStyleColor();
-  }
+  page_.begin_page("start", "what is to be touched?", message_, trouble_);
   const float foot = 3.2f * ImGui::GetFrameHeightWithSpacing();
   const float height = std::max(ImGui::GetContentRegionAvail().y - foot, 60 * scale);
   const bool side_by_side = size.x > 760 * scale;
   const float list_width = side_by_side ? 0.62f * ImGui::GetContentRegionAvail().x : 0;
   const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border);
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : kChosen);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : kPageBlue);
   ImGui::BeginChild("sources", {list_width, side_by_side ? height : 0.62f * height}, true,
                     ImGuiWindowFlags_NoNav);
   describe_sources(scale);
   ImGui::EndChild();
   ImGui::PopStyleColor();
   if (side_by_side) ImGui::SameLine();
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? kChosen : border);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? kPageBlue : border);
   ImGui::BeginChild("sensors", {0, side_by_side ? height : 0.36f * height}, true, ImGuiWindowFlags_NoNav);
-  ImGui::TextColored(kChosen, "Sensor file");
+  ImGui::TextColored(kPageBlue, "Sensor file");
   describe_sensors(scale);
   run_panel(settings_.run, scale);
   ImGui::EndChild();
@@ -380,10 +367,7 @@ void StartView::describe() {
                                       ImGui::GetContentRegionAvail().x)
                                 .c_str());
   ImGui::End();
-  if (!help_) return;
-  std::vector<const KeyHelp*> lines;
-  for (const KeyHelp& line : start_key_help()) lines.push_back(&line);
-  help_window({static_cast<uint32_t>(size.x), static_cast<uint32_t>(size.y)}, scale, lines, help_);
+  page_.help(start_key_help(), help_);
 }
 
 }  // namespace palpate::viz

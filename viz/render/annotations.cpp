@@ -14,6 +14,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "viz/render/colour_map.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
 
@@ -21,7 +22,6 @@ namespace palpate::viz {
 namespace {
 
 constexpr ImU32 kLine = IM_COL32(170, 178, 190, 255);
-constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
 
 ImU32 map_colour(ColourMap map, double t) {
   const auto [red, green, blue] = colour_of(map, t);
@@ -118,9 +118,7 @@ void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vi
   const std::vector<float> ratios = friction_ratios(maps);
   const uint32_t step = std::max(1u, maps.width / kAcross);
   const double cell_mm = 2 * half_mm.x / maps.width, length_mm = 1.6 * step * cell_mm;
-  const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
-  list->PushClipRect({left, top},
-                     {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
+  list->PushClipRect(corner(clip), far_corner(clip));
   const Pen pen(list, eye, view);
   bool slips = false;
   for (uint32_t y = step / 2; y < maps.height; y += step)
@@ -137,7 +135,7 @@ void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vi
       slips = slips || at_limit;
       draw_arrow(list, a, b, at_limit ? kSlips : kSticks, scale);
     }
-  const float x = left + 14 * scale, y = top + 10 * scale;
+  const float x = corner(clip).x + 14 * scale, y = corner(clip).y + 10 * scale;
   ImVec2 a, b;
   if (pen.at({-0.5 * length_mm, 0, 0}, a) && pen.at({0.5 * length_mm, 0, 0}, b)) {
     const float key_px = std::hypot(b.x - a.x, b.y - a.y), middle = y + 0.5f * ImGui::GetFontSize();
@@ -187,9 +185,7 @@ void draw_depth_axis(Pen& pen, const Eye& eye, const Vec3& corner, double tick, 
 std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip,
                                   const ViewRect& view, const Vec3& half_mm, const SurfaceStyle& style,
                                   float scale) {
-  const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
-  list->PushClipRect({left, top},
-                     {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
+  list->PushClipRect(corner(clip), far_corner(clip));
   Pen pen(list, eye, view);
   const double side_x = eye.backward.x >= 0 ? 1 : -1, side_y = eye.backward.y >= 0 ? 1 : -1;
   const double step = nice_ceiling(std::max(half_mm.x, half_mm.y) / 3.5);
@@ -240,9 +236,9 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
                      float scale) {
   constexpr int kBands = 64;
   const float width = 16 * scale;
-  const float height = std::min(0.42f * static_cast<float>(rect.height), 280 * scale);
-  const float x = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 72 * scale;
-  const float y = static_cast<float>(rect.y) + 44 * scale;
+  const float height = std::min(0.42f * size_of(rect).y, 280 * scale);
+  const float x = far_corner(rect).x - 72 * scale;
+  const float y = corner(rect).y + 44 * scale;
   for (int i = 0; i < kBands; ++i) {
     const double t0 = static_cast<double>(i) / kBands, t1 = static_cast<double>(i + 1) / kBands;
     const ImU32 above = map_colour(style.map, t0), below = map_colour(style.map, t1);

@@ -11,19 +11,14 @@
 #include "engine/measure/force.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/charts/line_style.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {
 namespace {
 
-constexpr ImU32 kPaper = IM_COL32(26, 30, 36, 255);
 constexpr ImU32 kBeyond = IM_COL32(17, 19, 23, 255);
-constexpr ImU32 kGridLine = IM_COL32(58, 64, 74, 255);
-constexpr ImU32 kFrameLine = IM_COL32(84, 92, 104, 255);
-constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
-constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
-constexpr ImU32 kLimit = IM_COL32(240, 228, 66, 200);
 constexpr ImU32 kMark = IM_COL32(245, 245, 245, 255);
 constexpr ImU32 kFirst = IM_COL32(86, 180, 233, 255);   // loading
 constexpr ImU32 kSecond = IM_COL32(230, 159, 0, 255);   // unloading, x
@@ -47,9 +42,8 @@ class Plot {
  public:
   Plot(ImDrawList* list, const ViewRect& rect, float scale) : list_(list), scale_(scale) {
     const float row = ImGui::GetFontSize();
-    outer_low_ = {static_cast<float>(rect.x), static_cast<float>(rect.y)};
-    outer_high_ = {outer_low_.x + static_cast<float>(rect.width),
-                   outer_low_.y + static_cast<float>(rect.height)};
+    outer_low_ = corner(rect);
+    outer_high_ = far_corner(rect);
     low_ = {outer_low_.x + 46 * scale, outer_low_.y + row + 5 * scale};
     high_ = {outer_high_.x - 8 * scale, outer_high_.y - 2 * row - 8 * scale};
   }

@@ -46,8 +46,9 @@ void Chart::level(double value, ImU32 colour) const {
     list_->AddLine({x, y}, {std::min(x + 5 * scale_, high_.x), y}, colour);
 }
 
-void Chart::line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
-                 ImU32 colour, LineStyle line_style) const {
+void Chart::line(const std::deque<Sample>& samples,
+                 const std::function<std::optional<double>(const Sample&)>& value, ImU32 colour,
+                 LineStyle line_style) const {
   StyledLine drawn(list_, colour, line_style, scale_);
   ImVec2 last{};
   bool joined = false, alone = false;
@@ -56,12 +57,12 @@ void Chart::line(const std::deque<Sample>& samples, const std::function<bool(con
     joined = alone = false;
   };
   for (const Sample& s : samples) {
-    double v = 0;
-    if (!visible(s.time) || !value(s, v) || !std::isfinite(v)) {
+    const std::optional<double> v = visible(s.time) ? value(s) : std::nullopt;
+    if (!v || !std::isfinite(*v)) {
       end_piece();
       continue;
     }
-    const ImVec2 p = at(s.time, v);
+    const ImVec2 p = at(s.time, *v);
     if (s.gap) end_piece();
     if (joined && p.x - last.x < 1 && std::abs(p.y - last.y) < 1) continue;
     if (joined) drawn.piece(last, p);
@@ -73,16 +74,16 @@ void Chart::line(const std::deque<Sample>& samples, const std::function<bool(con
 }
 
 void Chart::band(const std::deque<Sample>& samples,
-                 const std::function<bool(const Sample&, double&, double&)>& ends, ImU32 colour) const {
+                 const std::function<std::optional<Ends>(const Sample&)>& ends, ImU32 colour) const {
   ImVec2 low{}, high{};
   bool joined = false;
   for (const Sample& s : samples) {
-    double least = 0, most = 0;
-    if (!visible(s.time) || !ends(s, least, most)) {
+    const std::optional<Ends> both = visible(s.time) ? ends(s) : std::nullopt;
+    if (!both) {
       joined = false;
       continue;
     }
-    const ImVec2 a = at(s.time, least), b = at(s.time, most);
+    const ImVec2 a = at(s.time, both->first), b = at(s.time, both->second);
     if (s.gap) joined = false;
     if (joined && a.x - low.x < 1) continue;
     if (joined) list_->AddQuadFilled(high, b, a, low, colour);

@@ -6,18 +6,15 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "viz/live/history.h"
 #include "viz/panels/charts/line_style.h"
+#include "viz/render/drawing.h"
 
 namespace palpate::viz {
-
-inline constexpr ImU32 kPaper = IM_COL32(26, 30, 36, 255);
-inline constexpr ImU32 kGridLine = IM_COL32(58, 64, 74, 255);
-inline constexpr ImU32 kFrameLine = IM_COL32(84, 92, 104, 255);
-inline constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
-inline constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
 
 /// One chart: a frame with a y axis, the shared time axis, and a row of words above the frame, so that none
 /// lies over a curve.
@@ -40,7 +37,12 @@ class Chart {
     return time_s >= end_s_ - 1.02 * span_s_ && time_s <= end_s_ + 0.02 * span_s_;
   }
 
-  void paper(double step) const;
+  /// Paper and grid of this range; lines stay within the frame until unclip().
+  void begin(double least, double most, double step) {
+    set_range(least, most);
+    paper(step);
+    clip();
+  }
   /// The next words of the row above, from its left end; shortened where there is no room for all.
   void title(const std::string& whole, ImU32 colour = kText);
   /// Words at the right end of that row; none where the titles leave no room.
@@ -50,16 +52,19 @@ class Chart {
   void clip() const { list_->PushClipRect(low_, high_, true); }
   void unclip() const { list_->PopClipRect(); }
 
-  /// One line; `value` returns false where there is none. A sample between two gaps is a dot.
-  void line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
-            ImU32 colour, LineStyle line_style) const;
-  void band(const std::deque<Sample>& samples,
-            const std::function<bool(const Sample&, double&, double&)>& ends, ImU32 colour) const;
+  /// One line, where there is a value. A sample between two gaps is a dot.
+  void line(const std::deque<Sample>& samples,
+            const std::function<std::optional<double>(const Sample&)>& value, ImU32 colour,
+            LineStyle line_style) const;
+  using Ends = std::pair<double, double>;
+  void band(const std::deque<Sample>& samples, const std::function<std::optional<Ends>(const Sample&)>& ends,
+            ImU32 colour) const;
   void frame() const { list_->AddRect(low_, high_, kFrameLine); }
   ImVec2 low() const { return low_; }
   ImVec2 high() const { return high_; }
 
  private:
+  void paper(double step) const;
   ImDrawList* list_;
   ImVec2 low_, high_;
   double end_s_, span_s_;

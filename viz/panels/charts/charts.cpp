@@ -13,6 +13,7 @@
 #include "engine/measure/force.h"
 #include "viz/panels/charts/chart.h"
 #include "viz/panels/charts/line_style.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
 
@@ -21,11 +22,9 @@ namespace {
 
 constexpr ImU32 kForce = IM_COL32(86, 180, 233, 255);
 constexpr ImU32 kBand = IM_COL32(86, 180, 233, 70);
-constexpr ImU32 kLimit = IM_COL32(240, 228, 66, 200);
 constexpr ImU32 kWithinLimit = IM_COL32(240, 228, 66, 34);
 constexpr ImU32 kShearX = IM_COL32(230, 159, 0, 255);
 constexpr ImU32 kShearY = IM_COL32(204, 121, 167, 255);
-constexpr ImU32 kDepth = IM_COL32(0, 190, 140, 255);
 constexpr ImU32 kCursor = IM_COL32(255, 120, 60, 255);
 constexpr ImU32 kEvent = IM_COL32(245, 245, 245, 220);
 
@@ -122,8 +121,7 @@ Span shown_span(const History& history, const ChartStyle& style) {
 
 /// From the left to the right end of the axis of time, px.
 std::pair<float, float> axis_ends(const ViewRect& rect, float scale) {
-  const auto left = static_cast<float>(rect.x);
-  return {left + 52 * scale, left + static_cast<float>(rect.width) - 10 * scale};
+  return {corner(rect).x + 52 * scale, far_corner(rect).x - 10 * scale};
 }
 
 /// State common to the charts of one picture.
@@ -137,8 +135,8 @@ class StripCharts {
         sensor_(sensor),
         tare_(tare),
         scale_(style.scale),
-        low_(static_cast<float>(rect.x), static_cast<float>(rect.y)),
-        high_(low_.x + static_cast<float>(rect.width), low_.y + static_cast<float>(rect.height)),
+        low_(corner(rect)),
+        high_(far_corner(rect)),
         span_(shown_span(history, style)),
         has_shear_(sensor.shear && sensor.force),
         has_depth_(sensor.reading != SurfaceReading::None) {
@@ -164,10 +162,14 @@ class StripCharts {
     list_->PushClipRect(low_, high_, true);
     if (sensor_.force)
       draw_force();
-    else
-      draw_gray_sum();
+    else  // a hundred pixels at the threshold: below it lies what noise alone makes
+      draw_plain([](const Sample& s) { return std::optional(1e-3 * s.gray_sum); },
+                 std::max(0.01, 0.1 * sensor_.threshold_gray),
+                 "gray sum G [1000 gray levels], force not calibrated", kForce);
     if (has_shear_ && index_ < count_) draw_shear();
-    if (has_depth_ && index_ < count_) draw_depth();
+    if (has_depth_ && index_ < count_)
+      draw_plain([](const Sample& s) { return s.has_depth ? std::optional(s.depth_mm) : std::nullopt; },
+                 kLeastDepthAxis_mm, "deepest [mm]", kDepthLine);
     draw_time_axis();
     draw_events();
     draw_cursor();
@@ -198,9 +200,9 @@ class StripCharts {
   double untouched(const Estimate& zero) const { return tare_.on && has_value(zero) ? -zero.value : 0.0; }
 
   void draw_force();
-  void draw_gray_sum();
   void draw_shear();
-  void draw_depth();
+  void draw_plain(const std::function<std::optional<double>(const Sample&)>& value, double least_axis,
+                  const std::string& title, ImU32 colour);
   void draw_time_axis();
   void draw_events();
   void draw_cursor();
@@ -234,23 +236,20 @@ void StripCharts::draw_force() {
                                    [&](const Sample& s) { return chart.visible(s.time) && s.several; });
   if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
   const double step = ends.round(least_force_axis_N(*sensor_.force), ticks_);
-  chart.set_range(ends.least, ends.most);
-  chart.paper(step);
-  chart.clip();
+  chart.begin(ends.least, ends.most, step);
   chart.band(
       samples_,
-      [&](const Sample& s, double& a, double& b) {
+      [&](const Sample& s) -> std::optional<Chart::Ends> {
         const Estimate e = force(s);
-        a = e.value - 2 * e.standard_error;
-        b = e.value + 2 * e.standard_error;
-        return has_value(e);
+        if (!has_value(e)) return std::nullopt;
+        return Chart::Ends{e.value - 2 * e.standard_error, e.value + 2 * e.standard_error};
       },
       kBand);
   chart.line(
       samples_,
-      [&](const Sample& s, double& v) {
-        v = has_value(s.force_N) ? force(s).value : untouched(tare_.force_N);
-        return s.force_N.validity != Validity::NotCalibrated;
+      [&](const Sample& s) -> std::optional<double> {
+        if (s.force_N.validity == Validity::NotCalibrated) return std::nullopt;
+        return has_value(s.force_N) ? force(s).value : untouched(tare_.force_N);
       },
       kForce, LineStyle::Solid);
   const bool lower = range.least_N - zero_N > 0.03 * ends.most;
@@ -263,28 +262,6 @@ void StripCharts::draw_force() {
     chart.note(
         text("calibrated %sto %.3g N (dashed)%s", from.c_str(), range.most_N, tare_.on ? ", untared" : ""),
         kLimit);
-  chart.frame();
-}
-
-void StripCharts::draw_gray_sum() {
-  Chart chart = next();
-  Ends ends;
-  for (const Sample& s : samples_)
-    if (chart.visible(s.time)) ends.take(1e-3 * s.gray_sum);
-  // A hundred pixels at the threshold: below it lies what noise alone makes.
-  const double step = ends.round(std::max(0.01, 0.1 * sensor_.threshold_gray), ticks_);
-  chart.set_range(ends.least, ends.most);
-  chart.paper(step);
-  chart.clip();
-  chart.line(
-      samples_,
-      [](const Sample& s, double& v) {
-        v = 1e-3 * s.gray_sum;
-        return true;
-      },
-      kForce, LineStyle::Solid);
-  chart.unclip();
-  chart.title("gray sum G [1000 gray levels], force not calibrated", kForce);
   chart.frame();
 }
 
@@ -302,27 +279,24 @@ void StripCharts::draw_shear() {
       reach = std::max(reach, limit_N);
   ends = {0, reach};
   const double step = ends.round(least_shear_axis_N(sensor_, samples_), std::max(1, ticks_ / 2));
-  chart.set_range(-ends.most, ends.most);
-  chart.paper(step);
-  chart.clip();
+  chart.begin(-ends.most, ends.most, step);
   const double friction = sensor_.shear->friction;
   // An area, so that its edges are not taken for events, which are lines across all charts.
   if (!tare_.on)
     chart.band(
         samples_,
-        [&](const Sample& s, double& a, double& b) {
-          b = friction * s.force_N.value;
-          a = -b;
-          return has_value(s.force_N);
+        [&](const Sample& s) -> std::optional<Chart::Ends> {
+          if (!has_value(s.force_N)) return std::nullopt;
+          return Chart::Ends{-friction * s.force_N.value, friction * s.force_N.value};
         },
         kWithinLimit);
   for (const bool x : {true, false})
     chart.line(
         samples_,
-        [&](const Sample& s, double& v) {
+        [&](const Sample& s) -> std::optional<double> {
           const Estimate e = shear(s, x);
-          v = has_value(e) ? e.value : untouched(x ? tare_.shear_x_N : tare_.shear_y_N);
-          return e.validity != Validity::NotCalibrated;
+          if (e.validity == Validity::NotCalibrated) return std::nullopt;
+          return has_value(e) ? e.value : untouched(x ? tare_.shear_x_N : tare_.shear_y_N);
         },
         x ? kShearX : kShearY, x ? LineStyle::Solid : LineStyle::Dashed);
   chart.unclip();
@@ -332,24 +306,18 @@ void StripCharts::draw_shear() {
   chart.frame();
 }
 
-void StripCharts::draw_depth() {
+/// One line, from zero on.
+void StripCharts::draw_plain(const std::function<std::optional<double>(const Sample&)>& value,
+                             double least_axis, const std::string& title, ImU32 colour) {
   Chart chart = next();
   Ends ends;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time)) ends.take(s.depth_mm);
-  const double step = ends.round(kLeastDepthAxis_mm, ticks_);
-  chart.set_range(ends.least, ends.most);
-  chart.paper(step);
-  chart.clip();
-  chart.line(
-      samples_,
-      [](const Sample& s, double& v) {
-        v = s.depth_mm;
-        return s.has_depth;
-      },
-      kDepth, LineStyle::Solid);
+    if (const std::optional<double> v = value(s); v && chart.visible(s.time)) ends.take(*v);
+  const double step = ends.round(least_axis, ticks_);
+  chart.begin(ends.least, ends.most, step);
+  chart.line(samples_, value, colour, LineStyle::Solid);
   chart.unclip();
-  chart.title("deepest [mm]", kDepth);
+  chart.title(title, colour);
   chart.frame();
 }
 

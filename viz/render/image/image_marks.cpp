@@ -8,6 +8,7 @@
 #include <string>
 
 #include "viz/render/annotations.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -126,8 +127,7 @@ void draw_extrapolated(ImDrawList* list, const Place& place, const ExtrapolatedC
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
                 const ImageMarks& marks) {
   const float scale = marks.scale;
-  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
-  const ImVec2 high{low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)};
+  const ImVec2 low = corner(rect), high = far_corner(rect);
   const Place place{low, static_cast<double>(rect.width) / format.width};
   list->PushClipRect(low, high, true);
   if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, place, marks.extrapolated, scale);
@@ -173,14 +173,12 @@ void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer
   if (!answer.estimate || !has_scale(sensor)) return;
   const lump::Estimate& e = *answer.estimate;
   if (!reports_numbers(e.verdict)) return;
-  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
-  const Place place{low, static_cast<double>(rect.width) / format.width};
+  const Place place{corner(rect), static_cast<double>(rect.width) / format.width};
   const auto at = [&](double x_mm, double y_mm) {
     return place.at((x_mm - answer.window_mm[0]) / sensor.pitch_mm_per_px + (format.width - 1) / 2.0,
                     (y_mm - answer.window_mm[1]) / sensor.pitch_mm_per_px + (format.height - 1) / 2.0);
   };
-  list->PushClipRect(low, {low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)},
-                     true);
+  list->PushClipRect(corner(rect), far_corner(rect), true);
   const ImVec2 centre = at(e.x_mm.value, e.y_mm.value);
   const auto radius = static_cast<float>(0.5 * e.size_mm.value * place.zoom / sensor.pitch_mm_per_px);
   for (const auto& [colour, width] : {std::pair{kShadow, 3.6f * scale}, std::pair{kLump, 1.8f * scale}}) {
@@ -192,16 +190,15 @@ void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer
   const ImVec2 size = ImGui::CalcTextSize(words.c_str());
   // Below the circle, or above it where the image ends.
   const float below = centre.y + radius + 3 * scale;
-  const float foot = low.y + static_cast<float>(rect.height);
-  const float y = below + size.y < foot ? below : centre.y - radius - size.y - 3 * scale;
+  const float y = below + size.y < far_corner(rect).y ? below : centre.y - radius - size.y - 3 * scale;
   shadowed_text(list, {centre.x - size.x / 2, y}, kLump, words);
   list->PopClipRect();
 }
 
 void draw_strain_bar(ImDrawList* list, const ViewRect& rect, const StrainTexels& strain,
                      const ViewState& state, float scale) {
-  const float right = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 6 * scale;
-  const float top = static_cast<float>(rect.y) + 3 * scale;
+  const float right = far_corner(rect).x - 6 * scale;
+  const float top = corner(rect).y + 3 * scale;
   const auto right_text = [&](float y, const std::string& words) {
     shadowed_text(list, {right - ImGui::CalcTextSize(words.c_str()).x, y}, IM_COL32(235, 238, 242, 255),
                   words);
@@ -212,8 +209,7 @@ void draw_strain_bar(ImDrawList* list, const ViewRect& rect, const StrainTexels&
     return;
   }
   right_text(top, std::isfinite(strain.sd) ? name + text(" \xc2\xb1 %.2g %%", 100 * strain.sd) : name);
-  const float line = ImGui::GetFontSize() + 2 * scale,
-              width = std::min(120 * scale, 0.4f * static_cast<float>(rect.width));
+  const float line = ImGui::GetFontSize() + 2 * scale, width = std::min(120 * scale, 0.4f * size_of(rect).x);
   const float y = top + line, height = 8 * scale;
   constexpr int kBands = 32;
   for (int i = 0; i < kBands; ++i) {
