@@ -323,7 +323,8 @@ TEST_F(PanelTest, NoRowOfATouchIsCutOffAtTheFoot) {
   traction.fx_N = traction.fy_N = traction.fz_N = kKnown;
   traction.mx_Nmm = traction.my_Nmm = traction.mz_Nmm = kKnown;
   const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
-  for (const VkExtent2D extent : {VkExtent2D{1280, 720}, VkExtent2D{1920, 1080}}) {
+  const auto fits = [&](VkExtent2D extent) {
+    SCOPED_TRACE(text("%u x %u", extent.width, extent.height));
     const Layout layout = make_layout(extent, 1, image.format, true);
     describe(
         1, [&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); }, extent);
@@ -333,8 +334,17 @@ TEST_F(PanelTest, NoRowOfATouchIsCutOffAtTheFoot) {
     });
     ASSERT_NE(numbers, windows.end());
     EXPECT_GT((*numbers)->ContentSize.y, 320) << "rows of everything";
-    EXPECT_EQ((*numbers)->ScrollMax.y, 0) << extent.width << " x " << extent.height;
-  }
+    EXPECT_EQ((*numbers)->ScrollMax.y, 0);
+  };
+  fits({1280, 720});
+  fits({1920, 1080});
+  // What a colour gel by weights adds to them: smaller letters.
+  touch.surface->clipped_px = 3;
+  touch.surface->extrapolated_px = 4;
+  touch.surface->weighted = {0.1, 0.1, 2, 1};
+  touch.confidence.emplace();
+  touch.light = {LightState::Changed, 1.5};
+  fits({1280, 720});
 }
 
 TEST_F(PanelTest, RatesAndLatencyAreBehindAKey) {

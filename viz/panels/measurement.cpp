@@ -30,11 +30,14 @@ struct Row {
 };
 using Rows = std::vector<Row>;
 
-/// As close to each other as the room needs.
+/// As close to each other as the room needs, and in smaller letters where even so they do not fit.
 void draw_rows(const Rows& rows) {
   if (rows.empty()) return;
+  constexpr float kSmallest = 0.8f;  // of the letters; what then has no room is scrolled to
   const ImVec2 padding = ImGui::GetStyle().CellPadding;
   const float room = ImGui::GetContentRegionAvail().y / static_cast<float>(rows.size());
+  if (room < ImGui::GetTextLineHeight())
+    ImGui::SetWindowFontScale(std::max(room / ImGui::GetTextLineHeight(), kSmallest));
   const float spare = std::floor((room - ImGui::GetTextLineHeight()) / 2);
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {padding.x, std::clamp(spare, 0.0f, padding.y)});
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
@@ -53,6 +56,7 @@ void draw_rows(const Rows& rows) {
     ImGui::EndTable();
   }
   ImGui::PopStyleVar();
+  ImGui::SetWindowFontScale(1);
 }
 
 std::string percentiles_text(const Percentiles& p) {
