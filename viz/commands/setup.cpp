@@ -1,6 +1,7 @@
 // palpate setup: from recordings of a sensor of one's own to its sensor file, step by step. Each step is a
 // command of its own and can be done again alone.
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "capture/calibrate/photometric/shape_text.h"
@@ -31,7 +32,9 @@ Report report(const SensorSetup& setup, const std::string& recording) {
   for (const SetupStep& step : setup.steps()) {
     const std::string mark = step.done ? "known  " : "MISSING";
     report.text += text("%s  %-16s %s\n", mark.c_str(), step.name.c_str(), step.known.c_str());
-    if (!step.missing.empty()) report.text += text("         %-16s -> %s\n", "", step.missing.c_str());
+    std::istringstream missing(step.missing);
+    for (std::string one; std::getline(missing, one);)
+      report.text += text("         %-16s -> %s\n", "", one.c_str());
     if (!step.command.empty()) report.text += text("         %-16s    again: %s\n", "", step.command.c_str());
     list.push_back({{"step", step.name},
                     {"known", step.done},

@@ -42,6 +42,11 @@ Report run_calibrate(const std::vector<std::string>& words) {
   return chosen();
 }
 
+/// One more thing on a line of its own.
+void add_missing(SetupStep& step, const std::string& what) {
+  step.missing += (step.missing.empty() ? "" : "\n") + what;
+}
+
 void rectify(Sensor& sensor, const SetupInputs::Quad& quad, const FrameFormat& camera) {
   sensor.quad_px = quad;
   sensor.size_px = size_of(quad);
@@ -80,9 +85,9 @@ void cut_out(SetupStep& step, const SetupInputs& inputs, Sensor& sensor, Source&
     rectify(sensor, found->quad_px, source.format());
     step.known += "; straightened by corners found in the light: " + corners;
   } else {
-    step.missing += (step.missing.empty() ? "" : "; ") +
-                    text("the light fills %.0f %% of the picture; if that is the pad: --corners %s (or auto)",
-                         100 * found->share, corners.c_str());
+    add_missing(step,
+                text("the light fills %.0f %% of the picture; if that is the pad: --corners %s (or auto)",
+                     100 * found->share, corners.c_str()));
   }
 }
 
@@ -98,8 +103,7 @@ void add_extent(SetupStep& step, const json::Value& found) {
     step.known +=
         "; dark spots, too uneven for printed markers: left out of the fit, not filled in the surface";
   step.known += "; " + found.at("seen_text").text();
-  if (found.at("seen_little").boolean())
-    step.missing += (step.missing.empty() ? "" : "; ") + std::string("presses in the rest of the pad");
+  if (found.at("seen_little").boolean()) add_missing(step, "presses in the rest of the pad");
 }
 
 /// Refuses an untouched image of another camera mode than the recording's, `wanted`.
@@ -309,8 +313,7 @@ SetupStep SensorSetup::scale(const SetupInputs& inputs) {
   if (!step.done)
     step.missing =
         "--pitch MM_PER_PX, or a picture of a grid: --grid-pictures FILE --grid 9x7 --spacing-mm 2.5; until "
-        "then "
-        "lengths are in px";
+        "then lengths are in px";
   return step;
 }
 

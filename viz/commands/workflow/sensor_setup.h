@@ -48,7 +48,7 @@ struct SetupStep {
   std::string name;
   bool done = false;
   std::string known;                ///< or what went wrong
-  std::string missing;              ///< what would make it known, in options of palpate setup
+  std::string missing;              ///< what would make it known, in options of palpate setup, a line each
   std::string command;              ///< that does it again, alone; may be empty
   std::vector<FoundPress> presses;  ///< of the step Surface
 };

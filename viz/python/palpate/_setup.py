@@ -41,8 +41,7 @@ class Setup:
         lines = []
         for step, known, what, missing in zip(*(self.steps[name] for name in ("step", "known", "what", "missing"))):
             lines.append(f"{'known  ' if known else 'MISSING'}  {step:<16} {what}".rstrip())
-            if missing:
-                lines.append(f"{'':25} -> {missing}")
+            lines += [f"{'':25} -> {one}" for one in missing.splitlines()]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
