@@ -33,13 +33,12 @@ struct Options {
   bool faults = false;
 };
 
-Report table_report(const Common& common, const std::vector<lump::ScoreRow>& rows) {
-  Report report{rows_text(rows), rows_json(rows)};
-  if (!common.out.empty()) {
-    make_output_folder(common.out);
-    write_whole(common.out / "lump_rows.csv", std::string_view(rows_csv(rows)));
-    report.text += "wrote " + (common.out / "lump_rows.csv").string() + "\n";
-  }
+/// With --out the table goes there too.
+Report with_table(const Common& common, Report report, const char* name, const std::string& csv) {
+  if (common.out.empty()) return report;
+  make_output_folder(common.out);
+  write_whole(common.out / name, std::string_view(csv));
+  report.text += "wrote " + (common.out / name).string() + "\n";
   return report;
 }
 
@@ -54,16 +53,6 @@ void add_cells(const Common& common, const Options& o, const std::vector<lump::J
   report.text += "\nby cell:\n" + judge::judgement_summary(judgement);
   if (!common.out.empty())
     report.text += "wrote " + write_judgement(judgement, cases, common.out, "coverage") + "\n";
-}
-
-Report faults_report(const Common& common, const std::vector<lump::FaultRow>& rows) {
-  Report report{faults_text(rows), faults_json(rows)};
-  if (!common.out.empty()) {
-    make_output_folder(common.out);
-    write_whole(common.out / "lump_faults.csv", std::string_view(faults_csv(rows)));
-    report.text += "wrote " + (common.out / "lump_faults.csv").string() + "\n";
-  }
-  return report;
 }
 
 Report run(const Common& common, Options& o) {
@@ -97,8 +86,13 @@ Report run(const Common& common, Options& o) {
   const Report nothing = interrupted_report("interrupted");
   if (o.over || o.faults) {
     try {
-      if (o.faults) return faults_report(common, lump::fault_rows(examples, o.job));
-      return table_report(common, scores_over(*o.over, examples, o.job));
+      if (o.faults) {
+        const std::vector<lump::FaultRow> rows = lump::fault_rows(examples, o.job);
+        return with_table(common, {faults_text(rows), faults_json(rows)}, "lump_faults.csv",
+                          faults_csv(rows));
+      }
+      const std::vector<lump::ScoreRow> rows = scores_over(*o.over, examples, o.job);
+      return with_table(common, {rows_text(rows), rows_json(rows)}, "lump_rows.csv", rows_csv(rows));
     } catch (const lump::Stopped&) {
       return nothing;
     }
