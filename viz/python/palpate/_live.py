@@ -107,15 +107,7 @@ def open(
         seed: of simulated scenes that name none.
     """
     settings = request_of(
-        source,
-        sensor,
-        background,
-        outputs,
-        seed,
-        solver=solver,
-        fixed_light=fixed_light,
-        sequence=sequence,
-        rate_Hz=rate_Hz,
-        patience_s=patience_s,
+        source, sensor, background, outputs, seed, solver=solver, fixed_light=fixed_light, sequence=sequence,
+        rate_Hz=rate_Hz, patience_s=patience_s,
     )
     return _palpate.open_stream(settings, drop, path_text(record or "", "record"), device, names_of(keep))

@@ -89,14 +89,7 @@ def record(
         source, sensor, background, outputs, solver, fixed_light, sequence, device, seed: as of :func:`palpate.open`.
     """
     settings = request_of(
-        source,
-        sensor,
-        background,
-        outputs,
-        seed,
-        solver=solver,
-        fixed_light=fixed_light,
-        sequence=sequence,
+        source, sensor, background, outputs, seed, solver=solver, fixed_light=fixed_light, sequence=sequence,
         frames=frames,
     )
     answer = _palpate.record(settings, path_text(folder, "folder"), device)

@@ -84,19 +84,9 @@ def contact(
     """
     return Contacting(
         **_palpate.contact(
-            force_N,
-            depth_mm,
-            _each_layer(young_kPa, "young_kPa"),
-            poisson,
-            [] if thickness_mm is None else _each_layer(thickness_mm, "thickness_mm"),
-            series,
-            shape,
-            radius_mm,
-            radius2_mm,
-            half_angle_deg,
-            indenter_young_MPa,
-            indenter_poisson,
-            sliding,
+            force_N, depth_mm, _each_layer(young_kPa, "young_kPa"), poisson,
+            [] if thickness_mm is None else _each_layer(thickness_mm, "thickness_mm"), series, shape,
+            radius_mm, radius2_mm, half_angle_deg, indenter_young_MPa, indenter_poisson, sliding,
         )
     )
 
@@ -157,20 +147,8 @@ def forward(
     way = 1.0 if press_mm is None and force_N is None else press_mm
     return Pressed(
         **_palpate.forward(
-            list(map(float, block_mm)),
-            young_Pa,
-            poisson,
-            lump,
-            sizes,
-            depth_mm,
-            stiffness_ratio,
-            list(map(float, offset_mm)),
-            presser,
-            ball_radius_mm,
-            way,
-            force_N,
-            list(cells),
-            large_strain,
+            list(map(float, block_mm)), young_Pa, poisson, lump, sizes, depth_mm, stiffness_ratio,
+            list(map(float, offset_mm)), presser, ball_radius_mm, way, force_N, list(cells), large_strain,
             threads,
         )
     )
@@ -223,12 +201,8 @@ def wrench(
         recording, sensor, background, rate_Hz, sequence, device, seed: as of :func:`palpate.open`.
     """
     found = _palpate.wrench(
-        request_of(recording, sensor, background, None, seed),
-        path_text(gauge or "", "gauge"),
-        str(align),
-        rate_of(rate_Hz),
-        sequence,
-        device,
+        request_of(recording, sensor, background, None, seed), path_text(gauge or "", "gauge"), str(align),
+        rate_of(rate_Hz), sequence, device,
     )
     rows = list(csv.reader(io.StringIO(found.pop("csv"))))
     columns = {name: column_of([_cell(row[i]) for row in rows[1:]]) for i, name in enumerate(rows[0])}

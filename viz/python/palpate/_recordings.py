@@ -159,16 +159,8 @@ def measure(
     return Recording(
         _palpate.measure(
             request_of(
-                source,
-                sensor,
-                background,
-                outputs,
-                seed,
-                solver=solver,
-                fixed_light=fixed_light,
-                sequence=sequence,
-                rate_Hz=rate_Hz,
-                frames=frames,
+                source, sensor, background, outputs, seed, solver=solver, fixed_light=fixed_light,
+                sequence=sequence, rate_Hz=rate_Hz, frames=frames,
             ),
             path_text(out or "", "out"),
             device,

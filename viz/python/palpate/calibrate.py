@@ -85,12 +85,8 @@ def _pairs(recordings: Paths, gauges: Paths) -> tuple[list[Path], list[str]]:
 
 def _made(answer: dict[str, Any]) -> Calibration:
     return Calibration(
-        answer["sensor"],
-        answer["fit_for_use"],
-        answer["verdict"],
-        answer["text"],
-        json.loads(answer["report"]),
-        _table(answer.get("samples", "")),
+        answer["sensor"], answer["fit_for_use"], answer["verdict"], answer["text"],
+        json.loads(answer["report"]), _table(answer.get("samples", "")),
     )
 
 
@@ -137,18 +133,8 @@ def force(
 
     return _made(
         _palpate.calibrate_force(
-            requests(inputs),
-            gauges,
-            requests(checks),
-            check_gauges,
-            str(align),
-            rate_of(rate_Hz),
-            sequence,
-            signal,
-            model,
-            branches,
-            keep_border,
-            device,
+            requests(inputs), gauges, requests(checks), check_gauges, str(align), rate_of(rate_Hz), sequence,
+            signal, model, branches, keep_border, device,
         )
     )
 
@@ -278,17 +264,9 @@ def scale(
     if pattern not in ("chessboard", "dots"):
         raise ArgumentError("pattern=chessboard or dots", repr(pattern), "chessboard")
     answer = _palpate.calibrate_scale(
-        path_text(source, "source"),
-        _named(sensor),
-        _named(background),
-        _named(out),
-        "" if grid is None else f"{grid[0]}x{grid[1]}",
-        pattern == "dots",
-        spacing_mm,
-        spacing_sd,
-        ring_mm,
-        _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
-        [float(way) for way in travel_mm],
+        path_text(source, "source"), _named(sensor), _named(background), _named(out),
+        "" if grid is None else f"{grid[0]}x{grid[1]}", pattern == "dots", spacing_mm, spacing_sd, ring_mm,
+        _ball(ball_mm, ball_radius_mm, ball_diameter_mm), [float(way) for way in travel_mm],
     )
     return _written(answer, out)
 
@@ -334,19 +312,9 @@ def photometric(
         keep_contact: leave the section ``contact`` as it is.
     """
     answer = _palpate.calibrate_photometric(
-        path_text(source, "source"),
-        _named(sensor),
-        _named(balls),
-        _named(background),
-        _named(out),
-        _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
-        shape_words(shape, other_shapes),
-        pitch_mm_per_px,
-        every or 0,
-        rest_weight,
-        model,
-        keep_markers,
-        keep_contact,
+        path_text(source, "source"), _named(sensor), _named(balls), _named(background), _named(out),
+        _ball(ball_mm, ball_radius_mm, ball_diameter_mm), shape_words(shape, other_shapes), pitch_mm_per_px,
+        every or 0, rest_weight, model, keep_markers, keep_contact,
     )
     return _written(answer, out)
 
@@ -371,14 +339,8 @@ def lookup(
             as of :func:`photometric`.
     """
     answer = _palpate.calibrate_lookup(
-        path_text(source, "source"),
-        _named(sensor),
-        _named(balls),
-        _named(background),
-        _named(out),
-        _ball(ball_mm, ball_radius_mm, ball_diameter_mm),
-        pitch_mm_per_px,
-        every or 0,
+        path_text(source, "source"), _named(sensor), _named(balls), _named(background), _named(out),
+        _ball(ball_mm, ball_radius_mm, ball_diameter_mm), pitch_mm_per_px, every or 0,
     )
     return _written(answer, out)
 

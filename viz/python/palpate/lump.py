@@ -107,18 +107,9 @@ def estimate(
             "pressure maps of rows x columns, a force each", repr(pressure_Pa)[:80], "estimate([map_Pa], force_N=[1], ...)"
         ) from None
     answer, text = _palpate.lump_estimate(
-        maps,
-        forces,
-        young_Pa,
-        (*map(float, block_mm), float(thickness_mm)),
-        pitch_mm,
-        tuple(map(float, window_mm)),
-        noise_Pa,
-        (young_error, thickness_error, pitch_error),
-        float(uneven_sd),
-        float(place_sd_mm),
-        path_text(network or "", "network"),
-        method,
+        maps, forces, young_Pa, (*map(float, block_mm), float(thickness_mm)), pitch_mm,
+        tuple(map(float, window_mm)), noise_Pa, (young_error, thickness_error, pitch_error), float(uneven_sd),
+        float(place_sd_mm), path_text(network or "", "network"), method,
     )
     found = json.loads(answer)
 

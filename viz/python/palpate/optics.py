@@ -19,26 +19,9 @@ from ._errors import ArgumentError
 from ._live import Estimate
 
 __all__ = [
-    "ContactLight",
-    "Fresnel",
-    "GapLight",
-    "LayerAngles",
-    "Led",
-    "LedLight",
-    "LedRays",
-    "MeasuredIndex",
-    "StackLight",
-    "Trapped",
-    "contact",
-    "critical",
-    "critical_angle_deg",
-    "fresnel",
-    "gap",
-    "index",
-    "led",
-    "numerical_aperture",
-    "stack",
-    "trapped",
+    "ContactLight", "Fresnel", "GapLight", "LayerAngles", "Led", "LedLight", "LedRays", "MeasuredIndex",
+    "StackLight", "Trapped", "contact", "critical", "critical_angle_deg", "fresnel", "gap", "index", "led",
+    "numerical_aperture", "stack", "trapped",
 ]
 
 
@@ -55,7 +38,9 @@ def _led(led: object) -> tuple[int | None, float, float | None, float | None, fl
     raise ArgumentError("led as a palpate.optics.Led", repr(led)[:80], "Led(layer=0)")
 
 
-def _thickness(thickness_mm: float | Sequence[float], layers: int) -> list[float]:
+def _thickness(thickness_mm: float | Sequence[float], indices: Sequence[object]) -> list[float]:
+    """One a layer between the first and the last of the media."""
+    layers = max(len(indices) - 2, 0)
     given = _indices(np.atleast_1d(np.asarray(thickness_mm, dtype=object)).tolist(), "thickness_mm")
     return given * layers if np.ndim(thickness_mm) == 0 else given
 
@@ -134,7 +119,7 @@ def stack(
         thickness_mm: of each layer, or of all; of no effect where a layer is clear.
         wavelength_nm: in vacuum.
     """
-    thickness = _thickness(thickness_mm, max(len(indices) - 2, 0))
+    thickness = _thickness(thickness_mm, indices)
     angles = np.asarray(angle_deg)
     light = _palpate.optics_stack(_indices(indices), _indices(extinction, "extinction"), thickness, angles, wavelength_nm)
     return StackLight(
@@ -306,7 +291,7 @@ def trapped(indices: Sequence[ArrayLike], *, thickness_mm: float | Sequence[floa
     """
     shape, columns = _together(**{f"indices[{i}]": n for i, n in enumerate(indices)}) if len(indices) else ((), [])
     rows = [list(row) for row in zip(*columns)] or [[]]
-    found = _palpate.optics_trapped(rows, _thickness(thickness_mm, max(len(indices) - 2, 0)), _led(led))
+    found = _palpate.optics_trapped(rows, _thickness(thickness_mm, indices), _led(led))
     return Trapped(**{name: np.asarray(part.reshape(shape)) for name, part in found.items()})
 
 
@@ -367,7 +352,7 @@ def contact(
     """
     shape, columns = _together(contact=contact, extinction=extinction, albedo=albedo, gap_nm=gap_nm)
     rows = [(reference_index, reference_extinction, reference_albedo, 0.0), *zip(*columns)]
-    thickness = _thickness(thickness_mm, max(len(indices) - 2, 0))
+    thickness = _thickness(thickness_mm, indices)
     found = _palpate.optics_contact(
         _indices(indices), thickness, _led(led), rows, wavelength_nm, reference_gray, most_gray
     )
@@ -446,15 +431,11 @@ def led(
     widest = min(lit[-1], 89.0)
     angles = np.linspace(-widest, widest, 21) if angle_deg is None else angle_deg
     _, (given,) = _together(angle_deg=angles)
-    thickness = _thickness(thickness_mm, max(len(indices) - 2, 0))
+    thickness = _thickness(thickness_mm, indices)
     found: dict[str, Any] = _palpate.optics_led(_indices(indices), thickness, lit, depth_mm, length_mm, given)
     rays = LedRays(
-        angle_deg=np.array(given),
-        n_sin=found.pop("n_sin"),
-        fate=tuple(found.pop("fate")),
-        entering=found.pop("ray_entering"),
-        first_mm=found.pop("first_mm"),
-        hop_mm=found.pop("hop_mm"),
+        angle_deg=np.array(given), n_sin=found.pop("n_sin"), fate=tuple(found.pop("fate")),
+        entering=found.pop("ray_entering"), first_mm=found.pop("first_mm"), hop_mm=found.pop("hop_mm"),
         path_mm=tuple(found.pop("path_mm")),
     )
     return LedLight(rays=rays, **found)
