@@ -75,8 +75,7 @@ std::string curve_text(const ForceCalibration& c) {
       if (c.signal == ForceSignal::LayerAndBending)
         return palpate::text(
             "F = %.4g times the mean of the layer's force and of %.4g N/mm times the bending: that many "
-            "times "
-            "its modulus",
+            "times its modulus",
             c.c1_N_per_gray, c.bending_N_per_mm);
       return palpate::text("F = %.4g times the layer's force: that many times its modulus", c.c1_N_per_gray);
     case ForceModel::Power:

@@ -12,8 +12,7 @@ namespace palpate {
 /// Spellings, for help and error lines.
 inline constexpr const char* kShapeSpellings =
     "cylinder:radius=MM, cone:half-angle=DEG or cone:half-angle=DEG:tip-radius=MM, dots:radius=MM:apart=MM "
-    "(a grid of "
-    "equal balls), ball:radius=MM; or diameter=MM, angle=DEG";
+    "(a grid of equal balls), ball:radius=MM; or diameter=MM, angle=DEG";
 
 /// "cylinder:radius=2.5", "cylinder:diameter=5", "cone:half-angle=60:tip-radius=0.3",
 /// "dots:radius=0.5:apart=2", "ball:radius=3". Throws Error(`failure`) that names `where`.
