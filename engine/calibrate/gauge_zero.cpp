@@ -38,7 +38,7 @@ double rise_of(const std::vector<double>& readings) {
 }
 
 /// Mean of what is left without the extremes, and its variance with neighbours that err alike.
-Mean mean_of(const std::vector<double>& readings) {
+Mean trimmed_mean_of(const std::vector<double>& readings) {
   std::vector<double> sorted = readings;
   std::sort(sorted.begin(), sorted.end());
   const auto cut = static_cast<size_t>(kTrimmed * static_cast<double>(sorted.size()));
@@ -96,7 +96,7 @@ std::optional<GaugeZero> find_gauge_zero(std::span<const double> reading, const 
       std::vector<double> readings;
       for (size_t i = first; i < end; ++i)
         if (std::isfinite(reading[i])) readings.push_back(reading[i]);
-      if (!readings.empty()) stretches.push_back(mean_of(readings));
+      if (!readings.empty()) stretches.push_back(trimmed_mean_of(readings));
     }
     from = to;
   }
