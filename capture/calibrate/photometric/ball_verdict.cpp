@@ -158,6 +158,7 @@ BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor, const P
   e.judged = shading.size();
   e.shading = median(shading);
   std::vector<double> apart;
+  apart.reserve(shading.size());
   for (const double s : shading) apart.push_back(std::abs(s - e.shading));
   // Standard error of a median of normal values: 1.25 times that of their mean.
   e.shading_sd = 1.25 * 1.4826 * median(apart) / std::sqrt(static_cast<double>(e.judged));

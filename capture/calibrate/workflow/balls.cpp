@@ -80,6 +80,7 @@ BallPresses presses_of(const CalibrationRun& run, const BallRequest& options, co
   PressSearch search;
   search.shape = PressedShape::ball(options.ball.radius());
   std::vector<std::pair<std::string, PressedShape>> further;
+  further.reserve(options.other_balls.size() + options.shapes.size());
   for (const std::string& entry : options.other_balls) further.push_back(other_ball(entry));
   for (const std::string& entry : options.shapes) {
     const auto [recording, shape] = parse_shaped_recording(entry);

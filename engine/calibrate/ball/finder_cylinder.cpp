@@ -53,6 +53,7 @@ Strip coarse_strip(const Change& change, double level2) {
   }
   model.axis_rad = 0.5 * std::atan2(2 * xy, xx - yy);
   std::vector<double> along, across;
+  along.reserve(xs.size()), across.reserve(xs.size());
   for (size_t i = 0; i < xs.size(); ++i) {
     const SlopeModel::At at = model.at(Vector4::Zero(), xs[i], ys[i]);
     along.push_back(at.along);

@@ -121,9 +121,10 @@ std::vector<FoundBall> find_dots(const Frame& frame, const Frame& background, st
   const double apart_px = search.shape.apart_mm / search.pitch_mm_per_px;
   BallSearch one = search;
   one.least_in_frame = 1;  // there are others
+  const std::vector<Spot> spots = spots_of(change, apart_px, levels.strong2());
   std::vector<FoundBall> dots;
-  for (const Spot& spot : spots_of(change, apart_px, levels.strong2()))
-    dots.push_back(fit_dot(frame, background, mask, one, spot, apart_px));
+  dots.reserve(spots.size());
+  for (const Spot& spot : spots) dots.push_back(fit_dot(frame, background, mask, one, spot, apart_px));
   std::vector<double> nearest;
   for (const FoundBall& dot : dots) {
     double least = INFINITY;

@@ -28,7 +28,7 @@ struct PressedShape {
   /// Height at a distance from the middle, mm, above a level of the shape's own.
   double height_mm(double off_mm) const;
 
-  auto operator<=>(const PressedShape&) const = default;
+  auto operator<=>(const PressedShape&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm
 };
 
 /// "ball", "cylinder", "cone".

@@ -239,6 +239,7 @@ class Parts {
   }
   std::vector<HeldOutPress::Place> places() const {
     std::vector<HeldOutPress::Place> places;
+    places.reserve(errors_.size());
     for (const MiddleOverRim& error : errors_) {
       const double along = half_px_ * ((2 * static_cast<double>(places.size()) + 1) / count() - 1);
       places.push_back({contact_.center_x_px + along * std::cos(contact_.axis_rad),
