@@ -18,8 +18,7 @@ namespace {
 using Json = json::Value;
 
 std::string number(double value) {
-  const std::string line = palpate::text("%.4g", value);
-  return line;
+  return palpate::text("%.4g", value);
 }
 
 const char* name_of(v4l2::ControlType type) {

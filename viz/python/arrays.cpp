@@ -11,7 +11,7 @@ std::string shape_text(const Shape& shape) {
 }
 
 py::array real_array(const py::handle& given, const char* name) {
-  const py::array array = py::array::ensure(given);
+  py::array array = py::array::ensure(given);
   if (!array) {
     PyErr_Clear();
     throw bad_argument(std::string(name) + " as an array of numbers",

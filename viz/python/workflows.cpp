@@ -31,7 +31,7 @@ py::dict record(const RunSettings& settings, const std::filesystem::path& folder
     asked.folder = folder;
     asked.outlive_device = false;  // others use it too
     const std::shared_ptr<gpu::Context> context = shared_device(device);
-    const SessionStatus ended =
+    SessionStatus ended =
         record_session([&]() -> gpu::Context& { return *context; }, asked, watch_of(stop)).session.status;
     if (!ended.error.empty())
       throw Error(Failure::Output, "a session in '" + folder.string() + "'", ended.error, "another folder");

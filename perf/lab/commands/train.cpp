@@ -84,7 +84,7 @@ class TrainingWatch {
 
 std::string report_text(const std::string& file, size_t bytes, const lump::TrainingReport& report,
                         double wall_s) {
-  const std::string line = text(
+  return text(
       "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
       "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
       "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
@@ -94,7 +94,6 @@ std::string report_text(const std::string& file, size_t bytes, const lump::Train
       file.c_str(), bytes, report.lumps, report.no_lumps, wall_s, 100 * report.base_error,
       100 * report.fields_error, 100 * report.network_error, 100 * report.mean_error, report.kept_aside,
       report.error_over_spread, 100 * report.network_error_seen, report.inverse_loss);
-  return line;
 }
 
 json::Value report_json(const std::string& file, size_t bytes, const lump::TrainingReport& report,

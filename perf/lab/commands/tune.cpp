@@ -55,16 +55,13 @@ Json json_of(const perf::Quartiles& time) {
 }
 
 std::string percent(const perf::Quartiles& time) {
-  const std::string line = palpate::text("%+5.1f %% (%+.1f to %+.1f)", 100 * (1 - time.median),
-                                         100 * (1 - time.high), 100 * (1 - time.low));
-  return line;
+  return palpate::text("%+5.1f %% (%+.1f to %+.1f)", 100 * (1 - time.median), 100 * (1 - time.high),
+                       100 * (1 - time.low));
 }
 
 std::string line(const char* name, const std::string& usual, const std::string& chosen,
                  const std::string& gain) {
-  const std::string line =
-      palpate::text("%-22s %8s %8s  %s\n", name, usual.c_str(), chosen.c_str(), gain.c_str());
-  return line;
+  return palpate::text("%-22s %8s %8s  %s\n", name, usual.c_str(), chosen.c_str(), gain.c_str());
 }
 
 /// GPUs time their kernels themselves; a processor is timed from outside.

@@ -83,7 +83,7 @@ Report run(const Common& common, Options& o) {
     bar.update(done);
     return !interrupted();
   };
-  const Report nothing = interrupted_report("interrupted");
+  Report nothing = interrupted_report("interrupted");
   if (o.over || o.faults) {
     try {
       if (o.faults) {
