@@ -33,7 +33,7 @@ std::vector<ForceSample> presses(int count, double noise_N, uint32_t seed,
       s.features.gray_sum = gray(force_N, up);
       s.features.area_px = 3000 * std::sqrt(s.features.gray_sum / kGray_per_N);
       s.force_N = force_N + noise_N * normal(random);
-      s.frame = static_cast<uint64_t>(60 * p + i);
+      s.frame = 60 * static_cast<uint64_t>(p) + static_cast<uint64_t>(i);
       s.time_s = static_cast<double>(s.frame) / 20;
       s.press = static_cast<uint32_t>(p);
       samples.push_back(s);

@@ -104,6 +104,7 @@ TEST_F(SensorFile, ForceByLayerAndBending) {
   refused(wrong, "section 'layer'");
   wrong = sensor;
   wrong.reading = SurfaceReading::Shading;
+  wrong.filter = Filter::Binomial5;
   refused(wrong, "colour gel");
 }
 
