@@ -79,7 +79,7 @@ std::string without_value(const std::string& said) {
 
 /// The error in plain words, where the library has its own way with them.
 std::string plain_words(const CLI::App& app, const CLI::ParseError& error) {
-  const std::string said = error.what();
+  std::string said = error.what();
   if (dynamic_cast<const CLI::ConversionError*>(&error)) return unreadable(app, said);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) return without_value(said);
   const std::string excludes = " excludes ";
@@ -94,7 +94,7 @@ HelpOption help_of(const CLI::Option& option) {
   // A flag that turns something off is named with the value that it gives.
   help.names = help.names.substr(0, help.names.find('{'));
   // An option's text is the name of its value, whether it is required, and its default.
-  const std::string text = option.get_option_text();
+  const std::string& text = option.get_option_text();
   const size_t more = std::min(text.find(" ("), text.find(" ["));
   const bool named = !text.empty() && text.front() != '(' && text.front() != '[';
   if (named) help.names += " " + text.substr(0, more);
@@ -331,7 +331,7 @@ CommandOption* CommandLine::add_plain(const std::string& name, Value& value, con
   return option;
 }
 
-#define PALPATE_PLAIN(TYPE) \
+#define PALPATE_PLAIN(TYPE) /* NOLINTNEXTLINE(bugprone-macro-parentheses): a type takes none */ \
   template CommandOption* CommandLine::add_plain(const std::string&, TYPE&, const std::string&)
 PALPATE_PLAIN(int);
 PALPATE_PLAIN(uint32_t);
@@ -378,7 +378,8 @@ CommandOption* CommandLine::add_flag(const std::string& name, bool& value, const
 CommandOption* CommandLine::add_option_function(const std::string& name,
                                                 std::function<void(const std::string&)> take,
                                                 const std::string& description) {
-  return keep(app_->add_option_function<std::string>(name, take, description));
+  const auto given = [take = std::move(take)](const std::string& text) { take(text); };
+  return keep(app_->add_option_function<std::string>(name, given, description));
 }
 
 CommandOption* CommandLine::get_option(const std::string& name) {
