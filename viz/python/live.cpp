@@ -46,9 +46,12 @@ class PyStream {
       : stream_(std::move(stream)), kept_(kept), owner_(getpid()) {}
   ~PyStream() {
     if (getpid() != owner_) return;
-    const py::gil_scoped_release release;
-    stream_->close();
-    stream_.reset();
+    try {
+      const py::gil_scoped_release release;
+      stream_->close();
+      stream_.reset();
+    } catch (...) {  // NOLINT(bugprone-empty-catch): nobody is left to hear it
+    }
   }
   PyStream(const PyStream&) = delete;
   PyStream& operator=(const PyStream&) = delete;
