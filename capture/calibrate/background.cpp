@@ -18,9 +18,9 @@ namespace {
 
 constexpr size_t kForMedian = 15;
 constexpr int kBlock = 8;
-constexpr double kUnlike = 8;           // a block's difference over what noise makes of it
-constexpr double kLeastUnlike = 0.006;  // of full scale
-constexpr double kThreshold = 1.5;      // over the largest change that noise makes
+constexpr double kUnlike = 8;            // a block's difference over what noise makes of it
+constexpr double kLeastUnlike = 0.006;   // of full scale
+constexpr double kNoiseThreshold = 1.5;  // over the largest change that noise makes
 
 cv::Mat plane(const Frame& frame, uint32_t channel) {
   const FrameFormat& f = frame.format;
@@ -282,7 +282,7 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
 }
 
 double threshold_over(double noise_change_gray) {
-  return std::ceil(kThreshold * std::max(noise_change_gray, 1.0) * 128) / 128;
+  return std::ceil(kNoiseThreshold * std::max(noise_change_gray, 1.0) * 128) / 128;
 }
 
 UntouchedImage untouched_picture(const Frame& frame, const Sensor& sensor) {

@@ -11,12 +11,12 @@ namespace palpate {
 namespace {
 
 constexpr const char* kCamera = "camera:";
-constexpr const char* kKeys =
+constexpr const char* kCameraKeys =
     "format=NAME, size=WxH, fps=HZ, exposure=8ms|500us|auto|locked, gain=N|auto|locked, "
     "white_balance=4500|auto|locked, trigger=Line0|Software, timeout=2s, buffers=3..32, control.NAME=N";
 
 Error bad(const std::string& key, const std::string& value, const std::string& wanted) {
-  return {Failure::Usage, wanted + " for '" + key + "' of a camera", "'" + value + "'", kKeys};
+  return {Failure::Usage, wanted + " for '" + key + "' of a camera", "'" + value + "'", kCameraKeys};
 }
 
 /// A number at the start of `text`, which is left with what follows.
@@ -94,7 +94,7 @@ void set(CameraOptions& o, const std::string& key, const std::string& value) {
   } else if (key.rfind("control.", 0) == 0 && key.size() > 8) {
     o.controls.emplace_back(key.substr(8), static_cast<int64_t>(whole(key, value, -9e15, 9e15)));
   } else {
-    throw Error(Failure::Usage, "an option of a camera", "'" + key + "'", kKeys);
+    throw Error(Failure::Usage, "an option of a camera", "'" + key + "'", kCameraKeys);
   }
 }
 

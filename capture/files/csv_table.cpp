@@ -25,12 +25,6 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 std::string joined(const std::vector<std::string>& names) {
   std::string line;
   for (const std::string& name : names) {
@@ -60,6 +54,12 @@ std::optional<double> parse(std::string cell, bool decimal_comma) {
 }
 
 }  // namespace
+
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
 
 CsvTable::CsvTable(std::filesystem::path file, std::string wanted, CsvOptions options)
     : file_(std::move(file)), wanted_(std::move(wanted)), options_(options) {

@@ -102,6 +102,9 @@ struct ColumnHeader {
 };
 ColumnHeader column_header(const std::string& cell);
 
+/// In small letters: A to Z alone are changed.
+std::string lower(std::string text);
+
 /// In quotes, shortened, and with question marks for what cannot be printed.
 std::string printable(std::string text);
 

@@ -17,13 +17,7 @@ constexpr double kGap_intervals = 5;
 constexpr double kGap_s = 0.02;
 constexpr double kNegative = 2;  // times the largest force above 0
 
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
-std::string number_text(double value) {
+std::string gauge_number(double value) {
   return palpate::text("%.6g", value);
 }
 
@@ -95,7 +89,7 @@ class GaugeTable {
       const double time_s = number(time_);
       if (!gauge_.time_s.empty() && !(time_s > gauge_.time_s.back()))
         fail("times that rise",
-             number_text(time_s) + " s after " + number_text(gauge_.time_s.back()) + " s in " + where,
+             gauge_number(time_s) + " s after " + gauge_number(gauge_.time_s.back()) + " s in " + where,
              table_.seems_cut()
                  ? "decimal points, or semicolons between the cells: commas may have cut numbers"
                  : "one recording a file, in order");
@@ -103,12 +97,12 @@ class GaugeTable {
     } else {
       const double frame = number(frame_);
       if (frame < 0 || frame > 1e12 || frame != std::floor(frame))
-        fail("whole frame numbers from 0", number_text(frame) + " in " + where,
+        fail("whole frame numbers from 0", gauge_number(frame) + " in " + where,
              "the recording's own numbers");
       const auto whole = static_cast<uint64_t>(frame);
       if (!gauge_.frames.empty() && whole <= gauge_.frames.back())
         fail("frames that rise",
-             number_text(frame) + " after " + std::to_string(gauge_.frames.back()) + " in " + where,
+             gauge_number(frame) + " after " + std::to_string(gauge_.frames.back()) + " in " + where,
              "one recording a file, in order");
       gauge_.frames.push_back(whole);
     }
@@ -205,8 +199,8 @@ std::string describe_gaps(const Gauge& gauge) {
   }
   const size_t n = gauge.gaps.size();
   return std::to_string(n) + (n == 1 ? " gap" : " gaps") + " without readings in " + gauge.file + ", " +
-         number_text(all_s) + " s in all, the longest from " + number_text(longest.from_s) + " s to " +
-         number_text(longest.to_s) + " s";
+         gauge_number(all_s) + " s in all, the longest from " + gauge_number(longest.from_s) + " s to " +
+         gauge_number(longest.to_s) + " s";
 }
 
 }  // namespace palpate

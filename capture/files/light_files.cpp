@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using Json = json::Value;
 using sensor_json::Reader;
 
-constexpr int kVersion = 1;
+constexpr int kLightsVersion = 1;
 constexpr uint32_t kMostLights = 64;
 constexpr int kHighestOrder = 3;
 
@@ -105,7 +105,7 @@ std::vector<float> read_heights(const fs::path& file, const LightImages& images)
 }
 
 void save_light_calibration(const LightCalibration& c, const fs::path& file) {
-  Json json = {{"palpate_lights", kVersion},
+  Json json = {{"palpate_lights", kLightsVersion},
                {"lights", c.stack.lights},
                {"order", c.stack.order},
                {"size_px", {c.width, c.height}},
@@ -137,7 +137,7 @@ LightCalibration load_light_calibration(const fs::path& file) {
   }();
   const std::string where = file.filename().string();
   Reader reader(json, where);
-  if (reader.number("palpate_lights", 0, 1000, "(version of the format)") != kVersion)
+  if (reader.number("palpate_lights", 0, 1000, "(version of the format)") != kLightsVersion)
     sensor_json::fail(where + ".palpate_lights", "version 1", sensor_json::shown(json.at("palpate_lights")),
                       "a newer palpate");
   LightCalibration c;

@@ -14,11 +14,11 @@ namespace palpate {
 namespace {
 
 /// The columns of a quantity: its own, its error's, its state's; names empty where there is none.
-struct Columns {
+struct ColumnNames {
   std::string value, error, state;
 };
 template <typename Of>
-Columns columns_of(const MeasuredQuantity<Of>& q) {
+ColumnNames columns_of(const MeasuredQuantity<Of>& q) {
   return {q.name, q.kind == QuantityKind::Estimated ? error_name(q) : "", q.state ? q.state : ""};
 }
 template <typename Of>
@@ -29,7 +29,7 @@ uint32_t error_group(const MeasuredQuantity<Of>& q) {
 template <typename Of>
 void add_names(std::string& line, std::span<const MeasuredQuantity<Of>> quantities, uint32_t groups) {
   for (const MeasuredQuantity<Of>& q : quantities) {
-    const Columns columns = columns_of(q);
+    const ColumnNames columns = columns_of(q);
     const auto add = [&](const std::string& name, uint32_t group) {
       if (!name.empty() && (groups & group)) line += (line.empty() ? "" : ",") + name;
     };
@@ -40,10 +40,11 @@ void add_names(std::string& line, std::span<const MeasuredQuantity<Of>> quantiti
 }
 
 /// Builds a row cell by cell, in the columns' order; cells of columns that are not there are dropped.
-class Row {
+class MeasurementRow {
  public:
-  enum class Form : uint8_t { Csv, Json };
-  Row(Form form, MeasuredColumns columns, Digits digits) : form_(form), columns_(columns), digits_(digits) {}
+  enum class Form : uint8_t { CsvLine, JsonObject };
+  MeasurementRow(Form form, MeasuredColumns columns, Digits digits)
+      : form_(form), columns_(columns), digits_(digits) {}
 
   /// The cells of `of`; of groups that are not `measured` they stay empty. `of` null: all do.
   template <typename Of>
@@ -65,7 +66,7 @@ class Row {
     const double error = shown ? shown->standard_error : 0;
     const int places = error > 0 && std::isfinite(error) ? deserved_places(error) : q.places;
     put(q.name, q.group, shown ? number(shown->value, places) : "");
-    const bool json = form_ == Form::Json;  // the only form that names its cells
+    const bool json = form_ == Form::JsonObject;  // the only form that names its cells
     put(json ? error_name(q) : "", error_group(q), shown ? number(error, places) : "");
     if (!q.state) return;
     const Estimate* estimate = std::get_if<Estimate>(&value);
@@ -84,13 +85,13 @@ class Row {
     return digits_ == Digits::All || places == kAllPlaces ? shortest(value) : with_places(value, places);
   }
   std::string word(std::string_view text) const {
-    return form_ == Form::Csv ? csv_cell(std::string(text))
-                              : json::Value(std::string(text)).dump(-1, json::Utf8::Replace);
+    return form_ == Form::CsvLine ? csv_cell(std::string(text))
+                                  : json::Value(std::string(text)).dump(-1, json::Utf8::Replace);
   }
 
   void put(const std::string& name, uint32_t group, const std::string& cell) {
     if (!(columns_.groups & group)) return;
-    if (form_ == Form::Json) {
+    if (form_ == Form::JsonObject) {
       if (!cell.empty()) line_ += (line_.empty() ? "\"" : ",\"") + name + "\":" + cell;
       return;
     }
@@ -110,8 +111,8 @@ FrameKey key_of(const Touch& touch, const std::string& source) {
   return {touch.sequence, touch.time_ns, source};
 }
 
-void add_frame_row(Row& row, const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm,
-                   const std::string& source) {
+void add_frame_row(MeasurementRow& row, const Touch& touch, const Truth* truth,
+                   std::optional<double> depth_rms_error_mm, const std::string& source) {
   const FrameKey key = key_of(touch, source);
   row.add(frame_quantities(), &key);
   row.add(touch_quantities(), &touch);
@@ -162,14 +163,14 @@ Measurements::Measurements(const std::filesystem::path& file, MeasuredColumns co
 }
 
 std::string Measurements::cells(const Touch& touch, Outputs outputs) {
-  Row row(Row::Form::Csv, {}, Digits::All);
+  MeasurementRow row(MeasurementRow::Form::CsvLine, {}, Digits::All);
   row.add(touch_quantities(), &touch, wants(outputs, Output::Force) ? ~0u : ~MeasuredColumns::kOfTouch);
   return row.line();
 }
 
 std::string Measurements::row(const Touch& touch, MeasuredColumns columns, Digits digits, const Truth* truth,
                               std::optional<double> depth_rms_error_mm, const std::string& source) {
-  Row row(Row::Form::Csv, columns, digits);
+  MeasurementRow row(MeasurementRow::Form::CsvLine, columns, digits);
   add_frame_row(row, touch, truth, depth_rms_error_mm, source);
   return row.line();
 }
@@ -194,7 +195,7 @@ std::string ContactRows::header(MeasuredColumns columns) {
 void ContactRows::add(const Touch& touch, const std::string& source) {
   const FrameKey key = key_of(touch, source);
   for (const ContactTouch& contact : touch.contacts) {
-    Row row(Row::Form::Csv, columns_, digits_);
+    MeasurementRow row(MeasurementRow::Form::CsvLine, columns_, digits_);
     row.add(frame_quantities(), &key);
     row.add(contact_quantities(), &contact);
     file_.append(row.line());
@@ -206,13 +207,14 @@ std::string json_line(const Touch& touch, MeasuredColumns columns, Digits digits
   const bool listed =
       (columns.groups & MeasuredColumns::Contacts) && touch.regions && !touch.regions->overflow;
   // The number of contacts gives way to their list.
-  Row row(Row::Form::Json, columns.with(MeasuredColumns::Contacts, false), digits);
+  MeasurementRow row(MeasurementRow::Form::JsonObject, columns.with(MeasuredColumns::Contacts, false),
+                     digits);
   add_frame_row(row, touch, truth, depth_rms_error_mm, source);
   std::string line = "{" + row.line();
   if (listed) {
     line += ",\"contacts\":[";
     for (const ContactTouch& contact : touch.contacts) {
-      Row one(Row::Form::Json, columns, digits);
+      MeasurementRow one(MeasurementRow::Form::JsonObject, columns, digits);
       one.add(contact_quantities(), &contact);
       line += (&contact == &touch.contacts.front() ? "{" : ",{") + one.line() + "}";
     }

@@ -126,7 +126,7 @@ class HeaderParser {
 };
 
 /// The contents of a damaged file may not be text.
-std::string printable(std::string text) {
+std::string in_print(std::string text) {
   for (char& c : text)
     if (c < ' ' || c > '~') c = '?';
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
@@ -195,7 +195,7 @@ NpyArray read_npy(const std::filesystem::path& file) {
   const Header header = read_header(in, file, file_bytes);
   if (header.type != "<f4" && header.type != "<f8") {
     fail(file, "little-endian float32 or float64 ('<f4' or '<f8')",
-         "values of type " + printable(header.type));
+         "values of type " + in_print(header.type));
   }
   if (*header.fortran_order) fail(file, "C order (last index fastest)", "Fortran order");
 

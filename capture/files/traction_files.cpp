@@ -15,12 +15,12 @@
 namespace palpate {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
 /// Pressure and shear of one cell, kPa.
 std::array<float, 3> cell_at(const TractionMaps& maps, size_t cell) {
   if (maps.pressure_kPa.empty()) return {0, 0, 0};
-  if (maps.shear_x_kPa.empty()) return {maps.pressure_kPa[cell], kNaN, kNaN};
+  if (maps.shear_x_kPa.empty()) return {maps.pressure_kPa[cell], kNoNumber, kNoNumber};
   return {maps.pressure_kPa[cell], maps.shear_x_kPa[cell], maps.shear_y_kPa[cell]};
 }
 
@@ -82,7 +82,7 @@ void write_traction(const std::filesystem::path& file, const TractionMaps& maps,
       const size_t cell = size_t{row} * maps.width + column;
       const std::array<float, 3> at = cell_at(maps, cell);
       for (size_t i = 0; i < 3; ++i) values[i].values.push_back(at[i]);
-      values[3].values.push_back(ratios.empty() ? kNaN : ratios[cell]);
+      values[3].values.push_back(ratios.empty() ? kNoNumber : ratios[cell]);
     }
   write_ply(file, depth, values);
 }

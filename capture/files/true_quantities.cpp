@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-constexpr auto kTruth = MeasuredColumns::Truth;
+constexpr auto kTruthColumns = MeasuredColumns::Truth;
 
 template <auto Field>
 QuantityValue field(const TrueFrame& frame) {
@@ -26,18 +26,18 @@ constexpr MeasuredQuantity<TrueFrame> number(const char* name, const char* unit,
                                              QuantityValue (*value)(const TrueFrame&), Details details) {
   details.unit = unit;
   if (details.places == kByUnit) details.places = kAllPlaces;
-  return {details, name, kTruth, QuantityKind::Number, sentence, value};
+  return {details, name, kTruthColumns, QuantityKind::Number, sentence, value};
 }
 
 constexpr MeasuredQuantity<TrueFrame> kTrue[] = {
-    {Details{.unit = "", .python = "contact"}, "true_contact", kTruth, QuantityKind::Flag,
+    {Details{.unit = "", .python = "contact"}, "true_contact", kTruthColumns, QuantityKind::Flag,
      "Whether something touches the pad.", field<&Truth::contact>},
     number("true_force_N", "N", "Normal force on the pad.", field<&Truth::force_N>, {.python = "force_N"}),
     number("true_shear_x_N", "N", "Tangential force to the right, friction limited.",
            field<&Truth::shear_x_N>, {.python = "shear_x_N"}),
     number("true_shear_y_N", "N", "Tangential force downwards.", field<&Truth::shear_y_N>,
            {.python = "shear_y_N"}),
-    {Details{.unit = "", .python = "slipping"}, "true_slip", kTruth, QuantityKind::Flag,
+    {Details{.unit = "", .python = "slipping"}, "true_slip", kTruthColumns, QuantityKind::Flag,
      "Whether the contact slides.", field<&Truth::slipping>},
     number("true_center_x_px", "px", "Centre of the contact, x to the right.", field<&Truth::center_x_px>,
            {.in_table = touched, .python = "center_x_px"}),
@@ -51,7 +51,7 @@ constexpr MeasuredQuantity<TrueFrame> kTrue[] = {
            value_at<TrueFrame, &TrueFrame::depth_rms_error_mm>,
            {.places = kRatioPlaces, .python = "", .why = "a stream compares no maps"}),
     {Details{.unit = "", .python = "", .why = "Python has the touch's contacts only"}, "true_contacts",
-     kTruth, QuantityKind::Whole, "Number of separate contacts.", contacts_of},
+     kTruthColumns, QuantityKind::Whole, "Number of separate contacts.", contacts_of},
     number("true_volume_mm3", "mm3", "Indented volume below the rest level.", field<&Truth::volume_mm3>,
            {.python = "volume_mm3"}),
     number("true_torsion_rad", "rad", "Turn of the skin under the contact, from +x towards +y.",

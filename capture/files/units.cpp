@@ -16,7 +16,6 @@ struct Unit {
   std::string_view means = {};  ///< of another spelling, or a mass that stands for its weight
 };
 
-constexpr double kGravity = 9.80665;  // m/s^2, standard
 constexpr double kPound_N = 4.4482216152605;
 constexpr Unit kForce[] = {{"N", 1},
                            {"mN", 1e-3},
@@ -67,12 +66,6 @@ std::span<const Unit> units_of(Quantity quantity) {
       return kArea;
   }
   return {};
-}
-
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
 }
 
 /// As it is spelled, else in other letters; a capital M that is no prefix of a thousandth is a million.

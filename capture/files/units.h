@@ -13,6 +13,8 @@
 
 namespace palpate {
 
+inline constexpr double kGravity = 9.80665;  ///< m/s^2, standard
+
 /// Quantity of a column, in the unit that its values are converted into.
 enum class Quantity : uint8_t {
   Force_N,    ///< also mN, kN, gf, kgf, lbf, and g, kg, lb of a scale

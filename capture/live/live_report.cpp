@@ -8,7 +8,7 @@ namespace {
 
 using Json = json::Value;
 
-unsigned long long whole(uint64_t value) {
+unsigned long long printed(uint64_t value) {
   return value;
 }
 
@@ -34,9 +34,11 @@ Json to_json(const Recording::Written& session) {
 }
 
 std::string headline(const LiveReport& r) {
-  const std::string line = text("%llu frames captured, %llu measured", whole(r.captured), whole(r.processed));
+  const std::string line =
+      text("%llu frames captured, %llu measured", printed(r.captured), printed(r.processed));
   if (r.shown > 0)
-    return line + text(", %llu shown in %.1f s: %.1f pictures/s\n", whole(r.shown), r.seconds, r.shown_per_s);
+    return line +
+           text(", %llu shown in %.1f s: %.1f pictures/s\n", printed(r.shown), r.seconds, r.shown_per_s);
   const double rate = r.seconds > 0 ? static_cast<double>(r.captured) / r.seconds : 0;
   return line + text(" in %.1f s: %.1f frames/s\n", r.seconds, rate);
 }
@@ -44,8 +46,8 @@ std::string headline(const LiveReport& r) {
 void add_losses(const LiveReport& r, Facts& facts) {
   const CaptureCounts& c = r.camera;
   if (c.lost + c.damaged + c.gaps > 0)
-    facts.say(text("camera: %llu frames lost, %llu damaged, away %llu times\n", whole(c.lost),
-                   whole(c.damaged), whole(c.gaps)));
+    facts.say(text("camera: %llu frames lost, %llu damaged, away %llu times\n", printed(c.lost),
+                   printed(c.damaged), printed(c.gaps)));
   facts.add(
       "device_losses", r.device_losses,
       r.device_losses > 0 ? text("the device was lost and opened anew %u times\n", r.device_losses) : "");

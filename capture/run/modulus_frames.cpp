@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -12,13 +10,13 @@
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/units.h"
+#include "engine/base/numbers.h"
 #include "engine/stages/surface/elastic.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::quiet_NaN();
 // Scatter of an edge from frame to frame on the simulated waveguide, and what light that is not quite even
 // leaves.
 constexpr double kFlatEdge_px = 0.06, kBallEdge_px = 0.12;

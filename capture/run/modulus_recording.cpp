@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kMostPresses = 80;   // that are fitted, evenly over their forces
+constexpr size_t kMostFitted = 80;    // that are fitted, evenly over their forces
 constexpr double kLeastForce = 0.05;  // of the largest: below it a contact is only beginning
 
 /// The gauge at a frame; NaN where it has no reading.
@@ -62,10 +62,10 @@ void keep_strong(std::vector<PressFrame>& all) {
   std::sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.force_N < b.force_N; });
 }
 
-/// At most kMostPresses of them, evenly.
+/// At most kMostFitted of them, evenly.
 std::vector<PressFrame> chosen(const std::vector<PressFrame>& all) {
   std::vector<PressFrame> some;
-  const double step = std::max(1.0, static_cast<double>(all.size()) / kMostPresses);
+  const double step = std::max(1.0, static_cast<double>(all.size()) / kMostFitted);
   for (double i = 0; i < static_cast<double>(all.size()); i += step)
     some.push_back(all[static_cast<size_t>(i)]);
   return some;

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <utility>
 
 #include "capture/files/gauge.h"
 #include "capture/open_source.h"
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "engine/calibrate/time_alignment.h"
 #include "engine/sensor/fit.h"
@@ -17,8 +17,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const Sensor& check_sensor(const Sensor& sensor, const std::string& recording) {
   if (!reads_pressure(sensor) || !(sensor.pitch_mm_per_px > 0))

@@ -3,31 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kSide = 8;          // px
+constexpr uint32_t kRestSide = 8;      // px
 constexpr int kAround = 4;             // cells to each side that a cell is compared with
-constexpr double kOverNoise = 6;       // a cell's difference over its usual scatter
+constexpr double kOverScatter = 6;     // a cell's difference over its usual scatter
 constexpr double kLeastChange = 0.02;  // of full scale
 constexpr size_t kLeastCells = 12;     // connected
 constexpr double kMoreStructure = 5;   // of the image that is touched, in a region off the frame's border
-constexpr double kLeastShare = 0.6, kMostShare = 1.8;  // of that structure in the difference: else the lamps'
-constexpr double kOneWay = 0.8;                        // fraction of a difference against the signal
-constexpr double kBulge = 0.8;       // beside a press a gel bulges and changes the other way, by less
-constexpr double kFewFrames = 0.05;  // of those looked at
-constexpr int kTouchCells = 4;       // that change one way, and as many times more than the other way
+constexpr double kLeastOfRest = 0.6,
+                 kMostOfRest = 1.8;     // of that structure in the difference: else the lamps'
+constexpr double kAgainstSignal = 0.8;  // fraction of a difference against the signal
+constexpr double kBulge = 0.8;          // beside a press a gel bulges and changes the other way, by less
+constexpr double kFewFrames = 0.05;     // of those looked at
+constexpr int kTouchCells = 4;          // that change one way, and as many times more than the other way
 
 }  // namespace
 
 RestCheck::RestCheck(const Frame& background, const Sensor& sensor)
     : format_(background.format),
       signal_(sensor.signal),
-      cells_x_(background.format.width / kSide),
-      cells_y_(background.format.height / kSide),
+      cells_x_(background.format.width / kRestSide),
+      cells_y_(background.format.height / kRestSide),
       rest_(cells_of(background)),
       difference_(size_t{cells_x_} * cells_y_),
       differs_(difference_.size()),
@@ -41,9 +43,9 @@ RestCheck::Cells RestCheck::cells_of(const Frame& frame) const {
     for (uint32_t y = 0; y < cells_y_; ++y)
       for (uint32_t x = 0; x < cells_x_; ++x) {
         uint64_t sum = 0;
-        for (uint32_t v = 0; v < kSide; ++v)
-          for (uint32_t u = 0; u < kSide; ++u) sum += frame.at(c, x * kSide + u, y * kSide + v);
-        means[size_t{y} * cells_x_ + x] = static_cast<float>(sum) / (kSide * kSide);
+        for (uint32_t v = 0; v < kRestSide; ++v)
+          for (uint32_t u = 0; u < kRestSide; ++u) sum += frame.at(c, x * kRestSide + u, y * kRestSide + v);
+        means[size_t{y} * cells_x_ + x] = static_cast<float>(sum) / (kRestSide * kRestSide);
       }
     for (int y = 0; y < static_cast<int>(cells_y_); ++y)
       for (int x = 0; x < static_cast<int>(cells_x_); ++x) {
@@ -73,7 +75,7 @@ void RestCheck::compare(const Cells& now) {
     sorted_ = change;
     for (float& value : sorted_) value = std::abs(value);
     const double scatter = double{median_in_place(sorted_)} / 0.6745;
-    const double limit = std::max(kOverNoise * scatter, kLeastChange * format_.max_gray());
+    const double limit = std::max(kOverScatter * scatter, kLeastChange * format_.max_gray());
     for (size_t i = 0; i < change.size(); ++i) {
       difference_[i] += change[i];
       if (std::abs(double{change[i]}) > limit) differs_[i] = 1;
@@ -112,11 +114,12 @@ bool RestCheck::judge(uint32_t from, const Cells& now) {
       of_difference += (frame - rest) * (frame - rest);
     }
   }
-  const bool touched = signal_ == Signal::Brighter ? up < (1 - kOneWay) * all && peak > kBulge * pressed_
-                       : signal_ == Signal::Darker ? up > kOneWay * all && peak > kBulge * pressed_
+  const bool touched = signal_ == Signal::Brighter
+                           ? up < (1 - kAgainstSignal) * all && peak > kBulge * pressed_
+                       : signal_ == Signal::Darker ? up > kAgainstSignal * all && peak > kBulge * pressed_
                                                    : !border && of_rest > kMoreStructure * of_frame &&
-                                                         of_difference > kLeastShare * of_rest &&
-                                                         of_difference < kMostShare * of_rest;
+                                                         of_difference > kLeastOfRest * of_rest &&
+                                                         of_difference < kMostOfRest * of_rest;
   if (touched)
     for (const uint32_t cell : region_) ++seen_[cell];
   return touched;
@@ -171,11 +174,11 @@ std::string RestCheck::warning() const {
   double x_px = 0, y_px = 0, cells = 0;
   for (uint32_t i = 0; i < seen_.size(); ++i) {
     if (2 * seen_[i] < most) continue;
-    x_px += (i % cells_x_ + 0.5) * kSide;
-    y_px += (i / cells_x_ + 0.5) * kSide;
+    x_px += (i % cells_x_ + 0.5) * kRestSide;
+    y_px += (i / cells_x_ + 0.5) * kRestSide;
     cells += 1;
   }
-  const double wide_px = 2 * kSide * std::sqrt(cells / 3.14159265358979);
+  const double wide_px = 2 * kRestSide * std::sqrt(cells / kPi);
   return text(
       "the untouched image shows a touch itself, %.0f px wide around (%.0f, %.0f) px, that is missing in "
       "%llu "

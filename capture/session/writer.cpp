@@ -19,34 +19,36 @@
 namespace fs = std::filesystem;
 
 namespace palpate {
-namespace {
-
-constexpr auto kSyncEvery = std::chrono::milliseconds(400);
-constexpr auto kAskEvery = std::chrono::milliseconds(50);
-constexpr auto kRowsEvery = std::chrono::milliseconds(100);
 
 using FramePointer = std::unique_ptr<Frame>;
 using Clock = std::chrono::steady_clock;
 
-struct Waiting {
+/// A frame that waits for the encoder.
+struct QueuedFrame {
   FramePointer frame;
   Clock::time_point since;
 };
 
 /// A recorded frame on its way to a row of frames.csv.
-struct Row {
+struct StampRow {
   FrameStamp stamp;
   bool in_video = false;
   int64_t measured_ns = 0;
   std::optional<std::string> cells;
 };
 
+namespace {
+
+constexpr auto kSyncEvery = std::chrono::milliseconds(400);
+constexpr auto kAskEvery = std::chrono::milliseconds(50);
+constexpr auto kRowsEvery = std::chrono::milliseconds(100);
+
 std::string row_header() {
   return "frame,driver_time_ns,host_time_ns,host_delivered_ns,host_measured_ns,time_s,after_gap,measured," +
          Measurements::cell_names();
 }
 
-std::string row_text(const Row& row) {
+std::string row_text(const StampRow& row) {
   const FrameStamp& s = row.stamp;
   const auto known = [](int64_t time_ns) { return time_ns == 0 ? std::string() : std::to_string(time_ns); };
   static const std::string empty = [] {
@@ -116,13 +118,13 @@ struct SessionWriter::Impl {
 
   mutable std::mutex mutex;
   std::condition_variable work, room, end_sync;
-  std::deque<Waiting> queue;        ///< oldest first
+  std::deque<QueuedFrame> queue;    ///< oldest first
   std::vector<FramePointer> spare;  ///< memory of frames that are written
   size_t held = 0;                  ///< frames in the queue or being encoded
   Clock::time_point oldest;         ///< when the first of them was taken
   std::optional<Clock::time_point> encoding_since;
   std::chrono::duration<double> each{};  ///< that a frame takes to encode and write, as seen lately
-  std::deque<Row> rows;                  ///< of recorded frames whose row is not written yet
+  std::deque<StampRow> rows;             ///< of recorded frames whose row is not written yet
   uint64_t next_sequence = 0;            ///< smallest that record() takes
   uint64_t measured_up_to = 0;           ///< sequence after the last measured one
   bool closing = false, closed = false, rows_failed = false;
@@ -230,7 +232,7 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
   if (error.empty()) {
     ++status.written;
     const auto row = std::lower_bound(rows.begin(), rows.end(), frame->sequence,
-                                      [](const Row& r, uint64_t n) { return r.stamp.sequence < n; });
+                                      [](const StampRow& r, uint64_t n) { return r.stamp.sequence < n; });
     if (row != rows.end() && row->stamp.sequence == frame->sequence) row->in_video = true;
   } else {
     held -= queue.size();
@@ -245,7 +247,7 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
 void SessionWriter::Impl::write_rows(std::unique_lock<std::mutex>& lock, bool all) {
   std::string lines;
   while (!rows.empty() && !rows_failed) {
-    const Row& row = rows.front();
+    const StampRow& row = rows.front();
     const bool settled = all || info.outputs.empty() || row.cells || row.stamp.sequence < measured_up_to;
     if (!row.in_video || !settled) break;
     if (!lines.empty()) lines += '\n';
@@ -381,7 +383,7 @@ void SessionWriter::measured(const Touch& touch, int64_t ready_ns) {
   const std::lock_guard lock(m.mutex);
   if (m.closing) return;
   const auto row = std::lower_bound(m.rows.begin(), m.rows.end(), touch.sequence,
-                                    [](const Row& r, uint64_t n) { return r.stamp.sequence < n; });
+                                    [](const StampRow& r, uint64_t n) { return r.stamp.sequence < n; });
   if (row != m.rows.end() && row->stamp.sequence == touch.sequence && !row->cells) {
     row->cells = std::move(cells);
     row->measured_ns = ready_ns;

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kKeys =
+constexpr const char* kSceneKeys =
     "size=WxH, bits=8..16, mode=waveguide|gel|lambert, response=linear|saturating, seed=N, rate=HZ, "
     "repeat=N, noise=on|off, "
     "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN";
@@ -26,7 +26,7 @@ Number parse_number(const std::string& key, const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size())
     throw Error(Failure::Input, "a number for '" + key + "' of the synthetic sensor", "'" + text + "'",
-                kKeys);
+                kSceneKeys);
   return value;
 }
 
@@ -136,7 +136,7 @@ SyntheticOptions parse_synthetic(const std::string& input) {
       o.drift_per_min = parse_number<double>(key, value);
     else
       throw Error(Failure::Input, "an option of the synthetic sensor",
-                  "'" + key + "'" + did_you_mean(key, names_before(kKeys, '=')), kKeys);
+                  "'" + key + "'" + did_you_mean(key, names_before(kSceneKeys, '=')), kSceneKeys);
   }
   return o;
 }

@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr const char* kPrefix = "synthetic:tissue";
-constexpr const char* kKeys =
+constexpr const char* kTissueKeys =
     "size=WxH, seed=N, rate=HZ, noise=on|off, falloff=SHARE, repeat=N, force=N, loads=N, x=MM, y=MM (of the "
     "window), "
     "lump=sphere|ellipsoid|cylinder|lying|none, d=MM, h=MM, ratio=E_R, lx=MM, ly=MM (of the lump), "
@@ -29,11 +29,12 @@ Number number(const std::string& key, const std::string& text) {
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size())
-    throw Error(Failure::Input, "a number for '" + key + "' of the synthetic block", "'" + text + "'", kKeys);
+    throw Error(Failure::Input, "a number for '" + key + "' of the synthetic block", "'" + text + "'",
+                kTissueKeys);
   return value;
 }
 
-void check(bool good, const std::string& wanted, double found, const char* remedy) {
+void check_block(bool good, const std::string& wanted, double found, const char* remedy) {
   if (good) return;
   std::ostringstream text;
   text << found;
@@ -87,8 +88,8 @@ TissueOptions parse_tissue(const std::string& input) {
       o.loads = number<uint32_t>(key, value);
     } else if (key == "cells") {
       const auto cells = number<uint32_t>(key, value);
-      check(cells >= 16 && cells <= 64 && cells % 8 == 0, "16 to 64 cells along its length, a multiple of 8",
-            cells, "cells=40");
+      check_block(cells >= 16 && cells <= 64 && cells % 8 == 0,
+                  "16 to 64 cells along its length, a multiple of 8", cells, "cells=40");
       o.scene.cells = {cells, cells, cells / 2};
     } else if (key == "noise" && (value == "on" || value == "off")) {
       o.noise = value == "on";
@@ -97,17 +98,18 @@ TissueOptions parse_tissue(const std::string& input) {
       if (has_lump) lump.shape = kShapes.at(value);
     } else {
       throw Error(Failure::Input, "an option of the synthetic block",
-                  "'" + pair + "'" + did_you_mean(key, names_before(kKeys, '=')), kKeys);
+                  "'" + pair + "'" + did_you_mean(key, names_before(kTissueKeys, '=')), kTissueKeys);
     }
   }
-  check(o.width >= 32 && o.width <= kMaxSide_px, "a width of 32 px or more", o.width, "size=640x480");
-  check(o.height >= 32 && o.height <= kMaxSide_px, "a height of 32 px or more", o.height, "size=640x480");
-  check(o.rate_Hz >= 1 && o.rate_Hz <= 1000, "a rate of 1 to 1000 Hz", o.rate_Hz, "rate=30");
-  check(o.falloff >= 0 && o.falloff <= 0.5, "a falloff of 0 to 0.5", o.falloff, "falloff=0.015");
-  check(o.force_N > 0 && o.force_N <= 100, "a force above 0, up to 100 N", o.force_N, "force=2");
-  check(o.loads >= 1 && o.loads <= 8, "1 to 8 loads", o.loads, "loads=4");
-  check(std::abs(o.x_mm) <= 40 && std::abs(o.y_mm) <= 40, "its window within 40 mm of its middle",
-        std::max(std::abs(o.x_mm), std::abs(o.y_mm)), "x=6");
+  check_block(o.width >= 32 && o.width <= kMaxSide_px, "a width of 32 px or more", o.width, "size=640x480");
+  check_block(o.height >= 32 && o.height <= kMaxSide_px, "a height of 32 px or more", o.height,
+              "size=640x480");
+  check_block(o.rate_Hz >= 1 && o.rate_Hz <= 1000, "a rate of 1 to 1000 Hz", o.rate_Hz, "rate=30");
+  check_block(o.falloff >= 0 && o.falloff <= 0.5, "a falloff of 0 to 0.5", o.falloff, "falloff=0.015");
+  check_block(o.force_N > 0 && o.force_N <= 100, "a force above 0, up to 100 N", o.force_N, "force=2");
+  check_block(o.loads >= 1 && o.loads <= 8, "1 to 8 loads", o.loads, "loads=4");
+  check_block(std::abs(o.x_mm) <= 40 && std::abs(o.y_mm) <= 40, "its window within 40 mm of its middle",
+              std::max(std::abs(o.x_mm), std::abs(o.y_mm)), "x=6");
   o.scene.inclusion.reset();
   if (has_lump) {
     lump.size_mm = {d, d, d};
@@ -119,7 +121,7 @@ TissueOptions parse_tissue(const std::string& input) {
     fem::check(o.scene);
   } catch (const Error& error) {
     throw Error(Failure::Input, "a synthetic block that can be built",
-                std::string("one that is refused (") + error.what() + ")", kKeys);
+                std::string("one that is refused (") + error.what() + ")", kTissueKeys);
   }
   return o;
 }

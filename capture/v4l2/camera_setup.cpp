@@ -18,7 +18,7 @@ using v4l2::Device;
 constexpr double kSmooth_Hz = 25;  // below, motion looks broken
 constexpr double kEnough_Hz = 60;  // unless more is asked for
 
-std::string size_text(uint32_t width, uint32_t height) {
+std::string short_size(uint32_t width, uint32_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
@@ -32,8 +32,8 @@ std::string rate_text(double rate_Hz) {
 std::string list_of(const std::vector<v4l2::SizeRange>& sizes) {
   std::string list;
   for (const v4l2::SizeRange& s : sizes)
-    list += (list.empty() ? "" : ", ") + size_text(s.least_width, s.least_height) +
-            (s.single() ? "" : " to " + size_text(s.most_width, s.most_height));
+    list += (list.empty() ? "" : ", ") + short_size(s.least_width, s.least_height) +
+            (s.single() ? "" : " to " + short_size(s.most_width, s.most_height));
   return list;
 }
 
@@ -62,7 +62,7 @@ std::array<uint32_t, 2> choose_size(const Device& device, const PixelFormat& for
     });
     if (!sizes.empty() && !there)
       throw Error(Failure::Device,
-                  std::string(format.name) + " of " + size_text(wanted[0], wanted[1]) + " px from " +
+                  std::string(format.name) + " of " + short_size(wanted[0], wanted[1]) + " px from " +
                       device.identity().path,
                   list_of(sizes), "one of those");
     return wanted;
@@ -99,7 +99,7 @@ double choose_rate(Device& device, const CameraSetup& setup, const CameraOptions
   const auto rates = device.rates(setup.format->fourcc, setup.image.width, setup.image.height);
   throw Error(Failure::Device,
               rate_text(options.rate_Hz) + " frames/s of " +
-                  size_text(setup.image.width, setup.image.height) + " px from " + device.identity().path,
+                  short_size(setup.image.width, setup.image.height) + " px from " + device.identity().path,
               set_Hz > 0 ? rate_text(set_Hz) : "no rate that can be set",
               rates.empty() ? "no --fps" : "one of " + list_of(rates));
 }
@@ -131,9 +131,9 @@ CameraSetup set_up(Device& device, const CameraOptions& options, const CameraNee
   if (n.fourcc != setup.format->fourcc || n.width != width || n.height != height) {
     const auto sizes = device.sizes(setup.format->fourcc);
     throw Error(Failure::Device,
-                std::string(setup.format->name) + " of " + size_text(width, height) + " px from " +
+                std::string(setup.format->name) + " of " + short_size(width, height) + " px from " +
                     device.identity().path,
-                fourcc_text(n.fourcc) + " of " + size_text(n.width, n.height),
+                fourcc_text(n.fourcc) + " of " + short_size(n.width, n.height),
                 sizes.empty() ? "what palpate cameras lists" : list_of(sizes));
   }
   setup.rate_Hz = choose_rate(device, setup, options);

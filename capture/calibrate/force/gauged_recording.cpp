@@ -12,6 +12,7 @@
 #include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -20,7 +21,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kTruth = "truth";
 
 std::string number(double value, const char* format = "%.4g") {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "capture/calibrate/frame/origin.h"
+#include "capture/files/units.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
 #include "engine/base/statistics.h"
@@ -19,15 +20,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kGravity = 9.80665;  // m/s^2, standard
-constexpr double kHeld_s = 0.5;       // over which a scale's display averages
-constexpr double kLeastPress = 0.1;   // of the largest press's force: less is a brush
+constexpr double kHeld_s = 0.5;      // over which a scale's display averages
+constexpr double kLeastPress = 0.1;  // of the largest press's force: less is a brush
 // Scatter of the gain over objects, relative: on the second day of a GelSight Wedge; where pixels show
 // pressure, what a kitchen scale and a hand leave open.
 constexpr double kObjectsOnGel = 0.2, kObjects = 0.03;
 constexpr double kSigmas = 2;  // of the calibration's limit, and of the presses' scatter over their errors
 constexpr double kSdOfMedian = 1.4826;  // of a bell, over the median distance from its middle
-constexpr size_t kEnough = 3;           // presses against a calibration: one may be of an odd object
+constexpr size_t kEnoughWeighed = 3;    // presses against a calibration: one may be of an odd object
 
 /// A touched frame.
 struct Reading {
@@ -87,7 +87,7 @@ WeighedGain weigh(std::span<const WeighedPress> presses) {
   const double stated = found.stated;
   found.gain = 0.5 * (median_in_place(gains) + quantile_in_place(gains, 0.5));  // the middle two of four
   for (const double gain : gains) off.push_back(std::abs(gain - found.gain));
-  const double scatter = presses.size() < kEnough ? 0 : kSdOfMedian * median_in_place(off);
+  const double scatter = presses.size() < kEnoughWeighed ? 0 : kSdOfMedian * median_in_place(off);
   found.sd = std::max(found.gain * std::sqrt(variance), scatter) / std::sqrt(n);
   found.limit = 1 + kSigmas * std::hypot(stated, found.sd / found.gain);
   double squares = 0;
@@ -104,7 +104,7 @@ WeighedGain weigh(std::span<const WeighedPress> presses) {
     return found;
   }
   const bool contradicted = found.gain > found.limit || found.gain < 1 / found.limit;
-  if (!(stated > 0) || (contradicted && presses.size() >= kEnough)) return found;
+  if (!(stated > 0) || (contradicted && presses.size() >= kEnoughWeighed)) return found;
   const double presses_weight = 1 / (found.sd * found.sd), calibration_weight = 1 / (stated * stated);
   found.mended = (presses_weight * found.gain + calibration_weight) / (presses_weight + calibration_weight);
   found.mended_sd = std::hypot(1 / std::sqrt(presses_weight + calibration_weight),

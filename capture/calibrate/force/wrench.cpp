@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 
 #include "capture/files/measurements.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "engine/base/numbers.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
@@ -15,7 +15,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeastReading = 0.04;  // of the gauge's largest, from which on force is compared
 
 TractionPicture picture_of(const TractionMaps& maps, double pitch_mm) {

@@ -13,9 +13,9 @@ namespace {
 constexpr float kDarker = 0.15f;        // mean over the channels, fraction of what surrounds the dot
 constexpr float kDarkerAlways = 0.04f;  // in every channel: a slope darkens some and lightens others
 constexpr size_t kFewest = 8;
-constexpr double kMost = 1.0 / 3;
-constexpr double kSmall_px = 6;  // dots below have a rim of one pixel, as in the markers stage
-constexpr double kAlike = 0.7;   // share of a pattern's dots that are like its median
+constexpr double kMostMarked = 1.0 / 3;
+constexpr double kSmallDot_px = 6;  // dots below have a rim of one pixel, as in the markers stage
+constexpr double kAlikeDots = 0.7;  // share of a pattern's dots that are like its median
 constexpr double kApart = 0.25, kLarge = 0.5;
 
 /// Parts of an image that are darker than what surrounds them; part 0 is the rest.
@@ -111,9 +111,9 @@ std::vector<uint8_t> find_markers(const Frame& frame, const Sensor& sensor) {
   cv::Mat mask(parts.labels.size(), CV_8U);
   for (int y = 0; y < mask.rows; ++y)
     for (int x = 0; x < mask.cols; ++x) mask.at<uint8_t>(y, x) = parts.is_dot(parts.labels.at<int>(y, x));
-  const int rim = median(sizes_px(parts, dots)) < kSmall_px ? 1 : 2;
+  const int rim = median(sizes_px(parts, dots)) < kSmallDot_px ? 1 : 2;
   cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rim + 1, 2 * rim + 1}));
-  if (cv::countNonZero(mask) > kMost * static_cast<double>(mask.total())) return {};
+  if (cv::countNonZero(mask) > kMostMarked * static_cast<double>(mask.total())) return {};
   return {mask.begin<uint8_t>(), mask.end<uint8_t>()};
 }
 
@@ -124,8 +124,8 @@ std::optional<SkinPattern> marker_pattern(const Frame& untouched, const Sensor& 
   if (dots.size() < kFewest) return {};
   const std::vector<double> apart = distances_px(parts, dots), sizes = sizes_px(parts, dots);
   const SkinPattern pattern{.kind = SkinKind::Markers, .spacing_px = median(apart), .size_px = median(sizes)};
-  if (share_near(apart, pattern.spacing_px, kApart) < kAlike ||
-      share_near(sizes, pattern.size_px, kLarge) < kAlike)
+  if (share_near(apart, pattern.spacing_px, kApart) < kAlikeDots ||
+      share_near(sizes, pattern.size_px, kLarge) < kAlikeDots)
     return {};
   return pattern;
 }

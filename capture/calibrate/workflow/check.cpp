@@ -15,6 +15,7 @@
 #include "capture/calibrate/workflow/balls.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
+#include "engine/base/numbers.h"
 #include "engine/base/shell_word.h"
 #include "engine/base/text.h"
 #include "engine/measure/picture/pad_flaws.h"
@@ -28,7 +29,6 @@ namespace {
 using State = CheckRow::State;
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBrightness = 100 * PadMatch::kBrightness, kColour = 100 * PadMatch::kColour;
 constexpr double kForeign = 5;               // per cent of the pictures
 constexpr double kAlike = 50;                // per cent of the picture, as LightTrust::kSureInliers

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 // A press is of another ball where its held-out depth gain lies so far from the median (logarithms): by a
 // factor, and by so many times the usual scatter. And the least number of presses for that decision.
 constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
-constexpr size_t kEnoughToCompare = 6;
+constexpr size_t kEnoughToJudge = 6;
 // So many presses unlike the others are looked at one by one; more are another ball.
 constexpr size_t kFewUnlike = 4;
 
@@ -99,7 +99,7 @@ bool misleads(size_t i, const PhotometricFitResult& result, const BallPresses& f
 /// Takes out presses whose depth is read unlike the others'; true where there are any.
 bool refuse_other_balls(const PhotometricFitResult& result, const Sensor& reading,
                         const PhotometricRequest& options, BallPresses& found) {
-  if (result.presses.size() < kEnoughToCompare) return false;
+  if (result.presses.size() < kEnoughToJudge) return false;
   std::vector<double> gains, apart;
   for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
   const double usual = median(gains);

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Largest number of pictures searched for a grid; more add no information.
-constexpr uint32_t kMostPictures = 40;
+constexpr uint32_t kMostScalePictures = 40;
 constexpr double kFarReach = 0.7;  // of the way to the picture's corners
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON throws nothing
@@ -57,7 +57,7 @@ std::optional<Frame> rest_image(const ScaleRequest& options, const Sensor& readi
 Found by_grid(const CalibrationRun& run, const ScaleRequest& options, const Sensor& reading, Sensor& sensor) {
   const auto [columns, rows] = grid_size(options.grid);
   if (!(options.spacing_mm > 0)) throw Error(Failure::Usage, "the grid's spacing", "none", "--spacing-mm 2");
-  const std::vector<Frame> pictures = take_frames(options.input, reading, kMostPictures, 1,
+  const std::vector<Frame> pictures = take_frames(options.input, reading, kMostScalePictures, 1,
                                                   [&run](uint64_t) { return !run.watch.stopped(); });
   const std::optional<Frame> rest = options.background.empty() ? std::nullopt : rest_image(options, reading);
   std::vector<GridView> views;
@@ -180,7 +180,7 @@ Found by_ball(const CalibrationRun& run, const ScaleRequest& options, const Sens
   const std::optional<Frame> rest = rest_image(options, reading);
   if (!rest)
     throw Error(Failure::Input, "an untouched image to see the ball against", "none", "--background IMAGE");
-  const std::vector<Frame> pictures = take_frames(options.input, reading, kMostPictures, 1,
+  const std::vector<Frame> pictures = take_frames(options.input, reading, kMostScalePictures, 1,
                                                   [&run](uint64_t) { return !run.watch.stopped(); });
   const PressedBalls found = pressed_balls(pictures, *rest, reading);
   const std::vector<double>& radii = found.radii_px;

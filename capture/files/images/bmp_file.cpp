@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 using Bytes = std::span<const uint8_t>;
-using Colour = std::array<uint8_t, 3>;  ///< blue, green, red
+using BmpColour = std::array<uint8_t, 3>;  ///< blue, green, red
 
 enum Packing : uint32_t { kPlain = 0, kRuns8 = 1, kRuns4 = 2, kMasks = 3 };
 
@@ -26,7 +26,7 @@ struct Bitmap {
   int width, height;
   bool upwards;  ///< the first stored row is the lowest
   uint32_t bits, packing;
-  std::array<Colour, 256> palette{};
+  std::array<BmpColour, 256> palette{};
   bool gray = false;
 
   size_t row_bytes() const { return (static_cast<size_t>(width) * bits + 31) / 32 * 4; }
@@ -52,7 +52,7 @@ void read_palette(Bitmap& b, size_t at, uint32_t colours) {
   }
 }
 
-void put(cv::Mat& image, int x, int y, const Colour& colour) {
+void put(cv::Mat& image, int x, int y, const BmpColour& colour) {
   std::memcpy(image.ptr(y) + static_cast<ptrdiff_t>(x) * image.channels(), colour.data(),
               static_cast<size_t>(image.channels()));
 }
@@ -64,16 +64,16 @@ bool decode_plain(const Bitmap& b, cv::Mat& image) {
   for (int stored = 0; stored < b.height; ++stored) {
     const uint8_t* from = b.bytes.data() + b.pixels_at + static_cast<size_t>(stored) * row_bytes;
     for (int x = 0; x < b.width; ++x) {
-      Colour colour;
+      BmpColour colour;
       if (b.bits <= 8) {
         const auto bit = static_cast<uint32_t>(x) * b.bits;
         colour = b.palette[from[bit / 8] >> (8 - b.bits - bit % 8) & ((1u << b.bits) - 1)];
       } else if (b.bits == 16) {
         const uint32_t v = from[2 * x] | uint32_t{from[2 * x + 1]} << 8;
-        colour = five_five_five ? Colour{static_cast<uint8_t>(v << 3), static_cast<uint8_t>(v >> 2 & 0xf8),
-                                         static_cast<uint8_t>(v >> 7 & 0xf8)}
-                                : Colour{static_cast<uint8_t>(v << 3), static_cast<uint8_t>(v >> 3 & 0xfc),
-                                         static_cast<uint8_t>(v >> 8 & 0xf8)};
+        colour = five_five_five ? BmpColour{static_cast<uint8_t>(v << 3), static_cast<uint8_t>(v >> 2 & 0xf8),
+                                            static_cast<uint8_t>(v >> 7 & 0xf8)}
+                                : BmpColour{static_cast<uint8_t>(v << 3), static_cast<uint8_t>(v >> 3 & 0xfc),
+                                            static_cast<uint8_t>(v >> 8 & 0xf8)};
       } else {
         const uint8_t* at = from + static_cast<ptrdiff_t>(x) * (b.bits / 8);
         colour = {at[0], at[1], at[2]};
