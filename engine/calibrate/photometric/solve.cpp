@@ -275,8 +275,8 @@ void judge_depth(const PhotometricPress::Truth& truth, const Patch& patch,
   Parts parts(truth.contact, *std::ranges::max_element(truth.depth_mm));
   for (size_t k = 0, n = 0; k < depth.size(); ++k) {
     if (!truth.inside[k]) continue;
-    parts.add(static_cast<double>(truth.left_px + k % truth.width),
-              static_cast<double>(truth.top_px + k / truth.width), truth.depth_mm[n],
+    const size_t x = truth.left_px + k % truth.width, y = truth.top_px + k / truth.width;
+    parts.add(static_cast<double>(x), static_cast<double>(y), truth.depth_mm[n],
               depth[k] - (truth.depth_mm[n] - true_mean));
     cap_square += truth.depth_mm[n] * truth.depth_mm[n];
     const double t = truth.depth_mm[n++] - true_mean;
