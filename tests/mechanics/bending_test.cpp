@@ -12,13 +12,13 @@ namespace palpate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kPitch_mm = 0.05, kThickness_mm = 2;
+constexpr double kPitch_mm = 0.05, kGel_mm = 2;
 
 /// A colour gel of an even gray, and a change of it, gray levels, of a place in mm, alike in all colours.
 class Gel {
  public:
   explicit Gel(uint8_t gray, FrameFormat format = {.width = 402, .height = 301, .channels = 3})
-      : format_(format), bending_(format, kPitch_mm, kThickness_mm) {
+      : format_(format), bending_(format, kPitch_mm, kGel_mm) {
     Frame frame;
     frame.reshape(format);
     std::ranges::fill(frame.bytes, gray);
@@ -51,7 +51,7 @@ TEST(Bending, CountsWavesAtWhichAPadCarriesLoad) {
     return gel.measure([&](double x, double) { return 40 * std::sin(2 * kPi * x / length_mm); });
   };
   const auto expected = [&](double length_mm) {
-    const double wave = 2 * kPi / length_mm, sd_mm = kThickness_mm / 4;
+    const double wave = 2 * kPi / length_mm, sd_mm = kGel_mm / 4;
     const double cell_mm = shared::kCellSide * kPitch_mm, mean_of_cosine = 2 / kPi;
     // Slopes are differences over two cells.
     return std::sqrt(3.0) * 0.4 * std::sin(wave * cell_mm) / cell_mm * mean_of_cosine *
@@ -62,7 +62,7 @@ TEST(Bending, CountsWavesAtWhichAPadCarriesLoad) {
     EXPECT_NEAR(found, expected(length_mm), 0.04 * expected(length_mm)) << length_mm << " mm";
   }
   // Texture as fine as a third of the thickness, many times as steep as the longest wave, counts for less.
-  EXPECT_LT(waves(kThickness_mm / 3), 0.1 * waves(10));
+  EXPECT_LT(waves(kGel_mm / 3), 0.1 * waves(10));
 }
 
 TEST(Bending, EvenLightIsNone) {
