@@ -115,7 +115,7 @@ bool is_recording(const std::string& input) {
 
 FrameFormat camera_format(const std::string& input) {
   const CameraOptions options = parse_camera(input);
-  return is_genicam(options) ? genicam_format(options) : v4l2_format(options);
+  return is_genicam(options) ? genicam_format(options) : linux_camera_format(options);
 }
 
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor) {

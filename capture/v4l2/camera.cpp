@@ -370,7 +370,7 @@ std::vector<std::pair<std::string, std::string>> Camera::details() const {
   return list;
 }
 
-FrameFormat v4l2_format(const CameraOptions& options) {
+FrameFormat linux_camera_format(const CameraOptions& options) {
   v4l2::Device device(camera_node(options.node));
   const CameraSetup setup = set_up(device, options, {});
   return {setup.image.width, setup.image.height, setup.channels, setup.format->bit_depth};

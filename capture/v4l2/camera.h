@@ -15,7 +15,7 @@ namespace palpate {
 
 /// Format that the camera would deliver to an uncalibrated sensor. Opens the camera and closes it again.
 /// Throws Error(Failure::Device).
-FrameFormat v4l2_format(const CameraOptions& options);
+FrameFormat linux_camera_format(const CameraOptions& options);
 
 /// Frames of a camera. It survives what happens to cameras: damaged buffers are left out and counted, lost
 /// frames are counted and leave gaps in the sequence, a stream that stalls or fails is started again, a

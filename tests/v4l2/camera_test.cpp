@@ -2,6 +2,7 @@
 #include <map>
 #include <thread>
 
+#include "capture/open_source.h"
 #include "palpate/error.h"
 #include "tests/v4l2/guest.h"
 
