@@ -73,13 +73,13 @@ std::array<uint32_t, 2> choose_size(const Device& device, const PixelFormat& for
     return {now.width, now.height};
   }
   const double enough_Hz = options.rate_Hz > 0 ? options.rate_Hz * 0.99 : kSmooth_Hz;
-  const v4l2::SizeRange* best = nullptr;
-  double best_Hz = 0;
+  const v4l2::SizeRange* best = &sizes.front();
+  double best_Hz = -1;
   const auto area = [](const v4l2::SizeRange& s) { return uint64_t{s.most_width} * s.most_height; };
   for (const v4l2::SizeRange& size : sizes) {
     const double rate_Hz =
         std::min(enough_Hz, best_rate_Hz(device, format.fourcc, size.most_width, size.most_height));
-    if (!best || rate_Hz > best_Hz || (rate_Hz == best_Hz && area(size) > area(*best))) {
+    if (rate_Hz > best_Hz || (rate_Hz == best_Hz && area(size) > area(*best))) {
       best = &size;
       best_Hz = rate_Hz;
     }
