@@ -183,6 +183,7 @@ TEST_F(Shapes, DotsOfAGridAreBallsOfTheirOwn) {
   const PressedShape dot = PressedShape::ball(1);
   for (int picture = 0; picture < 3; ++picture) {
     std::vector<PressedPlace> places;
+    places.reserve(12);
     for (int i = 0; i < 12; ++i)
       places.emplace_back(dot,
                           contact_at(80 + 27.6 * (i % 4) + 20 * picture,
