@@ -37,12 +37,12 @@ class TractionRecordings : public WedgeClips {
   /// Frames by which the gauge comes late: where it goes best with the sum of the change's gradients, which
   /// no way of measuring force is chosen by here.
   static int lag_of(const GaugedRecording& recording) {
-    const auto frames = static_cast<int>(recording.frames.size());
+    const std::ptrdiff_t frames = std::ssize(recording.frames);
     double best = -1;
     int found = 0;
     for (int lag = -2; lag <= 5; ++lag) {
       double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
-      for (int i = std::max(0, -lag); i < std::min(frames, frames - lag); ++i) {
+      for (std::ptrdiff_t i = std::max(0, -lag); i < std::min(frames, frames - lag); ++i) {
         const double x = recording.frames[static_cast<size_t>(i)].touch.gradient_sum.value_or(0);
         const double y = recording.frames[static_cast<size_t>(i + lag)].force_N;
         if (!is_press(y)) continue;
@@ -74,8 +74,8 @@ class TractionRecordings : public WedgeClips {
     const std::string name = video.stem().string();
     found.object = name.ends_with("_1") || name.ends_with("_2") ? name.substr(0, name.size() - 2) : name;
     const int lag = lag_of(recording);
-    const auto frames = static_cast<int>(recording.frames.size());
-    for (int i = 0; i < frames; ++i) {
+    const std::ptrdiff_t frames = std::ssize(recording.frames);
+    for (std::ptrdiff_t i = 0; i < frames; ++i) {
       if (i + lag < 0 || i + lag >= frames) continue;
       const GaugedFrame& frame = recording.frames[static_cast<size_t>(i)];
       const double gauge_N = recording.frames[static_cast<size_t>(i + lag)].force_N;
