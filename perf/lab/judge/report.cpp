@@ -117,7 +117,8 @@ void add_csv(const Judgement& j, const std::string& where, const Cell& cell, std
   const std::string counts = text("%zu,%zu,", cell.count, cell.reported());
   for (size_t q = 0; q < j.quantities.size(); ++q) {
     const Coverage& c = cell.quantities[q];
-    csv += where + csv_text(j.quantities[q].name) + "," + counts + csv_number(j.quantities[q].promise) +
+    csv += where;
+    csv += csv_text(j.quantities[q].name) + "," + counts + csv_number(j.quantities[q].promise) +
            text(",%zu,%zu,", c.judged, c.inside) + csv_number(c.rate()) + "," + csv_number(c.band.low) + "," +
            csv_number(c.band.high) + "," + csv_number(c.median_error) + "," + csv_number(c.ninetieth_error) +
            "," + (c.too_few ? "" : csv_number(c.chance)) + text(",%d,%d\n", c.too_few, c.accused);
