@@ -1,17 +1,16 @@
 #include "capture/genicam/camera.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <mutex>
-#include <opencv2/core.hpp>
 #include <thread>
 
-#include "capture/camera/camera_clock.h"
+#include "capture/camera/camera_log.h"
+#include "capture/camera/camera_picture.h"
 #include "capture/camera/choose_format.h"
 #include "capture/clock.h"
 #include "capture/genicam/module.h"
-#include "capture/rectify.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -92,45 +91,20 @@ struct GenicamCamera::Impl {
   const PixelFormat* pixel_format = nullptr;
   uint32_t channels = 1;
   genicam::Settings settings;
-  std::optional<Rectifier> rectifier;
-  FrameFormat frame_format;
-  bool straight = false;  // the camera's pixels are the frame's: no crop, no perspective, one plane
-  cv::Mat image;
+  std::optional<CameraPicture> picture;
   std::function<bool()> cancelled;
-
-  SequenceCounter counter;
-  FrameClock clock;
+  CameraLog log;
   DeviceClock device_clock;
-  int64_t timeout_ns = 0;
-  int64_t sign_ns = 0;       // last frame, or start of the stream
-  int64_t delivered_ns = 0;  // last frame
-  int64_t retry_ns = 0;
-  uint64_t frames = 0;
-  bool away = false;   // the next frame comes after a gap
-  std::string damage;  // what was wrong with the last damaged frame
-
-  mutable std::mutex mutex;  // of all below
-  CaptureCounts counts;
-  std::string state;
-  std::vector<std::pair<std::string, std::string>> facts;
-  uint64_t leased = 0, copied = 0;
-  std::optional<uint64_t> resent;
-
-  void say(const std::string& words) {
-    const std::lock_guard lock(mutex);
-    state = words;
-  }
+  int64_t timeout_ns = 0, retry_ns = 0;
+  std::atomic<uint32_t> stride_bytes = 0;
+  std::atomic<bool> stamped = false;
+  std::atomic<int64_t> resent = -1;  // packets; below 0: there are none
 
   void open_first() {
     device = genicam::module().open(id_of(options));
     identity = device->identity();
     start();
-    const int type = CV_MAKETYPE(pixel_format->bit_depth > 8 ? CV_16U : CV_8U, static_cast<int>(channels));
-    image.create(static_cast<int>(settings.height), static_cast<int>(settings.width), type);
-    rectifier.emplace(sensor, image, identity.id);
-    frame_format = rectifier->format();
-    straight = !sensor.crop_px && !sensor.quad_px && !sensor.lens && !sensor.flat && channels == 1;
-    if (straight) image.release();
+    picture.emplace(sensor, *pixel_format, channels, settings.width, settings.height, identity.id);
     // From here on the same is wanted whenever it is opened.
     options.node = kGenicam + identity.id;
     options.format = pixel_format->name;
@@ -156,7 +130,7 @@ struct GenicamCamera::Impl {
         std::abs(settings.rate_Hz - options.rate_Hz) > 0.01 * options.rate_Hz)
       throw Error(Failure::Device, text("%.4g frames/s from ", options.rate_Hz) + identity.id,
                   text("%.4g", settings.rate_Hz), "a shorter exposure or a smaller --size");
-    sign_ns = monotonic_ns();
+    log.note_start();
     note_facts();
   }
 
@@ -173,8 +147,7 @@ struct GenicamCamera::Impl {
         {"trigger", options.trigger.empty() ? "none" : options.trigger},
         {"buffers", std::to_string(options.buffers)}};
     list.insert(list.end(), settings.facts.begin(), settings.facts.end());
-    const std::lock_guard lock(mutex);
-    facts = std::move(list);
+    log.set_facts(std::move(list));
   }
 
   double rate_Hz() const {
@@ -183,17 +156,16 @@ struct GenicamCamera::Impl {
   }
 
   void start_again(const std::string& why) {
-    away = true;
-    say(why + "; starting the stream again");
+    log.interrupt(why + "; starting the stream again");
     const int64_t now = monotonic_ns();
     if (now - retry_ns < kRetry_ns) std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
-    retry_ns = sign_ns = now;
+    retry_ns = now;
+    log.note_start();
     if (!device->restart()) let_go(why);
   }
 
   void let_go(const std::string& why) {
-    away = true;
-    say(why + "; waiting for the camera");
+    log.interrupt(why + "; waiting for the camera");
     device.reset();
     retry_ns = monotonic_ns();
   }
@@ -209,95 +181,51 @@ struct GenicamCamera::Impl {
     try {
       device = genicam::module().open(id_of(options));
       start();
-      say("the camera is back");
+      log.say("the camera is back");
     } catch (const Error& error) {
       const bool there = device != nullptr;
       device.reset();
-      if (there) say(std::string("the camera is back, but: ") + error.what());
+      if (there) log.say(std::string("the camera is back, but: ") + error.what());
     }
   }
 
-  /// Numbers and times of a good frame.
-  void stamp(const Filled& filled, int64_t delivered, Frame& frame) {
-    frame.after_gap = away;
-    if (away) {
-      counter.restart(static_cast<double>(delivered - delivered_ns) * 1e-9, rate_Hz());
-      device_clock = {};
-    }
-    const auto [sequence, lost] = counter.next(static_cast<uint32_t>(filled.number));
-    const bool stamped = filled.stamp_ns != 0;
-    const auto [time_ns, exposed_ns] =
-        clock.next(stamped ? device_clock.on_host(filled.stamp_ns, delivered) : 0, stamped, delivered);
-    frame.sequence = sequence;
-    frame.time_ns = time_ns;
-    frame.exposed_ns = exposed_ns;
-    frame.delivered_ns = sign_ns = delivered_ns = delivered;
-    ++frames;
-    const std::optional<uint64_t> packets = device->resent_packets();
-    const std::lock_guard lock(mutex);
-    resent = packets;
-    counts.lost += lost;
-    if (away && frames > 1) ++counts.gaps;
-    state.clear();
-    away = false;
-  }
-
-  void note_damage(const Filled& filled, const std::string& what) {
-    damage = what;
-    const uint64_t lost = away ? 0 : counter.next(static_cast<uint32_t>(filled.number)).lost;
-    const std::lock_guard lock(mutex);
-    counts.lost += lost;
-    ++counts.damaged;
-  }
-
-  /// Fills the pixels; says what is wrong with them, nothing where all is well.
+  /// Pixels of the frame; says what is wrong with them, nothing where all is well.
   std::string fill(const Filled& filled, Frame& frame) {
     if (!filled.pixels) return filled.damage;
+    if (filled.width != settings.width || filled.height != settings.height)
+      return text("a frame of %ux%u px", filled.width, filled.height);
+    stride_bytes = filled.stride_bytes;
     const RawImage raw{{filled.pixels.get(), filled.bytes}, filled.width, filled.height, filled.stride_bytes};
-    if (raw.width != settings.width || raw.height != settings.height)
-      return text("a frame of %ux%u px", raw.width, raw.height);
-    if (raw.bytes.size() < needed_bytes(*pixel_format, raw))
-      return text("%zu bytes in place of %zu", raw.bytes.size(), needed_bytes(*pixel_format, raw));
-    const bool gray16 = pixel_format->layout == PixelLayout::Gray16;
-    const uint32_t bits = std::min(pixel_format->bit_depth, frame_format.bit_depth);
-    if (gray16 && bits < 16 && largest_value(raw) >> bits != 0) {
-      if (frames > 0) return text("a value above %u bits", bits);
-      throw Error(Failure::Input, text("frames of %u bits in format ", bits) + settings.format,
-                  identity.id + text(" with a value of %u", largest_value(raw)),
-                  "format Mono16 and \"bit_depth\": 16 in the sensor file");
-    }
-    const bool tight = raw.stride_bytes == least_stride_bytes(*pixel_format, raw.width);
-    if (straight && tight && (gray16 || pixel_format->layout == PixelLayout::Gray8) &&
-        device->with_camera() >= kStayWithCamera) {
-      frame.format = frame_format;
+    const bool lent = picture->is_frame(raw.stride_bytes) && device->with_camera() >= kStayWithCamera;
+    const CameraPicture::Fault fault = lent ? picture->look_at(raw) : picture->fill(raw, frame);
+    if (fault.of_format && log.frames() == 0)
+      throw Error(
+          Failure::Input, text("frames of %u bits in format ", picture->format().bit_depth) + settings.format,
+          identity.id + " with " + fault.words, "format Mono16 and \"bit_depth\": 16 in the sensor file");
+    if (!fault.words.empty()) return fault.words;
+    if (lent) {
+      frame.format = picture->format();
       frame.leased = filled.pixels;
-      const std::lock_guard lock(mutex);
-      ++leased;
-      return {};
     }
-    frame.reshape(frame_format);
-    if (straight)
-      image = cv::Mat(static_cast<int>(frame_format.height), static_cast<int>(frame_format.width),
-                      frame_format.bit_depth > 8 ? CV_16UC1 : CV_8UC1, frame.row(0, 0));
-    if (std::string fault = decode(*pixel_format, raw, channels, image); !fault.empty()) return fault;
-    if (straight)
-      image.release();
-    else
-      rectifier->apply(image, identity.id, frame);
-    const std::lock_guard lock(mutex);
-    ++copied;
+    log.note_pixels(lent);
     return {};
   }
 
   /// True where `frame` was filled.
   bool receive(const Filled& filled, Frame& frame) {
     const int64_t delivered = monotonic_ns();
-    const std::string fault = fill(filled, frame);
-    if (fault.empty())
-      stamp(filled, delivered, frame);
-    else
-      note_damage(filled, fault);
-    return fault.empty();
+    const auto number = static_cast<uint32_t>(filled.number);
+    if (const std::string fault = fill(filled, frame); !fault.empty()) {
+      log.note_damage(number, fault);
+      return false;
+    }
+    if (log.interrupted()) device_clock = {};
+    stamped = filled.stamp_ns != 0;
+    log.stamp(number, stamped ? device_clock.on_host(filled.stamp_ns, delivered) : 0, stamped, delivered,
+              rate_Hz(), frame);
+    if (const std::optional<uint64_t> packets = device->resent_packets())
+      resent = static_cast<int64_t>(*packets);
+    return true;
   }
 };
 
@@ -319,7 +247,7 @@ GenicamCamera::GenicamCamera(const CameraOptions& options, const Sensor& sensor)
 GenicamCamera::~GenicamCamera() = default;
 
 FrameFormat GenicamCamera::format() const {
-  return impl_->frame_format;
+  return impl_->picture->format();
 }
 double GenicamCamera::rate_Hz() const {
   return impl_->rate_Hz();
@@ -343,42 +271,25 @@ bool GenicamCamera::next(Frame& frame) {
       continue;
     }
     if (event == Event::Ready && m.receive(filled, frame)) return true;
-    if (monotonic_ns() - m.sign_ns > m.timeout_ns) {
-      const std::string silence = text(" for %.4g s", static_cast<double>(m.timeout_ns) * 1e-9);
-      const std::string why =
-          m.damage.empty() ? "no frame" + silence : "no whole frame" + silence + " (" + m.damage + ")";
-      m.damage.clear();
-      m.start_again(why);
-    }
+    if (m.log.silent(m.timeout_ns)) m.start_again(m.log.words_of_silence(m.timeout_ns));
   }
   return false;
 }
 
 CaptureCounts GenicamCamera::counts() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->counts;
+  return impl_->log.counts();
 }
 
 std::string GenicamCamera::state() const {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->state;
+  return impl_->log.state();
 }
 
 std::vector<std::pair<std::string, std::string>> GenicamCamera::details() const {
   const Impl& m = *impl_;
-  const std::lock_guard lock(m.mutex);
-  auto list = m.facts;
-  list.emplace_back("clock", m.clock.believed() > 0
-                                 ? "the camera's, on the host's by the shortest way of a frame"
-                                 : "delivery: the camera has no time stamps");
-  list.emplace_back("copies per frame", m.leased > 0 ? "0 (leased)"
-                                        : m.straight ? "1 (decoded)"
-                                                     : "2 (decoded, rectified)");
-  if (m.leased > 0 && m.copied > 0)
-    list.emplace_back("copied frames", std::to_string(m.copied) + " of " +
-                                           std::to_string(m.copied + m.leased) +
-                                           ", since too many buffers were out");
-  if (m.resent) list.emplace_back("packets sent again", std::to_string(*m.resent));
+  auto list = m.log.details(m.stamped ? "the camera's, on the host's by the shortest way of a frame"
+                                      : "delivery: the camera has no time stamps",
+                            m.picture->copies(m.stride_bytes));
+  if (m.resent >= 0) list.emplace_back("packets sent again", std::to_string(m.resent));
   return list;
 }
 
