@@ -61,7 +61,7 @@ bool CameraLog::silent(int64_t timeout_ns) const {
 
 std::string CameraLog::words_of_silence(int64_t timeout_ns) {
   const std::string silence = text(" for %.4g s", static_cast<double>(timeout_ns) * 1e-9);
-  const std::string words =
+  std::string words =
       damage_.empty() ? "no frame" + silence : "no whole frame" + silence + " (" + damage_ + ")";
   damage_.clear();
   return words;
