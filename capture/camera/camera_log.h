@@ -1,4 +1,4 @@
-// What is known of a camera's stream so far: numbers and times of its frames, faults, and why none come.
+// Log of a camera's stream: numbers and times of its frames, its faults, and why no frames come.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class CameraLog {
 
   /// The stream has started, now.
   void note_start();
-  /// Whether nothing has come for so long.
+  /// True where no frame has come for so long.
   bool silent(int64_t timeout_ns) const;
   /// "no frame for 2 s", or "no whole frame for 2 s (a damaged JPEG)"; what was damaged is forgotten.
   std::string words_of_silence(int64_t timeout_ns);

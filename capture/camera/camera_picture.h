@@ -13,8 +13,8 @@ namespace palpate {
 
 class CameraPicture {
  public:
-  /// Of pictures of one format and size, decoded to `channels`. `where` names the camera in messages. Throws
-  /// Error(Failure::Input) where they do not fit the sensor.
+  /// Pictures have one format and size, and are decoded to `channels`. `where` names the camera in messages.
+  /// Throws Error(Failure::Input) where they do not fit the sensor.
   CameraPicture(const Sensor& sensor, const PixelFormat& format, uint32_t channels, uint32_t width,
                 uint32_t height, std::string where);
   ~CameraPicture();
@@ -30,7 +30,7 @@ class CameraPicture {
     std::string words;
     bool of_format = false;  ///< values that the format does not have
   };
-  /// Of a buffer that is a frame as it is.
+  /// Fault of a buffer that is a frame as it is.
   Fault look_at(const RawImage& raw) const;
   /// Decodes and rectifies into `frame`.
   Fault fill(const RawImage& raw, Frame& frame);

@@ -47,7 +47,7 @@ struct BallEvidence {
   /// Radius by the shading alone, mm; 0 where it gives none.
   double shaded_radius_mm() const;
 };
-/// Of the presses of balls, or of those of another shape.
+/// Evidence of the presses of balls, or of those of another shape.
 BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor, const PressedShape& of = {});
 
 /// Doubt about the size of the ball.
