@@ -6,9 +6,9 @@
 #include <cstring>
 #include <fstream>
 
-#include "capture/files/csv_table.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "capture/files/tables/csv_table.h"
 #include "engine/base/readable.h"
 #include "palpate/error.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/files/csv_table.h"
 #include "capture/files/npy.h"
+#include "capture/files/tables/csv_table.h"
 #include "engine/base/statistics.h"
 #include "palpate/error.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/files/csv_table.h"
 #include "capture/files/output_file.h"
+#include "capture/files/tables/csv_table.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"

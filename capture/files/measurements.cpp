@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 #include "capture/files/true_quantities.h"
 #include "engine/base/json.h"
 #include "palpate/options.h"

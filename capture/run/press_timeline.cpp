@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/open_source.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"

@@ -20,7 +20,7 @@ namespace palpate {
 struct RecordedPress {
   std::string recording;                    ///< session, video, or synthetic:tissue?...
   std::array<double, 2> place_mm = {0, 0};  ///< of the window's middle from the block's
-  std::string gauge;  ///< CSV of the force on the whole block (see capture/files/gauge.h), or "truth"
+  std::string gauge;  ///< CSV of the force on the whole block (see capture/files/tables/gauge.h), or "truth"
 };
 
 /// The synthetic block that an input, or what a session was recorded from, shows; none for others.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/base/text.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 #include "capture/run/largest.h"
 #include "palpate/pipeline.h"
 

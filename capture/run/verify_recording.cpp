@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "capture/files/csv_table.h"
 #include "capture/files/measurements.h"
+#include "capture/files/tables/csv_table.h"
 #include "engine/base/text.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // A gauge's table: what is read, and what is refused with one clear line.
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <functional>
 
-#include "capture/run/nominal_sensors.h"
+#include "capture/sensors/nominal_sensors.h"
 #include "palpate/error.h"
 #include "tests/support/test_folder.h"
 

@@ -12,17 +12,17 @@
 #include <stdexcept>
 #include <vector>
 
-#include "capture/files/csv_table.h"
 #include "capture/files/event_log.h"
-#include "capture/files/gauge.h"
 #include "capture/files/images/images.h"
 #include "capture/files/light_files.h"
 #include "capture/files/lump_maps.h"
 #include "capture/files/match_files.h"
 #include "capture/files/npy.h"
+#include "capture/files/tables/csv_table.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/files/video.h"
-#include "capture/run/modulus_frames.h"
-#include "capture/run/nominal_sensors.h"
+#include "capture/run/modulus/modulus_frames.h"
+#include "capture/sensors/nominal_sensors.h"
 #include "capture/session/info.h"
 #include "capture/video/session_video.h"
 #include "engine/lump/network/network.h"

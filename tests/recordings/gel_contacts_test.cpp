@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/open_source.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/open_source.h"
 #include "tests/recordings/wedge_clips.h"
 

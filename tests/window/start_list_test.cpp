@@ -10,7 +10,7 @@
 #include <fstream>
 #include <set>
 
-#include "capture/run/shipped_sensors.h"
+#include "capture/sensors/shipped_sensors.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "tests/support/eventually.h"

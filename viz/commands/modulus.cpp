@@ -6,7 +6,7 @@
 
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
-#include "capture/run/modulus_recording.h"
+#include "capture/run/modulus/modulus_recording.h"
 #include "capture/synthetic/modulus_press.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"

@@ -8,7 +8,7 @@
 
 #include "capture/genicam/module.h"
 #include "capture/open_source.h"
-#include "capture/run/shipped_sensors.h"
+#include "capture/sensors/shipped_sensors.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/device.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "capture/run/modulus_recording.h"
+#include "capture/run/modulus/modulus_recording.h"
 #include "capture/run/processing.h"
 #include "viz/python/arrays.h"
 #include "viz/python/bindings.h"

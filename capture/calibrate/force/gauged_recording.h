@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/run/input.h"
 #include "capture/run/run_watch.h"
 #include "engine/base/json.h"

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "capture/calibrate/frame/origin.h"
-#include "capture/files/units.h"
+#include "capture/files/tables/units.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
 #include "engine/base/statistics.h"

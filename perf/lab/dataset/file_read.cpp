@@ -1,7 +1,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 #include "palpate/error.h"
 #include "perf/lab/dataset/file.h"
 #include "perf/lab/dataset/hdf5.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/numeric/sobol.h"
 #include "palpate/error.h"

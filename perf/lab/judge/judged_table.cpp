@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 

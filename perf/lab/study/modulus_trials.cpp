@@ -6,7 +6,7 @@
 #include <optional>
 #include <random>
 
-#include "capture/run/modulus_frames.h"
+#include "capture/run/modulus/modulus_frames.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "capture/camera/camera_options.h"
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/run/press_timeline.h"
 #include "capture/synthetic/tissue.h"
 #include "palpate/error.h"

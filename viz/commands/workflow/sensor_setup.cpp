@@ -13,7 +13,7 @@
 #include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
-#include "capture/run/nominal_sensors.h"
+#include "capture/sensors/nominal_sensors.h"
 #include "engine/base/json.h"
 #include "engine/base/shell_word.h"
 #include "engine/base/text.h"

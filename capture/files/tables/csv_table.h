@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/files/cut_numbers.h"
+#include "capture/files/tables/cut_numbers.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "capture/files/units.h"
+#include "capture/files/tables/units.h"
 
 #include <algorithm>
 #include <numbers>

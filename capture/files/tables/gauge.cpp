@@ -1,12 +1,12 @@
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
 
-#include "capture/files/csv_table.h"
-#include "capture/files/units.h"
+#include "capture/files/tables/csv_table.h"
+#include "capture/files/tables/units.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 

@@ -1,4 +1,4 @@
-#include "capture/run/modulus_recording.h"
+#include "capture/run/modulus/modulus_recording.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "capture/files/gauge.h"
+#include "capture/files/tables/gauge.h"
 #include "capture/open_source.h"
 #include "capture/run/separate_pictures.h"
 #include "palpate/error.h"

@@ -1,4 +1,4 @@
-#include "capture/run/shipped_sensors.h"
+#include "capture/sensors/shipped_sensors.h"
 
 #include <algorithm>
 #include <system_error>

@@ -1,4 +1,4 @@
-#include "capture/run/nominal_sensors.h"
+#include "capture/sensors/nominal_sensors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "capture/run/shipped_sensors.h"
+#include "capture/sensors/shipped_sensors.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"

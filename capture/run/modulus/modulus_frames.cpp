@@ -1,4 +1,4 @@
-#include "capture/run/modulus_frames.h"
+#include "capture/run/modulus/modulus_frames.h"
 
 #include <algorithm>
 #include <array>
@@ -6,10 +6,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/files/csv_table.h"
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
-#include "capture/files/units.h"
+#include "capture/files/tables/csv_table.h"
+#include "capture/files/tables/units.h"
 #include "engine/base/numbers.h"
 #include "engine/stages/surface/elastic.h"
 #include "palpate/error.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/run/input.h"
-#include "capture/run/modulus_frames.h"
+#include "capture/run/modulus/modulus_frames.h"
 #include "capture/run/run_watch.h"
 
 namespace palpate {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "capture/files/cut_numbers.h"
+#include "capture/files/tables/cut_numbers.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "capture/files/csv_table.h"
+#include "capture/files/tables/csv_table.h"
 
 #include <algorithm>
 #include <array>
