@@ -1,9 +1,10 @@
-// A rigid indenter pressed without friction into a layer on a rigid base, axisymmetric or plane, at large
-// strain or linear: how far linear elasticity of layers goes.
+// An indenter, rigid or a ball of rubber, pressed without friction into a layer on a rigid base, axisymmetric
+// or plane, at large strain or linear: how far linear elasticity of layers goes.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace palpate::fem {
@@ -25,8 +26,12 @@ struct IndenterOnLayer {
   /// Neo-Hookean (the energy of neo_hookean.h) under the indenter; false: small strain under the paraboloid
   /// of the sphere's radius, contact seen from the surface at rest.
   bool large_strain = true;
-  double cell_mm = 0.04;  ///< of the elements under the contact, at most a quarter of the thickness
-  double reach_mm = 0.5;  ///< from the axis: to where they are that small
+  /// Finite: the lower half of a ball of neo-Hookean rubber, cut 70 degrees from its axis; what is pressed on
+  /// is its upper face, which stays flat and as wide.
+  double indenter_young_MPa = std::numeric_limits<double>::infinity();
+  double indenter_poisson = 0.48;  ///< 0 to 0.4999
+  double cell_mm = 0.04;           ///< of the elements under the contact, at most a quarter of the thickness
+  double reach_mm = 0.5;           ///< from the axis: to where they are that small
 };
 
 struct PressedLayer {
