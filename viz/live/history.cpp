@@ -48,6 +48,7 @@ void History::add(const Touch& touch, std::optional<uint64_t> position) {
   s.force_N = touch.force_N;
   s.shear_x_N = touch.shear_x_N;
   s.shear_y_N = touch.shear_y_N;
+  if (touch.traction) s.layer_N = touch.traction->fz_N;
   s.gray_sum = touch.gray_sum;
   s.has_depth = touch.surface.has_value();
   s.depth_mm = touch.contact && touch.surface ? touch.surface->depth_max_mm : 0;

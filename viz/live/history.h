@@ -20,7 +20,8 @@ struct Sample {
   bool several = false;  ///< more than one contact: the force is the sum of theirs
   bool gap = false;      ///< does not continue the sample before
   Estimate force_N, shear_x_N, shear_y_N;
-  double gray_sum = 0;  ///< gray levels
+  std::optional<Estimate> layer_N;  ///< normal force by the elastic layer, where it is solved for
+  double gray_sum = 0;              ///< gray levels
   bool has_depth = false;
   double depth_mm = 0;
   Slip slip = Slip::NotCalibrated;

@@ -48,7 +48,7 @@ void status_line(const Layout& layout, const HudContent& content, bool rates, fl
   // Under all windows: the help covers it.
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   const ImVec2 low = corner(layout.status), high = far_corner(layout.status);
-  list->AddRectFilled(low, high, IM_COL32(15, 17, 20, 255));
+  list->AddRectFilled(low, high, ink(theme().panel));
   const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2, margin = 12 * scale;
   const float gap = ImGui::CalcTextSize("   |   ").x;
   list->PushClipRect(low, high);
@@ -63,8 +63,8 @@ void status_line(const Layout& layout, const HudContent& content, bool rates, fl
   left = shortened(left, std::max(room - wanted - gap, room / 2));
   const float taken = left.empty() ? 0 : ImGui::CalcTextSize(left.c_str()).x + gap;
   right = shortened(right, room - taken);
-  list->AddText({low.x + margin, y}, IM_COL32(190, 197, 207, 255), left.c_str());
-  list->AddText({high.x - margin - ImGui::CalcTextSize(right.c_str()).x, y}, IM_COL32(150, 158, 170, 255),
+  list->AddText({low.x + margin, y}, ink(theme().text), left.c_str());
+  list->AddText({high.x - margin - ImGui::CalcTextSize(right.c_str()).x, y}, ink(theme().faint),
                 right.c_str());
   list->PopClipRect();
 }
@@ -96,29 +96,29 @@ void player_bar(const Layout& layout, float scale, const PlayerStats& player, in
 }
 
 void banner(const Layout& layout, const LiveStats& live, float scale) {
-  std::vector<std::pair<std::string, ImU32>> lines;
-  constexpr ImU32 kRed = IM_COL32(255, 96, 88, 255), kAmber = IM_COL32(255, 190, 70, 255);
+  std::vector<std::pair<std::string, Rgb>> lines;
+  const Rgb red = theme().wrong, amber = theme().doubtful;
   const SessionStatus& s = live.session;
-  if (!s.error.empty()) lines.emplace_back("RECORDING FAILED: " + s.error, kRed);
+  if (!s.error.empty()) lines.emplace_back("RECORDING FAILED: " + s.error, red);
   if (live.recording && s.error.empty()) {
     std::string words = text("REC  %llu frames  %.0f MB", static_cast<unsigned long long>(s.recorded),
                              1e-6 * static_cast<double>(s.written_bytes));
     if (s.dropped > 0) words += text("  %llu DROPPED", static_cast<unsigned long long>(s.dropped));
-    lines.emplace_back(words, s.dropped > 0 ? kAmber : kRed);
+    lines.emplace_back(words, s.dropped > 0 ? amber : red);
   }
-  if (!live.state.empty()) lines.emplace_back(live.state, kAmber);
+  if (!live.state.empty()) lines.emplace_back(live.state, amber);
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   float y = corner(layout.surface).y + 12 * scale;
   const float left = corner(layout.surface).x + 12 * scale;
   const float right = far_corner(layout.surface).x - static_cast<float>(kColourBarRoom_px) * scale;
-  for (const auto& [whole, tint] : lines) {
+  for (const auto& [whole, colour] : lines) {
     const std::string words = shortened(whole, right - left - 30 * scale);
     const ImVec2 room = ImGui::CalcTextSize(words.c_str());
     const float x = std::max(left, right - room.x - 12 * scale);
     list->AddRectFilled({x - 22 * scale, y - 4 * scale}, {x + room.x + 10 * scale, y + room.y + 4 * scale},
-                        IM_COL32(15, 17, 20, 225), 5 * scale);
-    list->AddCircleFilled({x - 9 * scale, y + room.y / 2}, 5 * scale, tint);
-    list->AddText({x, y}, tint, words.c_str());
+                        ink(theme().panel, 225), 5 * scale);
+    list->AddCircleFilled({x - 9 * scale, y + room.y / 2}, 5 * scale, ink(colour));
+    list->AddText({x, y}, ink(colour), words.c_str());
     y += room.y + 14 * scale;
   }
 }

@@ -23,8 +23,8 @@ ImGuiWindowFlags page_flags() {
 
 }  // namespace
 
-FormWindow::FormWindow(gpu::Context& context, Window& window, const float& text_scale)
-    : context_(context), window_(window), text_scale_(text_scale) {}
+FormWindow::FormWindow(gpu::Context& context, Window& window, const ViewSettings& settings)
+    : context_(context), window_(window), settings_(settings) {}
 
 FormWindow::~FormWindow() {
   while (window_.poll_finished(true)) {
@@ -40,7 +40,8 @@ void FormWindow::set_pictures(std::vector<RgbImage> pictures) {
 
 /// One picture; false where there is nothing to draw to.
 bool FormWindow::draw(const std::function<void()>& content) {
-  const float scale = window_.scale() * text_scale_;
+  use_theme(settings_.light_theme);
+  const float scale = window_.scale() * settings_.text_scale;
   if (!frame_ || std::abs(frame_->scale() / scale - 1) > 1e-3f) {
     frame_.reset();
     frame_ = std::make_unique<HudFrame>(context_, window_.pass(), Window::kPicturesInFlight, window_.handle(),
@@ -93,7 +94,7 @@ void FormWindow::begin_page(const char* name, const char* heading, const std::st
   ImGui::PopFont();
   ImGui::SameLine();
   ImGui::TextDisabled("%s", heading);
-  if (!message.empty()) wrapped_text(message, trouble ? kPageRed : kPageBlue);
+  if (!message.empty()) wrapped_text(message, trouble ? tint(theme().wrong) : tint(theme().chosen));
 }
 
 void FormWindow::help(const std::vector<KeyHelp>& lines, bool& open) const {

@@ -9,6 +9,7 @@
 #include "viz/panels/controls.h"
 #include "viz/render/hud_frame.h"
 #include "viz/render/render_target.h"
+#include "viz/render/view_settings.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {
@@ -16,8 +17,8 @@ namespace palpate::viz {
 /// Main thread. One at a time, and none while a Scene draws into the same window.
 class FormWindow {
  public:
-  /// `text_scale`: of the person's, followed from picture to picture.
-  FormWindow(gpu::Context& context, Window& window, const float& text_scale);
+  /// `settings`: text and theme of the person's, followed from picture to picture.
+  FormWindow(gpu::Context& context, Window& window, const ViewSettings& settings);
   ~FormWindow();
   FormWindow(const FormWindow&) = delete;
   FormWindow& operator=(const FormWindow&) = delete;
@@ -45,7 +46,7 @@ class FormWindow {
 
   gpu::Context& context_;
   Window& window_;
-  const float& text_scale_;
+  const ViewSettings& settings_;
   std::vector<RgbImage> pictures_;
   std::unique_ptr<HudFrame> frame_;
 };

@@ -18,15 +18,11 @@
 namespace palpate::viz {
 namespace {
 
-ImVec4 colour(const Verdict& v) {
-  return ImGui::ColorConvertU32ToFloat4(IM_COL32(v.red, v.green, v.blue, 255));
-}
-
 /// A label, and what it is.
 struct Row {
   const char* label;
   std::string words;
-  std::optional<ImVec4> tint{};
+  Meaning meaning = Meaning::Plain;
 };
 using Rows = std::vector<Row>;
 
@@ -51,7 +47,7 @@ void draw_rows(const Rows& rows) {
       const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(row.words.c_str()).x;
       if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
       // In a narrow panel nothing is cut off.
-      wrapped_text(row.words, row.tint.value_or(ImGui::GetStyleColorVec4(ImGuiCol_Text)));
+      wrapped_text(row.words, tint(theme().of(row.meaning)));
     }
     ImGui::EndTable();
   }
@@ -124,14 +120,14 @@ void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, const
   first.known ? ImGui::TextUnformatted(first.value.c_str()) : ImGui::TextDisabled("%s", first.value.c_str());
   ImGui::PopFont();
   const ImVec2 high = ImGui::GetItemRectMax();
-  const auto beside = [&](const std::string& words, ImU32 tint, float lines_up) {
+  const auto beside = [&](const std::string& words, Rgb colour, float lines_up) {
     ImGui::GetWindowDrawList()->AddText(
-        {high.x + 8 * scale, high.y - (1 + lines_up) * ImGui::GetFontSize() - 3 * scale}, tint,
+        {high.x + 8 * scale, high.y - (1 + lines_up) * ImGui::GetFontSize() - 3 * scale}, ink(colour),
         words.c_str());
   };
-  beside(first.beside, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0);
-  if (tare.on) beside("TARED (Shift+Z ends)", IM_COL32(240, 228, 66, 255), 1);
-  wrapped_text(state, colour(verdict));
+  beside(first.beside, theme().faint, 0);
+  if (tare.on) beside("TARED (Shift+Z ends)", theme().doubtful, 1);
+  wrapped_text(state, tint(theme().of(verdict.meaning)));
 }
 
 /// State of a contact, as short as its column.
@@ -252,7 +248,7 @@ Rows depth_rows(const Touch& t) {
   const bool doubtful = s.validity != Validity::Valid && s.validity != Validity::NoContact &&
                         s.validity != Validity::NotCalibrated;
   if (!doubtful) return {{"deepest", depth_text(s)}};
-  return {{"deepest", depth_text(s), colour(force_verdict(s.validity))}};
+  return {{"deepest", depth_text(s), force_verdict(s.validity).meaning}};
 }
 
 /// One system of coordinates: from the middle, x to the right, y downwards, as the axes of the surface have
@@ -266,16 +262,16 @@ std::string centre_text(const Touch& t, const HudContent& content) {
 
 /// Where a row shows other words than its number, or in a colour.
 void mark(std::string_view name, const Touch& t, const HudContent& content, const ViewState& state,
-          std::string& words, std::optional<ImVec4>& tint) {
+          std::string& words, Meaning& meaning) {
   if (name == "slip") {
     words = t.slip == Slip::NoContact ? "-" : slip_verdict(t.slip).words;
-    tint = colour(slip_verdict(t.slip));
+    meaning = slip_verdict(t.slip).meaning;
   } else if (name == "saturated_px" && saturation_matters(t)) {
-    tint = colour(force_verdict(Validity::Saturated));
+    meaning = force_verdict(Validity::Saturated).meaning;
   } else if (name == "wrench_state") {
-    tint = colour(force_verdict(t.traction->fz_N.validity));
+    meaning = force_verdict(t.traction->fz_N.validity).meaning;
   } else if (name == "light_state" && t.light->state == LightState::Unknown) {
-    tint = colour(force_verdict(Validity::LightUnknown));
+    meaning = force_verdict(Validity::LightUnknown).meaning;
   } else if (name == "centroid_x_px" && has_scale(content.sensor) && !state.pixels && words != "-") {
     words = centre_text(t, content);
   }
@@ -300,7 +296,7 @@ std::optional<Row> quantity_row(std::vector<const MeasuredQuantity<Touch>*> part
     words += (words.empty() ? "" : ", ") + part;
   }
   Row row{first.row.label, some ? words + unit_text(first) : "-"};
-  mark(first.name, t, content, state, row.words, row.tint);
+  mark(first.name, t, content, state, row.words, row.meaning);
   return row;
 }
 

@@ -9,8 +9,6 @@
 namespace palpate::viz {
 namespace {
 
-using Tone = PressRow::Tone;
-
 /// "8.1 mm (7.6 to 8.7)": the interval is that of the heading.
 std::string with_interval(const lump::Value& v, const char* unit) {
   return text("%.3g%s (%.3g to %.3g)", v.value, unit, v.low, v.high);
@@ -25,35 +23,22 @@ std::string age(const PressAnswer& last, double time_s) {
 
 void estimate_lines(const lump::Estimate& e, std::vector<PressRow>& rows) {
   const bool found = e.verdict == lump::Status::Found, open = e.verdict == lump::Status::StiffnessOpen;
-  rows.push_back({found || e.verdict == lump::Status::NoLump ? Tone::Good : Tone::Doubtful, "",
+  rows.push_back({found || e.verdict == lump::Status::NoLump ? Meaning::Valid : Meaning::Doubtful, "",
                   lump::status_text(e.verdict)});
   if (found || open) {
-    rows.push_back({Tone::Faint, "", "90 % intervals in brackets"});
-    rows.push_back({Tone::Plain, "size", with_interval(e.size_mm, " mm")});
-    rows.push_back({Tone::Plain, "depth of top", with_interval(e.depth_mm, " mm")});
-    rows.push_back({open ? Tone::Doubtful : Tone::Plain, "stiffness",
+    rows.push_back({Meaning::Explains, "", "90 % intervals in brackets"});
+    rows.push_back({Meaning::Plain, "size", with_interval(e.size_mm, " mm")});
+    rows.push_back({Meaning::Plain, "depth of top", with_interval(e.depth_mm, " mm")});
+    rows.push_back({open ? Meaning::Doubtful : Meaning::Plain, "stiffness",
                     found ? with_interval(e.stiffness_ratio, " x tissue")
                           : text("open: %.3g to %.3g x", e.stiffness_ratio.low, e.stiffness_ratio.high)});
     const auto shape = static_cast<size_t>(e.shape);
-    rows.push_back({Tone::Plain, "shape",
+    rows.push_back({Meaning::Plain, "shape",
                     std::string(shape_text(e.shape)) + text(", %.0f %%", 100 * e.shape_probability[shape])});
-    rows.push_back({Tone::Plain, "centre x", with_interval(e.x_mm, " mm")});
-    rows.push_back({Tone::Plain, "centre y", with_interval(e.y_mm, " mm")});
+    rows.push_back({Meaning::Plain, "centre x", with_interval(e.x_mm, " mm")});
+    rows.push_back({Meaning::Plain, "centre y", with_interval(e.y_mm, " mm")});
   }
-  for (const std::string& reason : e.reasons) rows.push_back({Tone::Faint, "", reason});
-}
-
-ImVec4 colour_of(Tone tone) {
-  switch (tone) {
-    case Tone::Good:
-      return ImGui::ColorConvertU32ToFloat4(IM_COL32(0, 208, 148, 255));
-    case Tone::Doubtful:
-      return ImGui::ColorConvertU32ToFloat4(IM_COL32(240, 190, 70, 255));
-    case Tone::Faint:
-      return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
-    default:
-      return ImGui::GetStyleColorVec4(ImGuiCol_Text);
-  }
+  for (const std::string& reason : e.reasons) rows.push_back({Meaning::Explains, "", reason});
 }
 
 }  // namespace
@@ -61,25 +46,27 @@ ImVec4 colour_of(Tone tone) {
 std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
   std::vector<PressRow> rows;
   const std::array<double, 3>& size = s.block.block_mm;
-  rows.push_back(
-      {Tone::Faint, "tissue", text("%g x %g x %g mm, %g Pa", size[0], size[1], size[2], s.block.young_Pa)});
-  if (!s.trouble.empty()) rows.push_back({Tone::Doubtful, "", s.trouble});
+  rows.push_back({Meaning::Explains, "tissue",
+                  text("%g x %g x %g mm, %g Pa", size[0], size[1], size[2], s.block.young_Pa)});
+  if (!s.trouble.empty()) rows.push_back({Meaning::Doubtful, "", s.trouble});
   if (s.pressing) {
-    rows.push_back({Tone::Plain, "pressing", text("%.2f N, loads %u of %u", s.force_N, s.loads, s.wanted)});
+    rows.push_back(
+        {Meaning::Plain, "pressing", text("%.2f N, loads %u of %u", s.force_N, s.loads, s.wanted)});
   } else if (s.estimating) {
-    rows.push_back({Tone::Plain, "pressing", "over, being read"});
+    rows.push_back({Meaning::Plain, "pressing", "over, being read"});
   } else if (s.trouble.empty() && !s.last) {
-    rows.push_back({Tone::Faint, "", "press the block and take the sensor off: then the estimate comes"});
+    rows.push_back(
+        {Meaning::Explains, "", "press the block and take the sensor off: then the estimate comes"});
   }
   if (!s.last) return rows;
-  rows.push_back({Tone::Faint, "", age(*s.last, time_s)});
+  rows.push_back({Meaning::Explains, "", age(*s.last, time_s)});
   if (s.last->saturated_fraction > 0)
     rows.push_back(
-        {Tone::Doubtful, "saturated", text("%.2g %% of the window", 100 * s.last->saturated_fraction)});
+        {Meaning::Doubtful, "saturated", text("%.2g %% of the window", 100 * s.last->saturated_fraction)});
   if (s.last->estimate)
     estimate_lines(*s.last->estimate, rows);
   else
-    rows.push_back({Tone::Doubtful, "", s.last->trouble});
+    rows.push_back({Meaning::Doubtful, "", s.last->trouble});
   return rows;
 }
 
@@ -91,7 +78,7 @@ void press_lines(const PressStatus& status, double time_s) {
       ImGui::TextDisabled("%s", row.name.c_str());
       ImGui::SameLine(left + column);
     }
-    wrapped_text(row.value, colour_of(row.tone));
+    wrapped_text(row.value, tint(theme().of(row.meaning)));
   }
   ImGui::Separator();
 }

@@ -1,18 +1,18 @@
 // Presses of a block of tissue in the measurement panel.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/palpation/press_monitor.h"
+#include "viz/look/theme.h"
 
 namespace palpate::viz {
 
 /// One line of it: what, and what of it; without a name it goes over the whole width.
 struct PressRow {
-  enum class Tone : uint8_t { Plain, Good, Doubtful, Faint } tone = Tone::Plain;
+  Meaning meaning = Meaning::Plain;
   std::string name;
   std::string value;
 };

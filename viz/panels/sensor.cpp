@@ -173,7 +173,7 @@ void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(line.name);
       ImGui::TableNextColumn();
-      const ImVec4 missing = ImGui::ColorConvertU32ToFloat4(IM_COL32(230, 159, 0, 255));
+      const ImVec4 missing = tint(theme().doubtful);
       wrapped_text((line.present ? "" : "missing: ") + line.what,
                    line.present ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : missing);
       if (!line.origin.empty()) wrapped_text(line.origin, faint);

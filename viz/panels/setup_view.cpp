@@ -49,7 +49,7 @@ std::string by_field(std::string words) {
 }  // namespace
 
 SetupView::SetupView(gpu::Context& context, Window& window, Settings& settings, SetupForm& form)
-    : window_(window), form_(form), page_(context, window, settings.view.text_scale) {
+    : window_(window), form_(form), page_(context, window, settings.view) {
   window_.set_title("palpate: a sensor of your own");
 }
 
@@ -164,7 +164,7 @@ void SetupView::number(const char* label, const char* hint, double& value) {
   typed.value = value = length.value_or(0);
   if (length) return;
   ImGui::SameLine();
-  ImGui::TextColored(kPageRed, "no length");
+  ImGui::TextColored(tint(theme().wrong), "no length");
 }
 
 /// Title of a step, what is known of it, what is missing.
@@ -173,7 +173,7 @@ void SetupView::heading(size_t step, float scale) {
   const bool begun = !lines_[0].name.empty();
   ImGui::PushID(static_cast<int>(step));
   ImGui::Dummy({1, 2 * scale});
-  ImGui::TextColored(kPageBlue, "%s", kTitles[step]);
+  ImGui::TextColored(tint(theme().chosen), "%s", kTitles[step]);
   if (begun) {
     ImGui::SameLine();
     line.done ? ImGui::TextUnformatted("known") : ImGui::TextColored(kAmber, "missing");
@@ -190,7 +190,7 @@ void SetupView::heading(size_t step, float scale) {
 }
 
 void SetupView::describe_steps(float scale) {
-  ImGui::TextColored(kPageBlue, "recording of touches");
+  ImGui::TextColored(tint(theme().chosen), "recording of touches");
   if (path("##recording", "a video, a folder, a session, camera:/dev/video0", form_.recording))
     wish(SetupWish::What::Open);
   ImGui::SameLine();
@@ -253,7 +253,7 @@ void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float s
     const ImVec2 place{i == 0 || i == 3 ? at.x + 11 * scale : at.x - words.x - 11 * scale,
                        i < 2 ? at.y + 4 * scale : at.y - words.y - 4 * scale};
     list->AddRectFilled({place.x - 3, place.y - 1}, {place.x + words.x + 3, place.y + words.y + 1},
-                        IM_COL32(15, 17, 20, 200));
+                        ink(theme().panel, 200));
     list->AddText(place, kCorner, kNames[i]);
   }
 }

@@ -43,13 +43,10 @@ struct LineLook {
 bool list_line(const char* id, const std::string& name, const std::string& detail, const LineLook& look) {
   ImGui::PushID(id);
   const float from = ImGui::GetCursorPosX() + look.indent, top = ImGui::GetCursorPosY();
-  ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4{0.16f, 0.25f, 0.36f, 1});  // faint words stay legible
   const bool clicked = ImGui::Selectable("##line", look.selected, 0, {0, look.height});
   const bool pointed_at = ImGui::IsItemHovered();
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-  ImGui::PopStyleColor();
-  if (look.selected)
-    ImGui::GetWindowDrawList()->AddRectFilled(low, {low.x + 3, high.y}, ImGui::GetColorU32(kPageBlue));
+  if (look.selected) ImGui::GetWindowDrawList()->AddRectFilled(low, {low.x + 3, high.y}, ink(theme().chosen));
   const float bottom = ImGui::GetCursorPosY();
   const bool high_row = look.height > 1.9f * ImGui::GetTextLineHeight();
   const float y = high_row ? top + look.height / 2 - ImGui::GetTextLineHeight() : top;
@@ -82,7 +79,7 @@ StartView::StartView(gpu::Context& context, Window& window, Settings& settings, 
                      std::string folder)
     : window_(window),
       settings_(settings),
-      page_(context, window, settings.view.text_scale),
+      page_(context, window, settings.view),
       list_(settings),
       message_(in_the_window(trouble.message)),
       trouble_(!trouble.message.empty()),
@@ -274,7 +271,7 @@ void StartView::describe_sources(float scale) {
     const SourceEntry& e = sources[i];
     if (i == 0 || sources[i - 1].group != e.group) {
       if (i > 0) ImGui::Dummy({1, 4 * scale});
-      ImGui::TextColored(kPageBlue, "%s", title_of(e.group));
+      ImGui::TextColored(tint(theme().chosen), "%s", title_of(e.group));
     }
     LineLook look{.selected = i == source_ && e.can_be_chosen() && !in_sensors_,
                   .usable = !e.input.empty() && !e.missing,
@@ -318,7 +315,7 @@ void StartView::describe_sensors(float scale) {
     ImDrawList* list = ImGui::GetWindowDrawList();
     const ImVec2 middle{at.x + 11 * scale, at.y + ImGui::GetTextLineHeight() / 2};
     list->AddCircle(middle, 5 * scale, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0, 1.2f * scale);
-    if (i == sensor_) list->AddCircleFilled(middle, 3 * scale, ImGui::GetColorU32(kPageBlue));
+    if (i == sensor_) list->AddCircleFilled(middle, 3 * scale, ink(theme().chosen));
     if (i == sensor_ && scroll_ && in_sensors_) ImGui::SetScrollHereY();
   }
 }
@@ -332,16 +329,16 @@ void StartView::describe() {
   const bool side_by_side = size.x > 760 * scale;
   const float list_width = side_by_side ? 0.62f * ImGui::GetContentRegionAvail().x : 0;
   const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border);
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : kPageBlue);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : tint(theme().chosen));
   ImGui::BeginChild("sources", {list_width, side_by_side ? height : 0.62f * height}, true,
                     ImGuiWindowFlags_NoNav);
   describe_sources(scale);
   ImGui::EndChild();
   ImGui::PopStyleColor();
   if (side_by_side) ImGui::SameLine();
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? kPageBlue : border);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? tint(theme().chosen) : border);
   ImGui::BeginChild("sensors", {0, side_by_side ? height : 0.36f * height}, true, ImGuiWindowFlags_NoNav);
-  ImGui::TextColored(kPageBlue, "Sensor file");
+  ImGui::TextColored(tint(theme().chosen), "Sensor file");
   describe_sensors(scale);
   run_panel(settings_.run, scale);
   ImGui::EndChild();

@@ -1,25 +1,23 @@
-// What panels and marks draw with ImGui alike: rectangles of the picture, colours of charts, words in a
-// colour.
+// What panels and marks draw with ImGui alike: rectangles of the picture, colours, words in a colour.
 #pragma once
 
 #include <imgui.h>
 
 #include <string>
 
+#include "viz/look/theme.h"
 #include "viz/render/surface_view.h"
 
 namespace palpate::viz {
 
-inline constexpr ImU32 kPaper = IM_COL32(26, 30, 36, 255);
-inline constexpr ImU32 kGridLine = IM_COL32(58, 64, 74, 255);
-inline constexpr ImU32 kFrameLine = IM_COL32(84, 92, 104, 255);
-inline constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
-inline constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
-inline constexpr ImU32 kDepthLine = IM_COL32(0, 190, 140, 255);
-inline constexpr ImU32 kLimit = IM_COL32(240, 228, 66, 200);
-
-/// Of pages of forms: what is chosen or well, and what went wrong.
-inline const ImVec4 kPageBlue{0.34f, 0.71f, 0.91f, 1}, kPageRed{1, 0.47f, 0.24f, 1};
+/// A colour as lists of lines and words take it, and as styles do.
+inline ImU32 ink(Rgb c, int alpha = 255) {
+  return IM_COL32(c.red, c.green, c.blue, alpha);
+}
+inline ImVec4 tint(Rgb c, float alpha = 1) {
+  return {static_cast<float>(c.red) / 255, static_cast<float>(c.green) / 255,
+          static_cast<float>(c.blue) / 255, alpha};
+}
 
 inline ImVec2 size_of(const ViewRect& r) {
   return {static_cast<float>(r.width), static_cast<float>(r.height)};
@@ -39,8 +37,8 @@ inline bool inside(const ViewRect& r, ImVec2 p) {
   return p.x >= corner(r).x && p.y >= corner(r).y && p.x < far_corner(r).x && p.y < far_corner(r).y;
 }
 
-inline void wrapped_text(const std::string& words, const ImVec4& tint) {
-  ImGui::PushStyleColor(ImGuiCol_Text, tint);
+inline void wrapped_text(const std::string& words, const ImVec4& colour) {
+  ImGui::PushStyleColor(ImGuiCol_Text, colour);
   ImGui::TextWrapped("%s", words.c_str());
   ImGui::PopStyleColor();
 }

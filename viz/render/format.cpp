@@ -17,60 +17,60 @@ std::string tick_text(double value, double step) {
 Verdict force_verdict(Validity validity) {
   switch (validity) {
     case Validity::Valid:
-      return {"normal force, within calibration", 86, 200, 200};
+      return {"normal force, within calibration", Meaning::Valid};
     case Validity::NoContact:
-      return {"nothing touches the pad", 150, 158, 170};
+      return {"nothing touches the pad", Meaning::Explains};
     case Validity::BelowRange:
-      return {"normal force BELOW the calibrated range", 240, 228, 66};
+      return {"normal force BELOW the calibrated range", Meaning::Doubtful};
     case Validity::AboveRange:
-      return {"normal force ABOVE the calibrated range", 230, 159, 0};
+      return {"normal force ABOVE the calibrated range", Meaning::Doubtful};
     case Validity::Saturated:
-      return {"SATURATED pixels: force is at least this", 255, 120, 60};
+      return {"SATURATED pixels: force is at least this", Meaning::Wrong};
     case Validity::AtBorder:
-      return {"contact reaches the BORDER: force is at least this", 230, 159, 0};
+      return {"contact reaches the BORDER: force is at least this", Meaning::Doubtful};
     case Validity::Clipped:
-      return {"slopes CLIPPED at max_slope: depth is too small", 230, 159, 0};
+      return {"slopes CLIPPED at max_slope: depth is too small", Meaning::Doubtful};
     case Validity::Extrapolated:
-      return {"depth EXTRAPOLATED: calibration saw no such place or colour", 240, 228, 66};
+      return {"depth EXTRAPOLATED: calibration saw no such place or colour", Meaning::Doubtful};
     case Validity::OnsetUnseen:
-      return {"contact began UNSEEN: shear counts from there", 240, 228, 66};
+      return {"contact began UNSEEN: shear counts from there", Meaning::Doubtful};
     case Validity::Apart:
-      return {"unknown pixels cut the surface into ISLANDS", 230, 159, 0};
+      return {"unknown pixels cut the surface into ISLANDS", Meaning::Doubtful};
     case Validity::Covered:
-      return {"markers COVER too much: the surface under them is not known", 230, 159, 0};
+      return {"markers COVER too much: the surface under them is not known", Meaning::Doubtful};
     case Validity::ShapeUnjudged:
-      return {"calibrated on TOO FEW OBJECTS: another shape may read half", 240, 228, 66};
+      return {"calibrated on TOO FEW OBJECTS: another shape may read half", Meaning::Doubtful};
     case Validity::Unfit:
-      return {"force calibration NOT FIT FOR USE: calibrate again", 255, 120, 60};
+      return {"force calibration NOT FIT FOR USE: calibrate again", Meaning::Wrong};
     case Validity::TooDeep:
-      return {"pressed TOO DEEP for a pad of this thickness", 230, 159, 0};
+      return {"pressed TOO DEEP for a pad of this thickness", Meaning::Doubtful};
     case Validity::NotConverged:
-      return {"the solve did NOT CONVERGE", 255, 120, 60};
+      return {"the solve did NOT CONVERGE", Meaning::Wrong};
     case Validity::LightUnknown:
-      return {"light UNKNOWN: too little is as in the untouched image", 255, 120, 60};
+      return {"light UNKNOWN: too little is as in the untouched image", Meaning::Wrong};
     case Validity::NotFollowed:
-      return {"separate pictures: not followed", 150, 158, 170};
+      return {"separate pictures: not followed", Meaning::Explains};
     case Validity::PictureDamaged:
-      return {"picture DAMAGED on its way here: nothing is measured", 255, 120, 60};
+      return {"picture DAMAGED on its way here: nothing is measured", Meaning::Wrong};
     default:
-      return {"force not calibrated", 150, 158, 170};
+      return {"force not calibrated", Meaning::Explains};
   }
 }
 
 Verdict slip_verdict(Slip slip) {
   switch (slip) {
     case Slip::Stick:
-      return {"sticks", 86, 180, 233};
+      return {"sticks", Meaning::Chosen};
     case Slip::Incipient:
-      return {"BEGINS TO SLIP: the rim slides", 240, 228, 66};
+      return {"BEGINS TO SLIP: the rim slides", Meaning::Doubtful};
     case Slip::Slip:
-      return {"SLIPS: force at the friction limit", 255, 120, 60};
+      return {"SLIPS: force at the friction limit", Meaning::Slips};
     case Slip::NoContact:
-      return {"no contact", 150, 158, 170};
+      return {"no contact", Meaning::Explains};
     case Slip::PictureDamaged:
-      return {"picture DAMAGED", 255, 120, 60};
+      return {"picture DAMAGED", Meaning::Wrong};
     default:
-      return {"not calibrated", 150, 158, 170};
+      return {"not calibrated", Meaning::Explains};
   }
 }
 

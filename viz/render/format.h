@@ -1,22 +1,21 @@
-// Text of numbers and states in the window: with unit and uncertainty, in colours that colour-blind people
-// can distinguish, and never by colour alone.
+// Text of numbers and states in the window: with unit and uncertainty, and never by colour alone.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "engine/base/text.h"
 #include "palpate/touch.h"
+#include "viz/look/theme.h"
 
 namespace palpate::viz {
 
 /// A number with as many decimals as a tick distance of `step` needs.
 std::string tick_text(double value, double step);
 
-/// Words and colour (red, green, blue, 0 to 255) for a state. Colours are those of Okabe and Ito.
+/// Words for a state, and what they mean.
 struct Verdict {
   const char* words;
-  uint8_t red, green, blue;
+  Meaning meaning;
 };
 /// Confidence in a force.
 Verdict force_verdict(Validity validity);

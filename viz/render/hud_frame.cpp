@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "viz/look/theme.h"
+#include "viz/render/drawing.h"
 
 namespace palpate::viz {
 namespace {
@@ -19,7 +22,6 @@ void check_imgui(VkResult result) {
 }
 
 void set_style(float scale) {
-  ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
   style.WindowRounding = 6;
   style.FrameRounding = 4;
@@ -28,15 +30,24 @@ void set_style(float scale) {
   style.WindowPadding = {12, 10};
   style.ItemSpacing = {8, 5};
   style.CellPadding = {4, 2};
-  style.Colors[ImGuiCol_WindowBg] = {0.075f, 0.082f, 0.098f, 0.94f};
-  style.Colors[ImGuiCol_TitleBg] = {0.075f, 0.082f, 0.098f, 1};
-  style.Colors[ImGuiCol_TitleBgActive] = {0.11f, 0.13f, 0.16f, 1};
-  style.Colors[ImGuiCol_TitleBgCollapsed] = {0.075f, 0.082f, 0.098f, 0.8f};
-  style.Colors[ImGuiCol_Text] = {0.90f, 0.92f, 0.94f, 1};
-  style.Colors[ImGuiCol_TextDisabled] = {0.58f, 0.62f, 0.67f, 1};
-  style.Colors[ImGuiCol_FrameBg] = {0.16f, 0.18f, 0.22f, 1};
-  style.Colors[ImGuiCol_Separator] = {0.22f, 0.25f, 0.30f, 1};
   style.ScaleAllSizes(scale);
+}
+
+void set_colours(const Theme& t) {
+  ImVec4* colours = ImGui::GetStyle().Colors;
+  const auto set = [colours](Rgb colour, std::initializer_list<ImGuiCol_> of, float alpha = 1) {
+    for (const ImGuiCol_ one : of) colours[one] = tint(colour, alpha);
+  };
+  set(t.text, {ImGuiCol_Text});
+  set(t.faint, {ImGuiCol_TextDisabled, ImGuiCol_ScrollbarGrabHovered, ImGuiCol_ScrollbarGrabActive});
+  set(t.panel, {ImGuiCol_WindowBg, ImGuiCol_PopupBg, ImGuiCol_TitleBg, ImGuiCol_TitleBgCollapsed});
+  set(t.panel, {ImGuiCol_ChildBg, ImGuiCol_ScrollbarBg}, 0);
+  set(t.field, {ImGuiCol_TitleBgActive, ImGuiCol_FrameBg, ImGuiCol_Button, ImGuiCol_Tab});
+  set(t.frame, {ImGuiCol_Border, ImGuiCol_Separator, ImGuiCol_ScrollbarGrab});
+  set(t.picked, {ImGuiCol_FrameBgHovered, ImGuiCol_FrameBgActive, ImGuiCol_ButtonHovered,
+                 ImGuiCol_ButtonActive, ImGuiCol_Header, ImGuiCol_HeaderActive, ImGuiCol_TextSelectedBg});
+  set(t.field, {ImGuiCol_HeaderHovered});
+  set(t.chosen, {ImGuiCol_CheckMark, ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive, ImGuiCol_NavHighlight});
 }
 
 void put_pictures(ImFontAtlas& atlas, std::span<const RgbImage> pictures, const std::vector<int>& places) {
@@ -135,6 +146,7 @@ HudFrame::~HudFrame() {
 void HudFrame::begin(VkExtent2D extent) {
   ImGui::SetCurrentContext(imgui_);
   ImGui_ImplVulkan_NewFrame();
+  set_colours(theme());
   ImGuiIO& io = ImGui::GetIO();
   if (window_) {
     ImGui_ImplGlfw_NewFrame();

@@ -5,13 +5,12 @@
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "viz/look/theme.h"
 
 namespace palpate::viz {
 namespace {
 
 constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;  // every device draws with it
-// A dark, neutral slate, so that both ends of the colour map stand out from it.
-constexpr VkClearColorValue kBackground{{0.118f, 0.129f, 0.149f, 1.0f}};
 
 VkAttachmentDescription attachment(VkFormat format, VkSampleCountFlagBits samples, VkAttachmentLoadOp load,
                                    VkAttachmentStoreOp store, VkImageLayout final_layout) {
@@ -93,7 +92,9 @@ RenderPass::~RenderPass() {
 
 void RenderPass::begin(VkCommandBuffer cmd, VkFramebuffer framebuffer, VkExtent2D extent) const {
   std::array<VkClearValue, 2> clear{};
-  clear[0].color = kBackground;
+  const Rgb ground = theme().ground;
+  clear[0].color = {{static_cast<float>(ground.red) / 255, static_cast<float>(ground.green) / 255,
+                     static_cast<float>(ground.blue) / 255, 1}};
   clear[1].depthStencil = {1.0f, 0};
   VkRenderPassBeginInfo info{};
   info.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO;

@@ -24,7 +24,8 @@ struct ViewSettings {
   bool contacts = true, skin = true;         ///< over the raw image
   SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image
   bool pixels = false;  ///< places in px from the top left corner, not mm from the middle
-  bool rates = false, controls = true;
+  bool rates = false, controls = false;
+  bool light_theme = false;  ///< dark words on a light ground
 
   void enlarge_text(bool larger);
 };

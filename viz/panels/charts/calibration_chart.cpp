@@ -18,11 +18,6 @@
 namespace palpate::viz {
 namespace {
 
-constexpr ImU32 kBeyond = IM_COL32(17, 19, 23, 255);
-constexpr ImU32 kMark = IM_COL32(245, 245, 245, 255);
-constexpr ImU32 kFirst = IM_COL32(86, 180, 233, 255);   // loading
-constexpr ImU32 kSecond = IM_COL32(230, 159, 0, 255);   // unloading, x
-constexpr ImU32 kThird = IM_COL32(204, 121, 167, 255);  // y
 constexpr int kBandAlpha = 90;
 constexpr double kFarthest = 3;  // times the calibrated range: marks beyond stay at the chart's edge
 
@@ -58,26 +53,28 @@ class Plot {
     const auto first = [](const Axis& axis, double step) {
       return std::ceil(axis.least / step - 1e-9) * step;
     };
-    list_->AddRectFilled(low_, high_, kPaper);
+    list_->AddRectFilled(low_, high_, ink(theme().chart));
     for (double v = first(y, y_step); v <= y.most + 1e-9 * y_step; v += y_step) {
       const float at_y = at(x.least, v).y;
-      list_->AddLine({low_.x, at_y}, {high_.x, at_y}, std::abs(v) < 1e-9 * y_step ? kFrameLine : kGridLine);
+      list_->AddLine({low_.x, at_y}, {high_.x, at_y},
+                     std::abs(v) < 1e-9 * y_step ? ink(theme().frame) : ink(theme().grid));
       const std::string label = tick_text(v / y.unit, y_step / y.unit);
-      list_->AddText({low_.x - ImGui::CalcTextSize(label.c_str()).x - 4 * scale_, at_y - row / 2}, kFaint,
-                     label.c_str());
+      list_->AddText({low_.x - ImGui::CalcTextSize(label.c_str()).x - 4 * scale_, at_y - row / 2},
+                     ink(theme().faint), label.c_str());
     }
     for (double v = first(x, x_step); v <= x.most + 1e-9 * x_step; v += x_step) {
       const float at_x = at(v, y.least).x;
-      list_->AddLine({at_x, low_.y}, {at_x, high_.y}, std::abs(v) < 1e-9 * x_step ? kFrameLine : kGridLine);
+      list_->AddLine({at_x, low_.y}, {at_x, high_.y},
+                     std::abs(v) < 1e-9 * x_step ? ink(theme().frame) : ink(theme().grid));
       const std::string label = tick_text(v / x.unit, x_step / x.unit);
       list_->AddText({std::min(at_x - ImGui::CalcTextSize(label.c_str()).x / 2,
                                outer_high_.x - ImGui::CalcTextSize(label.c_str()).x),
                       high_.y + 2 * scale_},
-                     kFaint, label.c_str());
+                     ink(theme().faint), label.c_str());
     }
-    list_->AddText({high_.x - ImGui::CalcTextSize(x_title.c_str()).x, high_.y + row + 3 * scale_}, kText,
-                   x_title.c_str());
-    list_->AddText({outer_low_.x, outer_low_.y}, kText, y_title.c_str());
+    list_->AddText({high_.x - ImGui::CalcTextSize(x_title.c_str()).x, high_.y + row + 3 * scale_},
+                   ink(theme().text), x_title.c_str());
+    list_->AddText({outer_low_.x, outer_low_.y}, ink(theme().text), y_title.c_str());
     legend_x_ = outer_low_.x + ImGui::CalcTextSize(y_title.c_str()).x + 12 * scale_;
   }
   /// Words of the head line, as far as there is room.
@@ -94,11 +91,11 @@ class Plot {
   void clip() { list_->PushClipRect(low_, high_, true); }
   void unclip() {
     list_->PopClipRect();
-    list_->AddRect(low_, high_, kFrameLine);
+    list_->AddRect(low_, high_, ink(theme().frame));
   }
   /// A strip of x in which nothing was calibrated.
   void beyond(double from, double to) {
-    if (to > from) list_->AddRectFilled({at(from, 0).x, low_.y}, {at(to, 0).x, high_.y}, kBeyond);
+    if (to > from) list_->AddRectFilled({at(from, 0).x, low_.y}, {at(to, 0).x, high_.y}, ink(theme().panel));
   }
   void line(const std::vector<ImVec2>& points, ImU32 colour, LineStyle line_style) {
     StyledLine drawn(list_, colour, line_style, scale_);
@@ -123,7 +120,7 @@ class Plot {
                    std::clamp(true_place.y, low_.y + radius, high_.y - radius)};
     const float top = std::max(at(x, y + 2 * sd).y, low_.y), foot = std::min(at(x, y - 2 * sd).y, high_.y);
     if (foot > top) list_->AddLine({p.x, top}, {p.x, foot}, colour, 1.5f * scale_);
-    list_->AddCircleFilled(p, radius + 1.5f * scale_, IM_COL32(0, 0, 0, 200));
+    list_->AddCircleFilled(p, radius + 1.5f * scale_, ink(theme().chart, 200));
     if (trusted)
       list_->AddCircleFilled(p, radius, colour);
     else
@@ -134,7 +131,7 @@ class Plot {
     const float words_x = above ? left : std::min(p.x + radius + 5 * scale_, high_.x - size.x - 2);
     const float words_y = std::clamp(above ? p.y - size.y - 1 : p.y + 2, low_.y, high_.y - size.y);
     list_->AddRectFilled({words_x - 2, words_y}, {words_x + size.x + 2, words_y + size.y},
-                         IM_COL32(12, 14, 18, 190));
+                         ink(theme().panel, 190));
     list_->AddText({words_x, words_y}, colour, words.c_str());
   }
   const Axis& x() const { return x_; }
@@ -261,27 +258,28 @@ void draw_force_calibration(ImDrawList* list, const ViewRect& rect, const ForceC
         high.push_back(plot.at(p.signal, p.force_N + 2 * p.standard_error_N));
       }
       if (calibrated) plot.band(low, high, colour);
-      plot.line(middle, calibrated ? colour : kFaint, calibrated ? line_style : LineStyle::Dotted);
+      plot.line(middle, calibrated ? colour : ink(theme().faint),
+                calibrated ? line_style : LineStyle::Dotted);
     };
     part(plot.x().least, c.gray_min, false);
     part(c.gray_min, c.gray_max, true);
     part(c.gray_max, plot.x().most, false);
   };
-  curve(Branch::Loading, kFirst, LineStyle::Solid);
-  if (branches) curve(Branch::Unloading, kSecond, LineStyle::Dashed);
-  plot.upright(c.gray_min, kLimit);
-  plot.upright(c.gray_max, kLimit);
+  curve(Branch::Loading, ink(theme().chosen), LineStyle::Solid);
+  if (branches) curve(Branch::Unloading, ink(theme().second), LineStyle::Dashed);
+  plot.upright(c.gray_min, ink(theme().limit));
+  plot.upright(c.gray_max, ink(theme().limit));
   for (const CalibrationMark& m : marks)
-    plot.mark(m.signal, m.force_N.value, m.force_N.standard_error, kMark, force_words(m),
+    plot.mark(m.signal, m.force_N.value, m.force_N.standard_error, ink(theme().text), force_words(m),
               m.force_N.validity == Validity::Valid);
   plot.unclip();
   if (branches) {
-    plot.legend("loading", kFirst);
-    plot.legend("unloading (dashed)", kSecond);
+    plot.legend("loading", ink(theme().chosen));
+    plot.legend("unloading (dashed)", ink(theme().second));
   }
   const ForceRange range = calibrated_range(c);
-  plot.legend(text("calibrated %.3g to %.3g N", range.least_N, range.most_N), kLimit);
-  plot.legend("band: 95 %", kFaint);
+  plot.legend(text("calibrated %.3g to %.3g N", range.least_N, range.most_N), ink(theme().limit));
+  plot.legend("band: 95 %", ink(theme().faint));
 }
 
 void draw_shear_calibration(ImDrawList* list, const ViewRect& rect, const ShearCalibration& calibration,
@@ -316,7 +314,7 @@ void draw_shear_calibration(ImDrawList* list, const ViewRect& rect, const ShearC
   }
   for (const bool along_x : {true, false}) {
     const double k = along_x ? c.kx_N_per_mm : c.ky_N_per_mm;
-    const ImU32 colour = along_x ? kSecond : kThird;
+    const ImU32 colour = along_x ? ink(theme().second) : ink(theme().third);
     std::vector<ImVec2> middle, low, high;
     const auto count = static_cast<size_t>(std::max(2.0f, plot.width() / scale));
     for (size_t i = 0; i < count; ++i) {
@@ -331,20 +329,22 @@ void draw_shear_calibration(ImDrawList* list, const ViewRect& rect, const ShearC
   if (normal_N)
     for (const double sign : {-1.0, 1.0}) {
       const double limit_N = sign * c.friction * *normal_N;
-      plot.line({plot.at(plot.x().least, limit_N), plot.at(plot.x().most, limit_N)}, kLimit,
+      plot.line({plot.at(plot.x().least, limit_N), plot.at(plot.x().most, limit_N)}, ink(theme().limit),
                 LineStyle::Dotted);
     }
   for (const bool along_x : {true, false})
     for (const CalibrationMark& m : shear_marks(c, touch, along_x)) {
       const std::string name = along_x ? "x" : "y";
-      plot.mark(m.signal, m.force_N.value, m.force_N.standard_error, along_x ? kSecond : kThird,
+      plot.mark(m.signal, m.force_N.value, m.force_N.standard_error,
+                along_x ? ink(theme().second) : ink(theme().third),
                 m.id > 0 ? text("%s of %u", name.c_str(), m.id) : name, m.force_N.validity == Validity::Valid,
                 !along_x);
     }
   plot.unclip();
-  plot.legend("x", kSecond);
-  plot.legend("y (dashed)", kThird);
-  if (normal_N) plot.legend(text("limit at %.3g N: %.3g N", *normal_N, c.friction * *normal_N), kLimit);
+  plot.legend("x", ink(theme().second));
+  plot.legend("y (dashed)", ink(theme().third));
+  if (normal_N)
+    plot.legend(text("limit at %.3g N: %.3g N", *normal_N, c.friction * *normal_N), ink(theme().limit));
 }
 
 }  // namespace palpate::viz

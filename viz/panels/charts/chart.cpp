@@ -7,7 +7,7 @@
 namespace palpate::viz {
 
 void Chart::paper(double step) const {
-  list_->AddRectFilled(low_, high_, kPaper);
+  list_->AddRectFilled(low_, high_, ink(theme().chart));
   const auto first = static_cast<int>(std::ceil(least_ / step - 1e-9));
   const auto last = static_cast<int>(std::floor(most_ / step + 1e-9));
   // No number over another: of close ones every second, or third, counted from zero.
@@ -15,13 +15,13 @@ void Chart::paper(double step) const {
   const int stride = std::max(1, static_cast<int>(std::ceil(0.9 * row / std::max(apart, 1e-3))));
   for (int i = first; i <= last; ++i) {
     const float y = at(end_s_, i * step).y;
-    list_->AddLine({low_.x, y}, {high_.x, y}, i == 0 ? kFrameLine : kGridLine);
+    list_->AddLine({low_.x, y}, {high_.x, y}, i == 0 ? ink(theme().frame) : ink(theme().grid));
     if (i % stride != 0) continue;
     const std::string label = tick_text(i * step, step);
     const ImVec2 size = ImGui::CalcTextSize(label.c_str());
     list_->AddText(
-        {low_.x - size.x - 4 * scale_, std::clamp(y - size.y / 2, low_.y - 2, high_.y - size.y + 2)}, kFaint,
-        label.c_str());
+        {low_.x - size.x - 4 * scale_, std::clamp(y - size.y / 2, low_.y - 2, high_.y - size.y + 2)},
+        ink(theme().faint), label.c_str());
   }
 }
 

@@ -44,7 +44,7 @@ class Chart {
     clip();
   }
   /// The next words of the row above, from its left end; shortened where there is no room for all.
-  void title(const std::string& whole, ImU32 colour = kText);
+  void title(const std::string& whole, ImU32 colour = ink(theme().text));
   /// Words at the right end of that row; none where the titles leave no room.
   void note(const std::string& words, ImU32 colour) const;
   /// A dashed line across the chart.
@@ -59,7 +59,7 @@ class Chart {
   using Ends = std::pair<double, double>;
   void band(const std::deque<Sample>& samples, const std::function<std::optional<Ends>(const Sample&)>& ends,
             ImU32 colour) const;
-  void frame() const { list_->AddRect(low_, high_, kFrameLine); }
+  void frame() const { list_->AddRect(low_, high_, ink(theme().frame)); }
   ImVec2 low() const { return low_; }
   ImVec2 high() const { return high_; }
 

@@ -20,13 +20,7 @@
 namespace palpate::viz {
 namespace {
 
-constexpr ImU32 kForce = IM_COL32(86, 180, 233, 255);
-constexpr ImU32 kBand = IM_COL32(86, 180, 233, 70);
-constexpr ImU32 kWithinLimit = IM_COL32(240, 228, 66, 34);
-constexpr ImU32 kShearX = IM_COL32(230, 159, 0, 255);
-constexpr ImU32 kShearY = IM_COL32(204, 121, 167, 255);
-constexpr ImU32 kCursor = IM_COL32(255, 120, 60, 255);
-constexpr ImU32 kEvent = IM_COL32(245, 245, 245, 220);
+constexpr int kBandAlpha = 70, kWithinAlpha = 34;
 
 struct Ends {
   double least = 0, most = 0;
@@ -57,29 +51,29 @@ double least_force_axis_N(const ForceCalibration& force) {
 /// Stick, incipient slip and slip along the time axis: colour, hatching and letters.
 void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time,
                     const std::deque<Sample>& samples, float scale) {
-  list->AddRectFilled(low, high, kPaper);
+  list->AddRectFilled(low, high, ink(theme().chart));
   list->PushClipRect(low, high, true);
   const auto flush = [&](float from, float to, Slip slip) {
     if (slip == Slip::NoContact || slip == Slip::NotCalibrated || to <= from) return;
-    const Verdict v = slip_verdict(slip);
-    const ImU32 full = IM_COL32(v.red, v.green, v.blue, 255), pale = IM_COL32(v.red, v.green, v.blue, 110);
+    const Rgb colour = theme().of(slip_verdict(slip).meaning);
+    const ImU32 full = ink(colour), pale = ink(colour, 110);
     list->AddRectFilled({from, low.y}, {to, high.y}, slip == Slip::Stick ? pale : full);
     const float height = high.y - low.y;
     if (slip == Slip::Incipient) {
       for (float x = std::floor((from - height) / (7 * scale)) * 7 * scale; x < to; x += 7 * scale) {
         list->PushClipRect({from, low.y}, {to, high.y}, true);
-        list->AddLine({x, high.y}, {x + height, low.y}, IM_COL32(0, 0, 0, 255), 1.4f * scale);
+        list->AddLine({x, high.y}, {x + height, low.y}, ink(theme().panel), 1.4f * scale);
         list->PopClipRect();
       }
     } else if (slip == Slip::Slip) {
       for (float x = std::ceil(from / (4 * scale)) * 4 * scale; x < to; x += 4 * scale)
-        list->AddLine({x, low.y}, {x, high.y}, IM_COL32(0, 0, 0, 160), scale);
+        list->AddLine({x, low.y}, {x, high.y}, ink(theme().panel, 160), scale);
     }
     const char* letters = slip == Slip::Stick ? "stick" : slip == Slip::Slip ? "SLIP" : "rim slips";
     const ImVec2 size = ImGui::CalcTextSize(letters);
     if (to - from < size.x + 8 * scale) return;
     const ImVec2 at{(from + to - size.x) / 2, (low.y + high.y - size.y) / 2};
-    list->AddRectFilled({at.x - 3, low.y}, {at.x + size.x + 3, high.y}, IM_COL32(12, 14, 18, 215));
+    list->AddRectFilled({at.x - 3, low.y}, {at.x + size.x + 3, high.y}, ink(theme().panel, 215));
     list->AddText(at, full, letters);
   };
   float from = low.x;
@@ -97,7 +91,7 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   }
   flush(from, last, now);
   list->PopClipRect();
-  list->AddRect(low, high, kFrameLine);
+  list->AddRect(low, high, ink(theme().frame));
 }
 
 /// The part of the axis of time that is shown.
@@ -158,18 +152,20 @@ class StripCharts {
   }
 
   void draw() {
-    list_->AddRectFilled(low_, high_, IM_COL32(17, 20, 24, 255));
+    list_->AddRectFilled(low_, high_, ink(theme().panel));
     list_->PushClipRect(low_, high_, true);
     if (sensor_.force)
       draw_force();
+    else if (!samples_.empty() && samples_.back().layer_N)
+      draw_layer_force();
     else  // a hundred pixels at the threshold: below it lies what noise alone makes
       draw_plain([](const Sample& s) { return std::optional(1e-3 * s.gray_sum); },
                  std::max(0.01, 0.1 * sensor_.threshold_gray),
-                 "gray sum G [1000 gray levels], force not calibrated", kForce);
+                 "gray sum G [1000 gray levels], force not calibrated", ink(theme().chosen));
     if (has_shear_ && index_ < count_) draw_shear();
     if (has_depth_ && index_ < count_)
       draw_plain([](const Sample& s) { return s.has_depth ? std::optional(s.depth_mm) : std::nullopt; },
-                 kLeastDepthAxis_mm, "deepest [mm]", kDepthLine);
+                 kLeastDepthAxis_mm, "deepest [mm]", ink(theme().depth));
     draw_time_axis();
     draw_events();
     draw_cursor();
@@ -200,6 +196,7 @@ class StripCharts {
   double untouched(const Estimate& zero) const { return tare_.on && has_value(zero) ? -zero.value : 0.0; }
 
   void draw_force();
+  void draw_layer_force();
   void draw_shear();
   void draw_plain(const std::function<std::optional<double>(const Sample&)>& value, double least_axis,
                   const std::string& title, ImU32 colour);
@@ -220,6 +217,38 @@ class StripCharts {
   float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, marks_ = 0, bottom_ = 0, head_ = 0, each_ = 0;  // px
   int count_ = 0, index_ = 0, ticks_ = 0;
 };
+
+/// Where no calibration says the force and the elastic layer does.
+void StripCharts::draw_layer_force() {
+  constexpr double kLeastAxis_N = 0.05;
+  Chart chart = next();
+  const auto known = [](const Sample& s) { return s.layer_N && has_value(*s.layer_N); };
+  const auto ends_of = [](const Sample& s) {
+    return Chart::Ends{s.layer_N->value - 2 * s.layer_N->standard_error,
+                       s.layer_N->value + 2 * s.layer_N->standard_error};
+  };
+  Ends ends;
+  for (const Sample& s : samples_)
+    if (chart.visible(s.time) && known(s)) {
+      ends.take(ends_of(s).first);
+      ends.take(ends_of(s).second);
+    }
+  const double step = ends.round(kLeastAxis_N, ticks_);
+  chart.begin(ends.least, ends.most, step);
+  chart.band(
+      samples_, [&](const Sample& s) { return known(s) ? std::optional(ends_of(s)) : std::nullopt; },
+      ink(theme().chosen, kBandAlpha));
+  chart.line(
+      samples_,
+      [&](const Sample& s) -> std::optional<double> {
+        if (known(s)) return s.layer_N->value;
+        return s.contact ? std::nullopt : std::optional(0.0);
+      },
+      ink(theme().chosen), LineStyle::Solid);
+  chart.unclip();
+  chart.title("force by the layer [N], band: 95 %", ink(theme().chosen));
+  chart.frame();
+}
 
 void StripCharts::draw_force() {
   Chart chart = next();
@@ -244,24 +273,24 @@ void StripCharts::draw_force() {
         if (!has_value(e)) return std::nullopt;
         return Chart::Ends{e.value - 2 * e.standard_error, e.value + 2 * e.standard_error};
       },
-      kBand);
+      ink(theme().chosen, kBandAlpha));
   chart.line(
       samples_,
       [&](const Sample& s) -> std::optional<double> {
         if (s.force_N.validity == Validity::NotCalibrated) return std::nullopt;
         return has_value(s.force_N) ? force(s).value : untouched(tare_.force_N);
       },
-      kForce, LineStyle::Solid);
+      ink(theme().chosen), LineStyle::Solid);
   const bool lower = range.least_N - zero_N > 0.03 * ends.most;
-  if (limits) chart.level(range.most_N - zero_N, kLimit);
-  if (limits && lower) chart.level(range.least_N - zero_N, kLimit);
+  if (limits) chart.level(range.most_N - zero_N, ink(theme().limit));
+  if (limits && lower) chart.level(range.least_N - zero_N, ink(theme().limit));
   chart.unclip();
-  chart.title(text("force [N]%s, band: 95 %%", zeroed()), kForce);
+  chart.title(text("force [N]%s, band: 95 %%", zeroed()), ink(theme().chosen));
   const std::string from = lower ? text("from %.3g ", range.least_N) : "";
   if (limits)
     chart.note(
         text("calibrated %sto %.3g N (dashed)%s", from.c_str(), range.most_N, tare_.on ? ", untared" : ""),
-        kLimit);
+        ink(theme().limit));
   chart.frame();
 }
 
@@ -289,7 +318,7 @@ void StripCharts::draw_shear() {
           if (!has_value(s.force_N)) return std::nullopt;
           return Chart::Ends{-friction * s.force_N.value, friction * s.force_N.value};
         },
-        kWithinLimit);
+        ink(theme().limit, kWithinAlpha));
   for (const bool x : {true, false})
     chart.line(
         samples_,
@@ -298,11 +327,11 @@ void StripCharts::draw_shear() {
           if (e.validity == Validity::NotCalibrated) return std::nullopt;
           return has_value(e) ? e.value : untouched(x ? tare_.shear_x_N : tare_.shear_y_N);
         },
-        x ? kShearX : kShearY, x ? LineStyle::Solid : LineStyle::Dashed);
+        x ? ink(theme().second) : ink(theme().third), x ? LineStyle::Solid : LineStyle::Dashed);
   chart.unclip();
-  chart.title(text("shear [N]%s: x", zeroed()), kShearX);
-  chart.title("y (dashed)", kShearY);
-  if (!tare_.on) chart.note("area: within the friction limit", kLimit);
+  chart.title(text("shear [N]%s: x", zeroed()), ink(theme().second));
+  chart.title("y (dashed)", ink(theme().third));
+  if (!tare_.on) chart.note("area: within the friction limit", ink(theme().limit));
   chart.frame();
 }
 
@@ -328,15 +357,15 @@ void StripCharts::draw_time_axis() {
                    {right_, bottom_ + marks_ + band_ - 2 * scale_}, time, samples_, scale_);
   const char* title = history_.timeline().timed ? "time [s]" : "frame";
   const float title_left = right_ - ImGui::CalcTextSize(title).x;
-  list_->AddText({title_left, high_.y - axis_ + 4 * scale_}, kFaint, title);
+  list_->AddText({title_left, high_.y - axis_ + 4 * scale_}, ink(theme().faint), title);
   const double step = nice_ceiling(span_.length / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
   for (double t = std::ceil((span_.end - span_.length) / step) * step; t <= span_.end + 1e-9; t += step) {
     const float x = time.at(t, 0).x;
-    list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, kFrameLine);
+    list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, ink(theme().frame));
     const std::string label = tick_text(t, step);
     const ImVec2 size = ImGui::CalcTextSize(label.c_str());
     if (x + size.x / 2 > title_left - 6 * scale_) continue;
-    list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, kFaint, label.c_str());
+    list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, ink(theme().faint), label.c_str());
   }
 }
 
@@ -349,15 +378,15 @@ void StripCharts::draw_events() {
     if (x < left_) continue;
     const auto dashes = [&](float from, float to) {
       for (float y = from; y < to; y += 6 * scale_)
-        list_->AddLine({x, y}, {x, std::min(y + 3 * scale_, to)}, kEvent, 1.2f * scale_);
+        list_->AddLine({x, y}, {x, std::min(y + 3 * scale_, to)}, ink(theme().text, 220), 1.2f * scale_);
     };
     across(dashes);
     const ImVec2 size = ImGui::CalcTextSize(e.label.c_str());
     const float at = std::min(x, right_ - size.x - 3 * scale_), y = bottom_ + scale_;
     if (at < free_from) continue;
     free_from = at + size.x + 6 * scale_;
-    list_->AddRectFilled({at, y}, {at + size.x + 3 * scale_, y + size.y}, IM_COL32(245, 245, 245, 225));
-    list_->AddText({at + scale_, y}, IM_COL32(10, 12, 16, 255), e.label.c_str());
+    list_->AddRectFilled({at, y}, {at + size.x + 3 * scale_, y + size.y}, ink(theme().text, 225));
+    list_->AddText({at + scale_, y}, ink(theme().panel), e.label.c_str());
   }
 }
 
@@ -366,10 +395,12 @@ void StripCharts::draw_cursor() {
   if (!history_.timeline().whole()) return;
   const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
   const float x = std::clamp(time.at(history_.now(), 0).x, left_, right_);
-  across([&](float from, float to) { list_->AddLine({x, from}, {x, to}, kCursor, 1.6f * scale_); });
+  across([&](float from, float to) {
+    list_->AddLine({x, from}, {x, to}, ink(theme().slips), 1.6f * scale_);
+  });
   const float foot = high_.y - axis_;
   list_->AddTriangleFilled({x - 5 * scale_, foot + 6 * scale_}, {x + 5 * scale_, foot + 6 * scale_},
-                           {x, foot - scale_}, kCursor);
+                           {x, foot - scale_}, ink(theme().slips));
 }
 
 }  // namespace
