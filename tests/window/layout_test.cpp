@@ -19,9 +19,10 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
                                              {2560u, 1440u, 2.0f},
                                              {3840u, 2160u, 2.5f}}) {
     for (const bool surface : {false, true}) {
-      for (const Panels& panels : {Panels{true, true}, Panels{true, false}, Panels{false, true},
-                                   Panels{false, false}, Panels{true, true, 262}, Panels{false, false, 430},
-                                   Panels{true, true, 262, true}, Panels{false, false, 0, true}}) {
+      for (const Panels& panels :
+           {Panels{true, true}, Panels{true, false}, Panels{false, true}, Panels{false, false},
+            Panels{true, true, 262}, Panels{false, false, 430}, Panels{true, true, 262, true},
+            Panels{false, false, 0, true}, Panels{true, true, 262, true, true}, Panels{.tools = true}}) {
         SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d, player %d", width, height, scale,
                           surface, panels.charts, panels.profile, panels.player));
         const Layout l = make_layout({width, height}, scale, {640, 480, 1, 8}, surface, panels);
@@ -32,6 +33,11 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
         EXPECT_LE(right(l.panel), width);
         EXPECT_LE(foot(l.panel), l.status.y);
         EXPECT_LE(foot(l.status), height);
+        if (l.has_tools) {
+          EXPECT_EQ(foot(l.tools), l.surface.y);
+          EXPECT_LE(right(l.tools), l.panel.x);
+          EXPECT_TRUE(!l.has_dock || foot(l.tools) <= l.dock.y);
+        }
         EXPECT_EQ(l.has_player, panels.player);
         if (l.has_player) {
           EXPECT_GE(l.player.y, foot(l.surface)) << "nothing of the picture is below the bar";
@@ -53,7 +59,7 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
         EXPECT_GE(l.image.x, holder.x);
         EXPECT_LE(right(l.image), right(holder));
         EXPECT_LE(foot(l.image), foot(holder));
-        EXPECT_GE(l.surface.height, 100u * height / 720);
+        EXPECT_GE(l.surface.height, (panels.tools ? 80u : 100u) * height / 720);
       }
     }
   }

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -21,7 +22,9 @@
 #include "viz/panels/measurement.h"
 #include "viz/panels/press.h"
 #include "viz/panels/run_panel.h"
+#include "viz/panels/tool_bar.h"
 #include "viz/render/annotations.h"
+#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 #include "viz/render/hud_frame.h"
 
@@ -90,6 +93,82 @@ TEST_F(PanelTest, EveryButtonHasRoomWhateverItSays) {
     }
 }
 
+TEST_F(PanelTest, TheToolBarHasTheMostWantedActionsThatFit) {
+  for (const float scale : {1.0f, 1.6f})
+    for (const uint32_t width : {480u, 640u, 800u, 1280u, 1920u})
+      for (const bool player : {false, true}) {
+        SCOPED_TRACE(text("%u px at %g", width, static_cast<double>(scale)));
+        ViewState state;
+        LiveStats live;
+        live.from_list = true;
+        if (player) live.player = PlayerStats{};
+        const VkExtent2D extent{width, 480};
+        const Layout layout = make_layout(extent, scale, {320, 240, 1, 8}, true, {.tools = true});
+        describe(
+            scale, [&] { tool_bar(layout, scale, true, &live, state); }, extent);
+        const ImGuiWindow* bar = ImGui::FindWindowByName("tools");
+        ASSERT_NE(bar, nullptr);
+        EXPECT_EQ(bar->ScrollMax.x, 0);
+        EXPECT_EQ(bar->ScrollMax.y, 0);
+        std::vector<Action> all;
+        describe(
+            scale, [&] { all = actions(layout, true, &live, state); }, extent);
+        const auto in_bar = [&](std::string_view label) {
+          return std::ranges::any_of(all, [&](const Action& a) { return a.in_bar && label == a.label; });
+        };
+        EXPECT_TRUE(std::ranges::all_of(all, &Action::in_bar) || static_cast<float>(width) < 1280 * scale);
+        EXPECT_TRUE(in_bar("Settings") || static_cast<float>(width) < 480 * scale);
+        EXPECT_TRUE(!in_bar("Text") || in_bar("Snapshot")) << "the wanted ones have the room";
+      }
+}
+
+TEST_F(PanelTest, AnActionOfTheBarDoesWhatItsKeyDoes) {
+  ViewState state;
+  LiveStats live;
+  const Layout layout = make_layout({1280, 720}, 1, {320, 240, 1, 8}, true, {.tools = true});
+  describe(1, [&] {
+    for (const Action& action : actions(layout, true, &live, state)) action.done();
+  });
+  // Three pictures: what is switched has been switched three times.
+  EXPECT_TRUE(state.paused && state.controls && state.help && state.sensor_panel && state.labelling);
+  EXPECT_TRUE(state.snapshot_requested && state.mark_requested && state.zero_requested);
+  EXPECT_TRUE(state.recording_switched_requested);
+}
+
+TEST_F(PanelTest, ForceByTheLayerHasAChart) {
+  Sensor sensor;
+  History history;
+  Touch touch;
+  touch.contact = true;
+  touch.traction.emplace().fz_N = {1.0, 0.1, Validity::Valid};
+  for (int i = 0; i < 10; ++i) {
+    touch.time_ns = i * 1'000'000'000LL;
+    history.add(touch);
+  }
+  // The curve is level, and its band ends a fifth above and below it.
+  const auto heights = [&](ImU32 colour) {
+    std::set<int> at;
+    describe(1, [&] {
+      ImDrawList* list = ImGui::GetBackgroundDrawList();
+      const int from = list->VtxBuffer.Size;
+      draw_strip_charts(list, {0, 0, 600, 200}, history, sensor, {}, {.span_s = 10});
+      for (int i = from; i < list->VtxBuffer.Size; ++i)
+        if (list->VtxBuffer[i].col == colour && list->VtxBuffer[i].pos.y > 30)
+          at.insert(static_cast<int>(std::lround(list->VtxBuffer[i].pos.y)));
+    });
+    return at;
+  };
+  const std::set<int> curve = heights(ink(theme().chosen)), band = heights(ink(theme().chosen, 70));
+  ASSERT_FALSE(curve.empty() || band.empty());
+  EXPECT_LE(*curve.rbegin() - *curve.begin(), 4);
+  EXPECT_LT(*band.begin(), *curve.begin());
+  EXPECT_GT(*band.rbegin(), *curve.rbegin());
+  touch.traction.reset();
+  touch.time_ns += 1'000'000'000;
+  history.add(touch);
+  EXPECT_FALSE(history.samples().back().layer_N);
+}
+
 TEST_F(PanelTest, TheHelpLetsNothingShowThroughAndFitsTheWindow) {
   bool open = true;
   for (const VkExtent2D extent : {VkExtent2D{800, 600}, VkExtent2D{1280, 720}}) {
@@ -137,11 +216,10 @@ TEST_F(PanelTest, NoLabelOfTheAxesLiesOverAnother) {
                      const bool default_view = elevation < -1.4 && azimuth < -3;
                      if (!default_view) camera.azimuth_rad = azimuth, camera.elevation_rad = elevation;
                      const Vec3 half = surface_half_size_mm(320, 240, 0.08, style);
-                     const double aspect = layout.view.aspect();
-                     const Eye eye = place(camera, half, aspect, 1 - 288.0 / layout.view.width,
-                                           std::max(0.3, 1 - 104.0 / layout.view.height));
-                     const std::vector<PlacedText> texts = draw_axes(
-                         ImGui::GetBackgroundDrawList(), eye, layout.surface, layout.view, half, style, 1);
+                     const Eye eye =
+                         place(camera, half, layout.surface.aspect(), margins_of(layout.surface, 1));
+                     const std::vector<PlacedText> texts =
+                         draw_axes(ImGui::GetBackgroundDrawList(), eye, layout.surface, half, style, 1);
                      ASSERT_TRUE(apart(texts)) << azimuth << " " << elevation << " " << range_mm;
                      if (!default_view) continue;
                      for (const char* words : {"x [mm]", "y [mm]", "depth [mm]", "-10", "0", "5"})
@@ -178,7 +256,7 @@ TEST_F(PanelTest, WordsOfAChartStandAboveIt) {
     const int from = list->VtxBuffer.Size;
     chart.title("force [N]");
     chart.title("a second part");
-    chart.note("calibrated to 1.5 N", kText);
+    chart.note("calibrated to 1.5 N", ink(theme().text));
     ASSERT_GT(list->VtxBuffer.Size, from);
     EXPECT_LE(rows_of(*list, from).second, 100.5f);
     float right = 0;
@@ -188,7 +266,7 @@ TEST_F(PanelTest, WordsOfAChartStandAboveIt) {
     Chart narrow(list, {60, 100}, {130, 160}, 10, 10, 1);
     narrow.title("gray sum G [1000 gray levels]");
     const int behind = list->VtxBuffer.Size;
-    narrow.note("calibrated to 1.5 N", kText);
+    narrow.note("calibrated to 1.5 N", ink(theme().text));
     EXPECT_EQ(list->VtxBuffer.Size, behind);
   });
 }
@@ -207,7 +285,7 @@ TEST_F(PanelTest, NoLineCrossesAGapAndALoneSampleIsADot) {
     }
     const int from = list->VtxBuffer.Size;
     chart.line(
-        samples, [](const Sample&) { return std::optional(0.5); }, kText, LineStyle::Solid);
+        samples, [](const Sample&) { return std::optional(0.5); }, ink(theme().text), LineStyle::Solid);
     int near_dot = 0;
     for (int i = from; i < list->VtxBuffer.Size; ++i) {
       const float x = list->VtxBuffer[i].pos.x;

@@ -108,16 +108,16 @@ TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   desktop_->key("d o x l g y p k j n f bracketright");
   desktop_->key("ctrl+Right ctrl+Down");
   desktop_->key("h Escape i Escape");
-  desktop_->key("c ctrl+plus");
+  desktop_->key("c u ctrl+plus");
   const Ended done = quit();
   EXPECT_EQ(done.exit_code, 0) << done.err;
   const Json kept = remembered();
   EXPECT_EQ(kept["colours"], "pressure") << "by the gel's layer";
   EXPECT_EQ(kept["colour_map"], "cividis");
   EXPECT_EQ(kept["section"], true);
-  for (const char* off : {"light", "grid", "axes", "charts", "contacts", "skin", "controls"})
+  for (const char* off : {"light", "grid", "axes", "charts", "contacts", "skin"})
     EXPECT_EQ(kept[off], false) << off;
-  EXPECT_EQ(kept["rates"], true);
+  for (const char* on : {"rates", "controls", "light_theme"}) EXPECT_EQ(kept[on], true) << on;
   EXPECT_EQ(kept["skin_strain"], "off") << "this skin is not followed";
   EXPECT_EQ(kept["chart_span_s"], 30);
   EXPECT_NEAR(kept["section_line"][0], 0.09, 1e-9);
@@ -131,7 +131,8 @@ TEST_F(WindowTest, TheSectionFollowsTheMouse) {
         R"({"palpate_window": 1, "section": true, "controls": false, "width": 1000, "height": 640})");
   open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
   ASSERT_TRUE(drawn(folder_ / "out"));
-  const Layout layout = viz::make_layout({1000, 640}, 1, {320, 240, 3, 8}, true, {true, true});
+  const Layout layout =
+      viz::make_layout({1000, 640}, 1, {320, 240, 3, 8}, true, {.profile = true, .tools = true});
   const ViewRect& image = layout.image;
   const auto x = [&](double fraction) { return image.x + fraction * image.width; };
   const auto y = [&](double fraction) { return image.y + fraction * image.height; };
@@ -206,7 +207,8 @@ TEST_F(WindowTest, AVideoWithoutASensorIsPlayed) {
   ASSERT_TRUE(titled("palpate: "));
   desktop_->key("space");
   const fs::path place = home() / "palpate" / (folder_.filename().string() + "-press.avi");
-  const Layout layout = viz::make_layout({1280, 720}, 1, {160, 120, 3, 8}, false, {true, false, 262, true});
+  const Layout layout =
+      viz::make_layout({1280, 720}, 1, {160, 120, 3, 8}, false, {.player = true, .tools = true});
   ASSERT_TRUE(layout.has_charts);
   // The axis of the charts holds the whole film: a click in its middle is frame 50, or next to it.
   const double left = layout.charts.x + 52, right = layout.charts.x + layout.charts.width - 10.0;
@@ -264,7 +266,8 @@ TEST_F(WindowTest, AReplayedFrameIsShownAsStored) {
   const cv::Mat picture = cv::imread(stem + ".png");
   ASSERT_FALSE(picture.empty());
   // The surface and the raw image; rates, latencies and the charts' past differ from run to run.
-  const Layout layout = viz::make_layout({1280, 720}, 1, {320, 240, 3, 8}, true, {true, true, 0, true});
+  const Layout layout = viz::make_layout({1280, 720}, 1, {320, 240, 3, 8}, true,
+                                         {.profile = true, .player = true, .tools = true});
   cv::Mat shown(picture.rows, picture.cols, picture.type(), cv::Scalar::all(0));
   for (const ViewRect& part : {layout.surface, layout.image}) {
     const cv::Rect rect(part.x, part.y, static_cast<int>(part.width), static_cast<int>(part.height));

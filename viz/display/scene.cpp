@@ -64,11 +64,13 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   const bool first = !std::exchange(sized_, true);
   if (first) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales
 
+  use_theme(state_.light_theme);
   fit_text();
   const float scale = frame_->scale();
-  layout_ = make_layout(extent, scale, format, has_surface,
-                        {state_.charts && !hud_.timeline().separate, state_.section,
-                         dock_width(state_, frame_->has_window()), live && live->player});
+  layout_ =
+      make_layout(extent, scale, format, has_surface,
+                  {state_.charts && !hud_.timeline().separate, state_.section,
+                   dock_width(state_, frame_->has_window()), live && live->player, frame_->has_window()});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.result.traction)
@@ -89,12 +91,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   strain_shown_ = state_.skin_strain;
   const SurfaceStyle style = state_.style(longest_side_mm_);
   const Vec3 half_mm = surface_half_size_mm(format.width, format.height, sensor_.pitch_mm_per_px, style);
-  // Around the pad: the axes' labels, and on the right the colour bar.
-  const double labels_px = 2 * kLabelRoom_px * scale, bar_px = kColourBarRoom_px * scale;
-  const ViewRect& view = layout_.view;
-  eye_ =
-      place(state_.camera, half_mm, view.aspect(), std::max(0.3, 1 - (labels_px + 2 * bar_px) / view.width),
-            std::max(0.3, 1 - labels_px / view.height));
+  const ViewRect& view = layout_.surface;
+  eye_ = place(state_.camera, half_mm, view.aspect(), margins_of(view, scale));
   if (mesh_columns > 0)
     mesh_columns =
         std::min(mesh_columns, columns_seen(2 * half_mm.x / eye_.mm_per_px(view.height), shown.still));
@@ -125,8 +123,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   begin_pass();
   if (has_surface) {
     surface_.draw(cmd, surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_, style,
-                  layout_.view, layout_.surface, mesh_columns, load,
-                  dented_part(shown.touch, format.width, format.height));
+                  layout_.surface, mesh_columns, load, dented_part(shown.touch, format.width, format.height));
   }
   image_.draw(cmd, shown.frame, surface, layout_.image, extent, strain);
   frame_->draw(cmd);

@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "viz/panels/tool_bar.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
@@ -15,18 +16,12 @@ namespace {
 
 using Where = KeyHelp::Where;
 
-float button_width(const char* label) {
-  return ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
-}
-
 /// Buttons and boxes side by side; what has no room begins the next row.
 class Rows {
  public:
-  /// `other`: what the button says at another time; it is as wide as the wider of both, and none moves.
-  bool button(const char* label, const char* other = nullptr) {
-    const float width = std::max(button_width(label), other ? button_width(other) : 0);
-    place(width);
-    return ImGui::Button(label, {width, 0});
+  bool button(const char* label) {
+    place(ImGui::CalcTextSize(label, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x);
+    return ImGui::Button(label);
   }
   void box(const char* label, bool& value) {
     place(ImGui::GetFrameHeight() + ImGui::GetStyle().ItemInnerSpacing.x +
@@ -134,23 +129,6 @@ void switches(bool has_surface, ViewState& state) {
   }
 }
 
-void action_buttons(bool has_surface, const LiveStats* live, ViewState& state) {
-  Rows rows;
-  if (rows.button(state.paused ? "Continue" : "Pause", "Continue")) state.paused = !state.paused;
-  if (live && !live->player &&
-      rows.button(live->recording ? "Stop##record" : "Record##record", "Record##record"))
-    state.recording_switched_requested = true;
-  if (rows.button("Snapshot")) state.snapshot_requested = true;
-  if (rows.button("Mark")) state.mark_requested = true;
-  if (rows.button("Text")) state.labelling = true;
-  if (rows.button(state.tare.on ? "End zero" : "Zero", "End zero"))
-    (state.tare.on ? state.zero_cleared_requested : state.zero_requested) = true;
-  if (rows.button("Sensor")) state.sensor_panel = !state.sensor_panel;
-  if (has_surface && rows.button("View")) state.camera = {};
-  if (live && live->from_list && rows.button("Sources")) state.sources_requested = true;
-  if (rows.button("Help")) state.help = !state.help;
-}
-
 /// The help of a key that switches a setting.
 KeyHelp of(char key) {
   const ViewSetting& setting = view_setting(key);
@@ -197,6 +175,7 @@ const std::vector<KeyHelp>& key_help() {
       {"V", "vsync: on, mailbox, off"},
       {"Ctrl + plus, minus", "larger, smaller text"},
       {"F11", "full screen"},
+      of('U'),
       of('C'),
       {"B", "back to the list of sources"},
       {"H, F1", "this help"},
@@ -245,7 +224,9 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   int vsync = static_cast<int>(state.vsync);
   if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
   ImGui::PopItemWidth();
-  action_buttons(has_surface, live, state);
+  Rows rows;
+  for (const Action& action : actions(layout, has_surface, live, state))
+    if (!action.in_bar && rows.button(action.label)) action.done();
   ImGui::Text("text");
   ImGui::SameLine();
   if (ImGui::SmallButton(" - ##text")) state.enlarge_text(false);

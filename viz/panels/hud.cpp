@@ -9,6 +9,7 @@
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/sensor.h"
+#include "viz/panels/tool_bar.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
 
@@ -78,17 +79,16 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     // Where numbers would overlap, the grid alone shows lengths.
     const ImVec2 room = size_of(layout.surface);
     const bool roomy = room.x >= 320 * scale && room.y >= 200 * scale;
-    if (state.axes && roomy) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
+    if (state.axes && roomy) draw_axes(under, *eye, layout.surface, half_mm, style, scale);
     if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
-      draw_shear(under, *eye, layout.surface, layout.view, half_mm, content.traction,
+      draw_shear(under, *eye, layout.surface, half_mm, content.traction,
                  content.sensor.shear ? content.sensor.shear->friction : 0, scale);
-    if (section)
-      draw_section(under, layout.surface, layout.view, *eye, state.line, *profile, half_mm, style, scale);
+    if (section) draw_section(under, layout.surface, *eye, state.line, *profile, half_mm, style, scale);
     const bool* follows = state.automatic();
     draw_colour_bar(under, layout.surface, style, follows && *follows, scale);
   }
   const ImVec2 low = corner(layout.image), high = far_corner(layout.image);
-  under->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, IM_COL32(70, 78, 90, 255));
+  under->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, ink(theme().frame));
   draw_touch(under, layout.image, shown, content.frame.format,
              {state.contacts, state.skin, full_shear_N_, scale, content.extrapolated});
   if (content.live && content.live->press && content.live->press->last)
@@ -105,6 +105,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   status_line(layout, content, state.rates, scale);
   if (state.sensor_panel) sensor_panel(layout, scale, content.sensor, content.touch, state);
   if (!frame.has_window()) return;
+  if (layout.has_tools) tool_bar(layout, scale, content.has_surface, content.live, state);
   if (state.controls && !(state.sensor_panel && layout.has_dock))
     control_window(layout, scale, content.has_surface, content.live, state);
   const bool player = content.live && content.live->player;
@@ -114,12 +115,12 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (state.help) {
     help_window(extent, scale, key_help(player, content.has_surface), state.help);
   } else if (content.has_surface) {  // a large image has its states there
-    const ImVec2 at{corner(layout.surface).x + 14 * scale, size_of(layout.surface).y - 20 * scale};
-    under->AddText(at, IM_COL32(120, 128, 140, 255), "drag: orbit   wheel: zoom");
+    const ImVec2 at{corner(layout.surface).x + 14 * scale, far_corner(layout.surface).y - 20 * scale};
+    under->AddText(at, ink(theme().faint), "drag: orbit   wheel: zoom");
   }
   const bool at_charts = player && layout.has_charts && timeline_click(layout.charts, chart_style, state);
   state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,
-                                                                     layout.view, eye, half_mm, scale));
+                                                                     eye, half_mm, scale));
 }
 
 }  // namespace palpate::viz

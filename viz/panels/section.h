@@ -45,17 +45,16 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
 /// The line over the raw image in `rect`, its start a disc marked A and its end one marked B.
 void draw_section(ImDrawList* list, const ViewRect& rect, const SectionLine& line, float scale);
 /// The line over the surface, at the depths of `profile`; `half_mm`: half sizes of the pad.
-void draw_section(ImDrawList* list, const ViewRect& clip, const ViewRect& view, const Eye& eye,
-                  const SectionLine& line, const Profile& profile, const Vec3& half_mm,
-                  const SurfaceStyle& style, float scale);
+void draw_section(ImDrawList* list, const ViewRect& view, const Eye& eye, const SectionLine& line,
+                  const Profile& profile, const Vec3& half_mm, const SurfaceStyle& style, float scale);
 
 /// Follows a mouse that drags an end, or the whole line by its middle, in the raw image or on the surface.
 class SectionMouse {
  public:
   /// Once a picture, between ImGui's begin and end. `eye`: null without a surface. True while it holds the
   /// mouse, which then turns nothing else.
-  bool follow(SectionLine& line, const ViewRect& image, const ViewRect& clip, const ViewRect& view,
-              const Eye* eye, const Vec3& half_mm, float scale);
+  bool follow(SectionLine& line, const ViewRect& image, const ViewRect& view, const Eye* eye,
+              const Vec3& half_mm, float scale);
 
  private:
   enum class Held { Nothing, Start, End, All };

@@ -43,10 +43,8 @@ void end_mark(ImDrawList* list, ImVec2 at, const char* letter, float scale) {
 /// Where on the rest level the mouse points, as fractions of the frame; none where it points past it.
 std::optional<std::pair<double, double>> under_mouse(const Eye& eye, const ViewRect& view,
                                                      const Vec3& half_mm, ImVec2 mouse) {
-  const double tan_y = std::tan(Camera::kFieldOfView_rad / 2);
-  const double u = ((static_cast<double>(mouse.x) - view.x) / view.width * 2 - 1) * tan_y * eye.aspect;
-  const double v = (1 - (static_cast<double>(mouse.y) - view.y) / view.height * 2) * tan_y;
-  const Vec3 ray = eye.right * u + eye.up * v - eye.backward;
+  const Vec3 ray = eye.ray((static_cast<double>(mouse.x) - view.x) / view.width,
+                           (static_cast<double>(mouse.y) - view.y) / view.height);
   if (std::abs(ray.z) < 1e-6) return std::nullopt;
   const double t = -eye.position.z / ray.z;
   if (t <= 0) return std::nullopt;
@@ -66,11 +64,10 @@ void draw_section(ImDrawList* list, const ViewRect& rect, const SectionLine& lin
   list->PopClipRect();
 }
 
-void draw_section(ImDrawList* list, const ViewRect& clip, const ViewRect& view, const Eye& eye,
-                  const SectionLine& line, const Profile& profile, const Vec3& half_mm,
-                  const SurfaceStyle& style, float scale) {
+void draw_section(ImDrawList* list, const ViewRect& view, const Eye& eye, const SectionLine& line,
+                  const Profile& profile, const Vec3& half_mm, const SurfaceStyle& style, float scale) {
   if (profile.depth_mm.size() < 2) return;
-  list->PushClipRect(corner(clip), far_corner(clip), true);
+  list->PushClipRect(corner(view), far_corner(view), true);
   std::vector<ImVec2> points;
   const size_t count = profile.depth_mm.size();
   for (size_t i = 0; i < count; ++i) {
@@ -89,8 +86,8 @@ void draw_section(ImDrawList* list, const ViewRect& clip, const ViewRect& view, 
   list->PopClipRect();
 }
 
-bool SectionMouse::follow(SectionLine& line, const ViewRect& image, const ViewRect& clip,
-                          const ViewRect& view, const Eye* eye, const Vec3& half_mm, float scale) {
+bool SectionMouse::follow(SectionLine& line, const ViewRect& image, const ViewRect& view, const Eye* eye,
+                          const Vec3& half_mm, float scale) {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 mouse = io.MousePos;
   const auto place = [&]() -> std::optional<std::pair<double, double>> {
@@ -103,7 +100,7 @@ bool SectionMouse::follow(SectionLine& line, const ViewRect& image, const ViewRe
     if (!ImGui::IsMouseClicked(ImGuiMouseButton_Left)) return false;
     on_image_ = inside(image, mouse);
     // Panels above the surface come first; the image lies in one that has no controls.
-    if (!on_image_ && (!eye || !inside(clip, mouse) || io.WantCaptureMouse)) return false;
+    if (!on_image_ && (!eye || !inside(view, mouse) || io.WantCaptureMouse)) return false;
     const auto at = [&](double x, double y) {
       return on_image_ ? std::optional(on_image(image, x, y)) : on_surface(*eye, view, world(x, y, half_mm));
     };
@@ -137,18 +134,18 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
                   float scale) {
   const float row = ImGui::GetFontSize();
   const ImVec2 low = corner(rect), high = far_corner(rect);
-  list->AddRectFilled(low, high, IM_COL32(17, 20, 24, 255));
+  list->AddRectFilled(low, high, ink(theme().panel));
   list->PushClipRect(low, high, true);
   const ImVec2 from{low.x + 48 * scale, low.y + row + 8 * scale};
   const ImVec2 to{high.x - 10 * scale, high.y - row - 6 * scale};
-  list->AddRectFilled(from, to, kPaper);
-  list->AddText({from.x, low.y + 4 * scale}, kDepthLine, "A to B: depth [mm]");
+  list->AddRectFilled(from, to, ink(theme().chart));
+  list->AddText({from.x, low.y + 4 * scale}, ink(theme().depth), "A to B: depth [mm]");
   if (!wrong.empty()) {
     const ImVec2 size = ImGui::CalcTextSize(wrong.c_str());
-    list->AddText({to.x - size.x, low.y + 4 * scale}, IM_COL32(230, 159, 0, 255), wrong.c_str());
+    list->AddText({to.x - size.x, low.y + 4 * scale}, ink(theme().doubtful), wrong.c_str());
   }
   if (profile.depth_mm.size() < 2 || !(profile.length_mm > 0)) {
-    list->AddText({from.x + 6 * scale, from.y + 4 * scale}, kFaint, "the section has no length");
+    list->AddText({from.x + 6 * scale, from.y + 4 * scale}, ink(theme().faint), "the section has no length");
     list->PopClipRect();
     return;
   }
@@ -163,23 +160,23 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
   };
   for (double d = top; d <= bottom; d += step) {
     const float y = at(0, d).y;
-    list->AddLine({from.x, y}, {to.x, y}, std::abs(d) < 1e-9 ? IM_COL32(110, 118, 130, 255) : kGridLine);
+    list->AddLine({from.x, y}, {to.x, y}, std::abs(d) < 1e-9 ? ink(theme().frame) : ink(theme().grid));
     const std::string label = tick_text(d, step);
-    list->AddText({from.x - ImGui::CalcTextSize(label.c_str()).x - 4 * scale, y - row / 2}, kFaint,
-                  label.c_str());
+    list->AddText({from.x - ImGui::CalcTextSize(label.c_str()).x - 4 * scale, y - row / 2},
+                  ink(theme().faint), label.c_str());
   }
   const double along = nice_ceiling(profile.length_mm / std::max(2.0f, (to.x - from.x) / (60 * scale)));
   const char* title = "[mm]";
   const float title_x = to.x - ImGui::CalcTextSize(title).x;
   for (double x = 0; x <= profile.length_mm * (1 + 1e-9); x += along) {
     const ImVec2 p = at(x, bottom);
-    list->AddLine({p.x, to.y}, {p.x, to.y + 3 * scale}, kFaint);
+    list->AddLine({p.x, to.y}, {p.x, to.y + 3 * scale}, ink(theme().faint));
     const std::string label = tick_text(x, along);
     const float width = ImGui::CalcTextSize(label.c_str()).x;
     if (p.x + width / 2 < title_x - 4 * scale)
-      list->AddText({p.x - width / 2, to.y + 4 * scale}, kFaint, label.c_str());
+      list->AddText({p.x - width / 2, to.y + 4 * scale}, ink(theme().faint), label.c_str());
   }
-  list->AddText({title_x, to.y + 4 * scale}, kFaint, title);
+  list->AddText({title_x, to.y + 4 * scale}, ink(theme().faint), title);
 
   std::vector<ImVec2> points;
   const size_t count = profile.depth_mm.size();
@@ -188,10 +185,10 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
         at(profile.length_mm * static_cast<double>(i) / static_cast<double>(count - 1), profile.depth_mm[i]);
     if (points.empty() || p.x - points.back().x >= 1) points.push_back(p);
   }
-  list->AddPolyline(points.data(), static_cast<int>(points.size()), kDepthLine, 0, 1.7f * scale);
+  list->AddPolyline(points.data(), static_cast<int>(points.size()), ink(theme().depth), 0, 1.7f * scale);
   const auto label = [&](const char* name, const Profile::Extreme& e, bool below_requested) {
     const ImVec2 p = at(e.at_mm, e.depth_mm);
-    list->AddCircleFilled(p, 3 * scale, kText);
+    list->AddCircleFilled(p, 3 * scale, ink(theme().text));
     std::string words = text("%s %.3f mm at %.2f mm", name, e.depth_mm, e.at_mm);
     if (ImGui::CalcTextSize(words.c_str()).x > to.x - from.x - 4)
       words = text("%.3f at %.1f mm", e.depth_mm, e.at_mm);
@@ -199,14 +196,14 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
     const float x = std::clamp(p.x - size.x / 2, from.x + 2, std::max(from.x + 2, to.x - size.x - 2));
     const bool below = below_requested && p.y + 5 * scale + size.y <= to.y;
     const float y = below ? p.y + 5 * scale : std::max(p.y - size.y - 4 * scale, from.y);
-    list->AddRectFilled({x - 2, y}, {x + size.x + 2, y + size.y}, IM_COL32(26, 30, 36, 215));
-    list->AddText({x, y}, kText, words.c_str());
+    list->AddRectFilled({x - 2, y}, {x + size.x + 2, y + size.y}, ink(theme().chart, 215));
+    list->AddText({x, y}, ink(theme().text), words.c_str());
   };
   if (most.depth_mm - least.depth_mm > 1e-6) {
     label("least", least, false);
     label("deepest", most, true);
   }
-  list->AddRect(from, to, kFrameLine);
+  list->AddRect(from, to, ink(theme().frame));
   list->PopClipRect();
 }
 

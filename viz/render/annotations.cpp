@@ -21,14 +21,12 @@
 namespace palpate::viz {
 namespace {
 
-constexpr ImU32 kLine = IM_COL32(170, 178, 190, 255);
-
 ImU32 map_colour(ColourMap map, double t) {
   const auto [red, green, blue] = colour_of(map, t);
   return ImGui::ColorConvertFloat4ToU32({red, green, blue, 1});
 }
 
-void centred_text(ImDrawList* list, ImVec2 at, const std::string& words, ImU32 colour = kText) {
+void centred_text(ImDrawList* list, ImVec2 at, const std::string& words, ImU32 colour = ink(theme().text)) {
   const ImVec2 size = ImGui::CalcTextSize(words.c_str());
   list->AddText({std::round(at.x - size.x / 2), std::round(at.y - size.y / 2)}, colour, words.c_str());
 }
@@ -46,7 +44,7 @@ class Pen {
   }
   void line(const Vec3& a, const Vec3& b, float width) const {
     ImVec2 from, to;
-    if (at(a, from) && at(b, to)) list_->AddLine(from, to, kLine, width);
+    if (at(a, from) && at(b, to)) list_->AddLine(from, to, ink(theme().faint), width);
   }
   // The label sits beyond `world`, on the side away from `inside`, by as many pixels whatever the zoom; false
   // where another stands there.
@@ -107,18 +105,18 @@ float long_shear_kPa(const TractionMaps& maps) {
 
 }  // namespace
 
-void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
-                const Vec3& half_mm, const TractionMaps& maps, double friction, float scale) {
+void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
+                const TractionMaps& maps, double friction, float scale) {
   const double long_kPa = double{long_shear_kPa(maps)};
   if (!(long_kPa > 0)) return;
   const double full_kPa = scale_ceiling(long_kPa);
   constexpr uint32_t kAcross = 22;
   constexpr double kShortest = 0.06, kLongest = 1.2;  // of the arrow that the text names
-  constexpr ImU32 kSticks = IM_COL32(255, 255, 255, 235), kSlips = IM_COL32(255, 120, 60, 255);
+  constexpr ImU32 kSticks = IM_COL32(255, 255, 255, 235), kSlips = IM_COL32(255, 120, 60, 255);  // on any map
   const std::vector<float> ratios = friction_ratios(maps);
   const uint32_t step = std::max(1u, maps.width / kAcross);
   const double cell_mm = 2 * half_mm.x / maps.width, length_mm = 1.6 * step * cell_mm;
-  list->PushClipRect(corner(clip), far_corner(clip));
+  list->PushClipRect(corner(view), far_corner(view));
   const Pen pen(list, eye, view);
   bool slips = false;
   for (uint32_t y = step / 2; y < maps.height; y += step)
@@ -135,14 +133,14 @@ void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vi
       slips = slips || at_limit;
       draw_arrow(list, a, b, at_limit ? kSlips : kSticks, scale);
     }
-  const float x = corner(clip).x + 14 * scale, y = corner(clip).y + 10 * scale;
+  const float x = corner(view).x + 14 * scale, y = corner(view).y + 10 * scale;
   ImVec2 a, b;
   if (pen.at({-0.5 * length_mm, 0, 0}, a) && pen.at({0.5 * length_mm, 0, 0}, b)) {
     const float key_px = std::hypot(b.x - a.x, b.y - a.y), middle = y + 0.5f * ImGui::GetFontSize();
     draw_arrow(list, {x, middle}, {x + key_px, middle}, kSticks, scale);
-    list->AddText({x + key_px + 8 * scale, y}, kText, text("shear %.3g kPa", full_kPa).c_str());
+    list->AddText({x + key_px + 8 * scale, y}, ink(theme().text), text("shear %.3g kPa", full_kPa).c_str());
   }
-  if (slips) list->AddText({x, y + 1.3f * ImGui::GetFontSize()}, kSlips, "at the friction limit");
+  if (slips) list->AddText({x, y + 1.3f * ImGui::GetFontSize()}, ink(theme().slips), "at the friction limit");
   list->PopClipRect();
 }
 
@@ -182,10 +180,9 @@ void draw_depth_axis(Pen& pen, const Eye& eye, const Vec3& corner, double tick, 
 
 }  // namespace
 
-std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip,
-                                  const ViewRect& view, const Vec3& half_mm, const SurfaceStyle& style,
-                                  float scale) {
-  list->PushClipRect(corner(clip), far_corner(clip));
+std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
+                                  const SurfaceStyle& style, float scale) {
+  list->PushClipRect(corner(view), far_corner(view));
   Pen pen(list, eye, view);
   const double side_x = eye.backward.x >= 0 ? 1 : -1, side_y = eye.backward.y >= 0 ? 1 : -1;
   const double step = nice_ceiling(std::max(half_mm.x, half_mm.y) / 3.5);
@@ -246,7 +243,7 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
                                   {x + width, y + static_cast<float>(t1) * height}, above, above, below,
                                   below);
   }
-  list->AddRect({x, y}, {x + width, y + height}, kLine);
+  list->AddRect({x, y}, {x + width, y + height}, ink(theme().faint));
   const double unit = style.quantity == Quantity::Pressure ? 1e3
                       : style.quantity == Quantity::Strain ? 100
                                                            : 1;
@@ -254,9 +251,9 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
   const double step = nice_ceiling(range / 5);
   for (int i = 0; i * step <= range * (1 + 1e-9); ++i) {
     const float at = y + static_cast<float>(i * step / range) * height;
-    list->AddLine({x + width, at}, {x + width + 4 * scale, at}, kLine);
+    list->AddLine({x + width, at}, {x + width + 4 * scale, at}, ink(theme().faint));
     const std::string words = tick_text(i * step, step);
-    list->AddText({x + width + 8 * scale, at - ImGui::GetFontSize() / 2}, kText, words.c_str());
+    list->AddText({x + width + 8 * scale, at - ImGui::GetFontSize() / 2}, ink(theme().text), words.c_str());
   }
   const float middle = x + width / 2 + 6 * scale;
   const char* title = style.quantity == Quantity::Pressure   ? "p [kPa]"
@@ -266,10 +263,11 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
   centred_text(list, {middle, y - 18 * scale}, title);
   float below = y + height + 13 * scale;
   if (automatic) {
-    centred_text(list, {middle, below}, "auto", kLine);
+    centred_text(list, {middle, below}, "auto", ink(theme().faint));
     below += 18 * scale;
   }
-  if (style.grid_mm > 0) centred_text(list, {middle, below}, text("grid %g mm", style.grid_mm), kLine);
+  if (style.grid_mm > 0)
+    centred_text(list, {middle, below}, text("grid %g mm", style.grid_mm), ink(theme().faint));
 }
 
 }  // namespace palpate::viz

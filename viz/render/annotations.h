@@ -26,14 +26,13 @@ struct PlacedText {
 
 /// Axes along the pad's near edges and down one of its outer corners, ticks in mm; x and y from the pad's
 /// centre, y down the image. Returns its texts: none lies over another, and what has no room is left out.
-std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip,
-                                  const ViewRect& view, const Vec3& half_mm, const SurfaceStyle& style,
-                                  float scale);
+std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
+                                  const SurfaceStyle& style, float scale);
 
 /// Shear on the pad as arrows over the surface, at its rest level, with an arrow of known length as the key;
 /// those at the limit of `friction` (0: not known) in another colour. Nothing where shear is not known.
-void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
-                const Vec3& half_mm, const TractionMaps& maps, double friction, float scale);
+void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
+                const TractionMaps& maps, double friction, float scale);
 
 /// Vertical bar, rest at the top, ticks of what the colours show: mm of depth, kPa, or % of strain.
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,

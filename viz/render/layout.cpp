@@ -7,9 +7,15 @@ namespace palpate::viz {
 namespace {
 
 constexpr double kLeastSurface_px = 260;  // beside a dock, at scale 1
-constexpr double kPlayer_px = 34;
+constexpr double kPlayer_px = 34, kTools_px = 40;
 
 }  // namespace
+
+ViewMargins margins_of(const ViewRect& surface, float scale) {
+  const double x = double{scale} / surface.width, y = double{scale} / surface.height;
+  return {kLabelRoom_px * x, (kLabelRoom_px / 2 + kColourBarRoom_px) * x, kLabelRoom_px / 2 * y,
+          kLabelRoom_px * y};
+}
 
 Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bool has_surface,
                    const Panels& panels) {
@@ -19,21 +25,25 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const uint32_t panel =
       std::min(std::clamp(static_cast<uint32_t>(0.27 * width), px(270), px(380)), width / 2);
   const uint32_t above = height - status, left = width - panel;
+  const uint32_t tools = panels.tools ? std::min(px(kTools_px), above / 4) : 0;
   const double aspect = static_cast<double>(format.width) / format.height;
   Layout l;
   const bool foot_requested = panels.charts || (panels.profile && has_surface);
   uint32_t foot = std::clamp(static_cast<uint32_t>(0.34 * above), px(130), px(260));
-  if (!foot_requested || foot + px(140) > above) foot = 0;
+  if (!foot_requested || foot + tools + px(140) > above) foot = 0;
   // The surface keeps a width that it can be seen in.
   const uint32_t dock =
       panels.dock > 0 && left >= px(panels.dock) + px(kLeastSurface_px) ? px(panels.dock) : 0;
   l.has_dock = dock > 0;
   l.has_player = panels.player;
-  const uint32_t player = panels.player ? std::min(px(kPlayer_px), (above - foot) / 2) : 0;
-  const uint32_t surface = above - foot - player;
-  l.surface = {static_cast<int32_t>(dock), 0, left - dock, surface};
-  if (l.has_dock) l.dock = {0, 0, dock, surface};
-  if (l.has_player) l.player = {0, static_cast<int32_t>(surface), left, player};
+  const uint32_t player = panels.player ? std::min(px(kPlayer_px), (above - foot - tools) / 2) : 0;
+  const uint32_t surface = above - foot - player - tools;
+  const auto top = static_cast<int32_t>(tools);
+  l.has_tools = panels.tools;
+  if (l.has_tools) l.tools = {0, 0, left, tools};
+  l.surface = {static_cast<int32_t>(dock), top, left - dock, surface};
+  if (l.has_dock) l.dock = {0, top, dock, surface};
+  if (l.has_player) l.player = {0, top + static_cast<int32_t>(surface), left, player};
   if (foot > 0) {
     l.has_charts = panels.charts;
     l.has_profile = panels.profile && has_surface;
@@ -42,10 +52,6 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
     if (l.has_charts) l.charts = {0, y, left - profile, foot};
     if (l.has_profile) l.profile = {static_cast<int32_t>(left - profile), y, profile, foot};
   }
-  l.view = l.surface;
-  // Its middle is the middle of what the colour bar leaves.
-  l.view.x -= static_cast<int32_t>(px(kColourBarRoom_px));
-  l.view.width += px(kColourBarRoom_px);
   l.panel = {static_cast<int32_t>(left), 0, panel, above};
   l.status = {0, static_cast<int32_t>(above), width, status};
   // The image leaves room for the numbers below it.

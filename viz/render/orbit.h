@@ -37,8 +37,8 @@ struct Camera {
   static constexpr double kFieldOfView_rad = 0.5;  ///< vertical
   static constexpr double kMaxElevation_rad = 1.55;
 
-  double azimuth_rad = -0.42;   ///< 0: seen from the image's bottom edge; positive: the eye moves right
-  double elevation_rad = 0.72;  ///< above the pad; negative: from inside
+  double azimuth_rad = -0.3;   ///< 0: seen from the image's bottom edge; positive: the eye moves right
+  double elevation_rad = 0.85;  ///< above the pad; negative: from inside
   double zoom = 1;              ///< 1: the whole pad fits
   Vec3 target;                  ///< from the middle of the fitted box, mm
 
@@ -54,20 +54,6 @@ struct Camera {
   }
   Vec3 right() const { return {std::cos(azimuth_rad), std::sin(azimuth_rad), 0}; }
   Vec3 up() const { return cross(backward(), right()); }
-
-  /// Distance at which the box of half sizes `half` (mm, about the point looked at) fits a view whose edges
-  /// are seen at these tangents.
-  double fit_distance_mm(const Vec3& half, double tan_x, double tan_y) const {
-    double distance = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 p{(corner & 1 ? 1 : -1) * half.x, (corner & 2 ? 1 : -1) * half.y,
-                   (corner & 4 ? 1 : -1) * half.z};
-      const double toward = dot(p, backward());
-      distance = std::max(
-          {distance, toward + std::abs(dot(p, right())) / tan_x, toward + std::abs(dot(p, up())) / tan_y});
-    }
-    return distance;
-  }
 };
 
 /// A camera placed for one view: the matrix and what is needed to project labels and move with the mouse.
@@ -76,6 +62,7 @@ struct Eye {
   Vec3 right, up, backward;
   double distance_mm = 1;
   double aspect = 1;
+  double shift_x = 0, shift_y = 0;  ///< of the middle of the picture from that of the view, in its sizes
   Mat4 clip_from_world{};
 
   /// Scale of a picture `height_px` high, at the middle of the view.
@@ -87,13 +74,24 @@ struct Eye {
     const double depth = -dot(d, backward);
     const double tan_y = std::tan(Camera::kFieldOfView_rad / 2);
     if (depth <= 1e-9) return {};
-    return {0.5 + 0.5 * dot(d, right) / (depth * tan_y * aspect), 0.5 - 0.5 * dot(d, up) / (depth * tan_y),
-            true};
+    return {0.5 + shift_x + 0.5 * dot(d, right) / (depth * tan_y * aspect),
+            0.5 + shift_y - 0.5 * dot(d, up) / (depth * tan_y), true};
+  }
+  /// The direction in which a place of the view is seen, fractions as of Projected.
+  Vec3 ray(double x, double y) const {
+    const double tan_y = std::tan(Camera::kFieldOfView_rad / 2);
+    return right * (2 * (x - 0.5 - shift_x) * tan_y * aspect) - up * (2 * (y - 0.5 - shift_y) * tan_y) -
+           backward;
   }
 };
 
-/// `half`: half sizes of the box that must fit at zoom 1, mm; its top is at rest level. It takes the middle
-/// `fit_x` and `fit_y` (fractions) of the view, so that labels have room around it.
-Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_x, double fit_y);
+/// What stays free around the surface for labels, fractions of the view.
+struct ViewMargins {
+  double left = 0, right = 0, top = 0, bottom = 0;
+};
+
+/// `half`: half sizes of the box that fills the view within the margins at zoom 1, mm; its top is at rest
+/// level.
+Eye place(const Camera& camera, const Vec3& half, double aspect, const ViewMargins& margins);
 
 }  // namespace palpate::viz

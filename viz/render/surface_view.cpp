@@ -301,8 +301,8 @@ SurfaceView::Bound& SurfaceView::bind(const SurfaceMap& map) {
 }
 
 void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
-                       const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-                       uint32_t mesh_columns, const LoadTexels& load, const std::optional<PixelRect>& dense) {
+                       const Eye& eye, const SurfaceStyle& style, const ViewRect& view, uint32_t mesh_columns,
+                       const LoadTexels& load, const std::optional<PixelRect>& dense) {
   const Bound& bound = bind(map);
   const auto [columns, rows] = mesh_size(map, mesh_columns);
   const PixelRect part = dense.value_or(PixelRect{});
@@ -340,7 +340,7 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
                             static_cast<float>(view.height),
                             0,
                             1};
-  const VkRect2D scissor{{clip.x, clip.y}, {clip.width, clip.height}};
+  const VkRect2D scissor{{view.x, view.y}, {view.width, view.height}};
   vkCmdSetViewport(cmd, 0, 1, &viewport);
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const Mesh& grid = mesh(columns, rows);

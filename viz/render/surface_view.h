@@ -89,14 +89,13 @@ class SurfaceView {
   /// `frames_in_flight`: how many pictures may be drawing at once; what a draw uses lives that long.
   SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight);
 
-  /// Draws the map as the eye sees it in `view`, within `clip`. `mesh_columns`: vertices across (rows follow
+  /// Draws the map as the eye sees it in `view`. `mesh_columns`: vertices across (rows follow
   /// from the map's shape); 0: every texel, up to kMaxMeshColumns. `dense`: the part of the map, texels, in
   /// which they stand closest. The map must stay untouched until the picture is finished, and so must `load`,
   /// which Quantity::Pressure and Quantity::Friction need.
   void draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
-            const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-            uint32_t mesh_columns, const LoadTexels& load = {},
-            const std::optional<PixelRect>& dense = std::nullopt);
+            const Eye& eye, const SurfaceStyle& style, const ViewRect& view, uint32_t mesh_columns,
+            const LoadTexels& load = {}, const std::optional<PixelRect>& dense = std::nullopt);
 
   static constexpr uint32_t kMaxMeshColumns = 1536;
   /// Vertices across and down that `draw` uses for this map.
