@@ -12,6 +12,7 @@
 #include "capture/run/input.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
+#include "capture/run/series.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/surface_map.h"
@@ -232,22 +233,6 @@ class Recorder {
   TouchTable touches_;
 };
 
-// Pictures of presses show together what each of them may hide. One that cannot be read is the run's to
-// refuse, with all before it measured.
-void look_for_flaws(const std::string& input, const Sensor& sensor, const RunWatch& watch,
-                    Pipeline& pipeline) {
-  constexpr uint64_t kMostPictures = 60;
-  try {
-    const std::unique_ptr<Source> pictures = open_source(input, sensor);
-    const uint64_t count = pictures->frame_count().value_or(0), every = count / kMostPictures + 1;
-    Frame picture;
-    for (uint64_t n = 0; n < count && !watch.stopped(); n += every)
-      if (seek_frame(*pictures, n) && pictures->next(picture))
-        PipelineAccess::look_for_flaws(pipeline, picture);
-  } catch (const Error&) {
-  }
-}
-
 }  // namespace
 
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
@@ -285,8 +270,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   summary.solved_by = pipeline.solved_by();
   summary.separate = separate;
   summary.untouched = background_origin(sensor, *source);
-  if (separate && summary.untouched == BackgroundOrigin::File && shows_flaws(sensor))
-    look_for_flaws(request.input, sensor, watch, pipeline);
+  if (separate) look_ahead(request.input, sensor, pipeline, watch.stop);
   std::optional<RestCheck> rest_check;
   if (summary.untouched == BackgroundOrigin::File || summary.untouched == BackgroundOrigin::FirstFrames)
     rest_check.emplace(background, sensor);
@@ -301,7 +285,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
                                       (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
   if (!followed && request.range.first > 0) {
     Frame first;  // shows flaws that a later one may hide
-    if (!separate && source->next(first)) PipelineAccess::look_for_flaws(pipeline, first);
+    if (!separate && source->next(first)) PipelineAccess::look_ahead(pipeline, first);
     seek_frame(*source, request.range.first);
   }
 

@@ -135,6 +135,11 @@ struct Pipeline::Impl {
     set_untouched(untouched);
   }
 
+  void look_ahead(const Frame& frame) {
+    look_for_flaws(frame);
+    if (light && plan.separate) light->look_ahead(specks ? specks->fill(frame) : frame);
+  }
+
   // A frame that the device has finished: measured by itself, then followed from those before it.
   Result finish(uint32_t index) {
     Slot& slot = slots[index];
@@ -229,6 +234,7 @@ void Pipeline::set_background(const Frame& frame) {
     std::copy_n(frame.pixels(), frame.format.frame_bytes(), impl_->untouched.bytes.begin());
   }
   impl_->set_untouched(frame);
+  if (impl_->light) impl_->light->forget_series();
   impl_->ready = true;
 }
 
@@ -315,8 +321,8 @@ FlawSummary PipelineAccess::flaws(const Pipeline& pipeline) {
   return pipeline.impl_->flaws ? pipeline.impl_->flaws->summary() : FlawSummary{};
 }
 
-void PipelineAccess::look_for_flaws(Pipeline& pipeline, const Frame& frame) {
-  pipeline.impl_->look_for_flaws(frame);
+void PipelineAccess::look_ahead(Pipeline& pipeline, const Frame& frame) {
+  pipeline.impl_->look_ahead(frame);
 }
 
 const SurfaceMap& PipelineAccess::surface(const Result& result) {

@@ -23,8 +23,9 @@ struct PipelineAccess {
   static const SurfaceMap& surface(const Result& result);
   /// Flaws of the pad so far (PadFlaws).
   static FlawSummary flaws(const Pipeline& pipeline);
-  /// Looks for flaws in a picture that is not measured, after set_background(); of separate pictures.
-  static void look_for_flaws(Pipeline& pipeline, const Frame& frame);
+  /// Looks for flaws, and for the light of separate pictures, in one that is not measured; after
+  /// set_background().
+  static void look_ahead(Pipeline& pipeline, const Frame& frame);
 };
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace palpate {
 namespace {
@@ -59,13 +60,36 @@ void SteadyLight::set_background(const Frame& background) {
     for (std::vector<float>& of_colour : *values) std::fill(of_colour.begin(), of_colour.end(), 0.0f);
   look_at(background);
   untouched_ = change_;
+  for (uint32_t colour = 0; colour < 3; ++colour)
+    gray_[colour] = std::accumulate(untouched_[colour].begin(), untouched_[colour].end(), 0.0) /
+                    static_cast<double>(untouched_[colour].size());
   light_ = {};
+  if (!separate_) expected_ = {};
   trust_.restart();
   drifts_ = false;
 }
 
+void SteadyLight::look_ahead(const Frame& picture) {
+  look_at(picture);
+  double share = 1;
+  for (uint32_t colour = 0; colour < 3; ++colour) {
+    const LightChange light = estimate_.find(change_[colour], untouched_[colour]);
+    share = std::min(share, light.share);
+    if (light.share < kSeriesInliers) continue;
+    series_[colour].add(light);
+    expected_[colour] = series_[colour].expected(gray_[colour]);
+  }
+  series_known_ = series_known_ || share >= LightTrust::kSureInliers;
+}
+
+void SteadyLight::forget_series() {
+  series_ = {};
+  series_known_ = false;
+  expected_ = {};
+}
+
 const Frame& SteadyLight::steady(const Frame& frame) {
-  before_.light = light_, before_.drift = drift_, before_.trust = trust_;
+  before_.light = light_, before_.expected = expected_, before_.drift = drift_, before_.trust = trust_;
   look_at(frame);
   if (separate_) {
     light_ = {};
@@ -86,7 +110,7 @@ const Frame& SteadyLight::steady(const Frame& frame) {
 }
 
 void SteadyLight::forget_last() {
-  light_ = before_.light, drift_ = before_.drift, trust_ = before_.trust;
+  light_ = before_.light, expected_ = before_.expected, drift_ = before_.drift, trust_ = before_.trust;
 }
 
 // Means of places less those of the untouched image and its drift.
@@ -115,14 +139,25 @@ bool SteadyLight::find_light() {
   bool known = true;
   double share = 1;
   for (uint32_t colour = 0; colour < 3; ++colour) {
-    const LightChange light = estimate_.find(change_[colour], untouched_[colour]);
+    const LightChange light = find_light(colour);
     share = std::min(share, light.share);
-    if (!light.known)
-      known = false;
-    else
-      light_[colour] = changes_clearly(colour, light) ? light : LightChange{};
+    known = known && light.known;
   }
+  if (separate_ && series_known_) return share >= kSeriesInliers;
   return trust_.enough(share) && known;
+}
+
+// That of the frame alone; what is taken out goes by what is expected too.
+LightChange SteadyLight::find_light(uint32_t colour) {
+  LightChange own = estimate_.find(change_[colour], untouched_[colour]);
+  ExpectedLight& expected = expected_[colour];
+  const bool in_series = separate_ && std::isfinite(expected.variance);
+  if (!separate_) expected.variance = std::pow(std::sqrt(expected.variance) + kDrift_gray, 2);
+  if (!own.known) return own;
+  if (!in_series && !changes_clearly(colour, own)) own.gain = 1, own.offset_gray = 0;
+  light_[colour] = expected.with(own, gray_[colour]);
+  if (!separate_ && own.variance() <= expected.variance) expected = {light_[colour], own.variance()};
+  return own;
 }
 
 // By the best quarter of the places: a touch that covers less than the rest does not count.

@@ -15,7 +15,9 @@ namespace palpate {
 /// Samples about 1500 places of 4 x 4 px. In each frame a gain and an offset of each colour are estimated
 /// (LightEstimate), and removed where they explain the image clearly better than no change does. A slow drift
 /// that remains at each place (lamps) is learned from untouched frames only. A frame in which too few places
-/// agree on one light keeps that of the frame before, and its state says so.
+/// agree on one light keeps that of the frame before, and its state says so. One whose places scatter, since
+/// a wide touch bends the pad around it, mostly keeps that of the last frame that was calmer, or of the
+/// series that look_ahead() saw (ExpectedLight).
 ///
 /// Runs on the host, frames in order; the result depends on the frames alone.
 class SteadyLight {
@@ -24,13 +26,19 @@ class SteadyLight {
   static constexpr double kUntouched_gray = 1;     ///< a place that changes by no more may be untouched
   static constexpr double kUntouchedShare = 0.98;  ///< of places, in a frame that nothing touches
   static constexpr uint32_t kMemory_frames = 32;   ///< of drift
+  static constexpr double kDrift_gray = 0.01;      ///< a frame, by which a light may change unseen
+  static constexpr double kSeriesInliers = 0.3;    ///< of places, in a picture of a series that has a light
 
   /// Frames of three colours and 8 bits. `saturation_gray`: of pixels, which stay what they are from it on.
   /// `separate`: frames do not follow each other; one of unknown light is left as it is, and no drift is
   /// learned.
   SteadyLight(const FrameFormat& format, uint32_t saturation_gray, bool separate = false);
 
+  /// A series that was looked at stays: forget_series().
   void set_background(const Frame& background);
+  /// A picture of the series to which separate frames belong, before the first of them; any order.
+  void look_ahead(const Frame& picture);
+  void forget_series();
   /// The frame in the light of the background: `frame` itself where nothing has changed, else a copy that
   /// lives until the next call.
   const Frame& steady(const Frame& frame);
@@ -46,6 +54,7 @@ class SteadyLight {
 
   void look_at(const Frame& frame);
   bool find_light();
+  LightChange find_light(uint32_t colour);
   bool changes_clearly(uint32_t colour, const LightChange& light);
   void follow_drift();
   double largest_change();
@@ -61,9 +70,14 @@ class SteadyLight {
   LightEstimate estimate_;
   LightTrust trust_;
   std::array<std::vector<float>, 3> untouched_, change_, drift_;  // of each place
+  std::array<double, 3> gray_{};                                  // mean of untouched_
   std::array<LightChange, 3> light_{};                            // taken out
+  std::array<LightSeries, 3> series_;
+  bool series_known_ = false;              // some picture has shown that it is of this pad
+  std::array<ExpectedLight, 3> expected_;  // by the series, or by frames before
   struct Learned {
     std::array<LightChange, 3> light{};
+    std::array<ExpectedLight, 3> expected;
     std::array<std::vector<float>, 3> drift;
     LightTrust trust;
   };

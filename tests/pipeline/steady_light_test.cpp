@@ -38,6 +38,15 @@ class SteadyLightTest : public testing::Test {
         }
     return frame;
   }
+  /// A light that adds 3 gray levels, under a press that bends the pad around it over so many px, each colour
+  /// by another side, and darkens it.
+  static Light pressed(double reach_px) {
+    return [reach_px](uint32_t c, uint32_t x, uint32_t y, double gray) {
+      const double u = (x - 100.0) / reach_px, v = (y - 60.0) / reach_px;
+      const double side = c == 0 ? u : c == 1 ? v : -u;
+      return gray + 3 + (30 * side - 6 * std::hypot(u, v)) * std::exp(-u * u - v * v);
+    };
+  }
   /// Mean over the frame, and largest mean of a block of 16 x 16, of frame less `truth`, gray levels.
   static std::pair<double, double> off(const Frame& frame, const Frame& truth) {
     double sum = 0, worst = 0;
@@ -173,6 +182,53 @@ TEST_F(SteadyLightTest, WhereTooLittleAgreesTheLastLightIsKept) {
   light_.steady(picture(covered, 0));
   EXPECT_EQ(light_.summary().state, LightState::Unknown);
   EXPECT_NEAR(light_.summary().change_gray, change_gray, 0.01);
+}
+
+TEST_F(SteadyLightTest, AWidePressDoesNotPullTheLightOfFramesBefore) {
+  for (int i = 0; i < 3; ++i) light_.steady(picture(pressed(4), 0));
+  EXPECT_NEAR(light_.summary().change_gray, 3, 0.3);
+  SteadyLight alone(kFormat, kSaturation);
+  alone.set_background(untouched_);
+  for (int i = 0; i < 60; ++i) {
+    const Frame wide = picture(pressed(50), 0);
+    light_.steady(wide);
+    EXPECT_NEAR(light_.summary().change_gray, 3, 0.8) << i;
+    alone.steady(wide);
+  }
+  EXPECT_GT(std::abs(alone.summary().change_gray - 3), 1) << "this press pulls no light anyway";
+  // Another exposure under the same press is followed at once.
+  const Light brighter = [](uint32_t c, uint32_t x, uint32_t y, double gray) {
+    return 1.2 * pressed(50)(c, x, y, gray);
+  };
+  light_.steady(picture(brighter, 0));
+  EXPECT_GT(light_.summary().change_gray, 12);
+}
+
+TEST_F(SteadyLightTest, PicturesOfASeriesShareTheirLight) {
+  SteadyLight series(kFormat, kSaturation, true), alone(kFormat, kSaturation, true);
+  for (SteadyLight* light : {&series, &alone}) light->set_background(untouched_);
+  const Frame wide = picture(pressed(50), 0);
+  for (const double reach_px : {50.0, 6.0, 8.0, 10.0, 12.0, 40.0})
+    series.look_ahead(picture(pressed(reach_px), 0));
+  alone.steady(wide);
+  series.steady(wide);
+  EXPECT_EQ(series.summary().state, LightState::Changed);
+  EXPECT_NEAR(series.summary().change_gray, 3, 0.6);
+  EXPECT_EQ(alone.summary().state, LightState::Unknown) << "this press hides no light anyway";
+  // One under another light is read in its own; one of another pad has none.
+  const Light brighter = [](uint32_t, uint32_t, uint32_t, double gray) { return 1.15 * gray; };
+  const Frame truth = picture(as_it_was(), 0, 0);
+  EXPECT_LT(off(series.steady(picture(brighter, 0)), truth).second, 0.8);
+  const Light foreign = [](uint32_t c, uint32_t x, uint32_t y, double) {
+    return 60.0 + (c == 1 ? x : 160.0 - x) + 0.2 * y;
+  };
+  series.steady(picture(foreign, 0));
+  EXPECT_EQ(series.summary().state, LightState::Unknown);
+  // Of another untouched image the series says nothing.
+  series.set_background(untouched_);
+  series.forget_series();
+  series.steady(wide);
+  EXPECT_EQ(series.summary().state, LightState::Unknown);
 }
 
 TEST_F(SteadyLightTest, SaturatedStaysSaturatedAndNothingElseBecomesIt) {

@@ -12,6 +12,7 @@
 #include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "capture/run/series.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
@@ -397,6 +398,7 @@ GaugedRecording measure_with_gauge(gpu::Context& context, const MeasuredInput& i
       context, for_rectified_frames(input.sensor), source->format(),
       {.outputs = input.outputs, .solver = SurfaceSolver::Best, .separate = recording.separate});
   pipeline.set_background(background);
+  if (recording.separate) look_ahead(input.input, input.sensor, pipeline, watch.stop);
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;
   const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));
   size_t spoilt = 0;

@@ -11,6 +11,7 @@
 #include "capture/files/tables/units.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "capture/run/series.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
@@ -126,6 +127,7 @@ std::vector<WeighedPress> weighed_presses(gpu::Context& context, const Sensor& s
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
                     {.outputs = outputs, .solver = SurfaceSolver::Best, .separate = separate});
   pipeline.set_background(load_background(input, sensor, *source));
+  if (separate) look_ahead(input, sensor, pipeline, watch.stop);
   std::vector<std::vector<Reading>> presses;
   bool touching = false;
   const RunWatch::Progress progress = watch.begin("weighing presses", source->frame_count().value_or(0));

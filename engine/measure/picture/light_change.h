@@ -1,6 +1,7 @@
 // Change of the light between two images: the camera's exposure, gain and white balance, or the lamps.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -10,11 +11,39 @@ namespace palpate {
 struct LightChange {
   double gain = 1;
   double offset_gray = 0;
-  bool known = true;  ///< false: too little of the picture follows one line
-  double share = 1;   ///< of the picture that does
+  bool known = true;        ///< false: too little of the picture follows one line
+  double share = 1;         ///< of the picture that does
+  double scatter_gray = 0;  ///< of the picture about the line: by its median, as a standard deviation
 
   /// The change of an untouched gray level.
   double at(double untouched_gray) const { return (gain - 1) * untouched_gray + offset_gray; }
+  /// By how much a touch may have pulled the line off: it bends a pad far around it, to one side more than to
+  /// the other. Infinite where the light is not known.
+  double variance() const;
+};
+
+/// What other pictures say of one colour's light. A picture that a wide touch has pulled off follows it; one
+/// that differs by more than both let expect is under another light.
+struct ExpectedLight {
+  LightChange light;
+  double variance = std::numeric_limits<double>::infinity();  ///< gray^2; infinite: nothing is expected
+
+  /// The most likely light of a picture by itself and by the others; `gray`: where they are compared.
+  LightChange with(const LightChange& own, double gray) const;
+};
+
+/// One colour's light in a series of pictures under one lamp, in any order: their mean, weighed by how little
+/// each is touched, and how much they differ by more than touches explain.
+class LightSeries {
+ public:
+  static constexpr size_t kFewest = 3;  ///< pictures; fewer let nothing be expected
+
+  void add(const LightChange& own) { lights_.push_back(own); }
+  /// `gray`: where they are compared.
+  ExpectedLight expected(double gray) const;
+
+ private:
+  std::vector<LightChange> lights_;
 };
 
 /// Whether enough of a picture is as in the untouched image, but for one light. A touch may cover all but
@@ -34,7 +63,8 @@ class LightTrust {
 
 /// A robust line through the gray levels of an image over those of the untouched image. Start values are a
 /// pure offset and a pure gain, the one with more inliers; then least squares through the inliers, repeated.
-/// Touched places are outliers.
+/// Touched places are outliers. A gain that a wide touch could feign, where it lies on brighter or darker
+/// places, is no gain.
 class LightEstimate {
  public:
   static constexpr double kInlier_gray = 2.5;  ///< of a place's mean from the line

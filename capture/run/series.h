@@ -1,0 +1,17 @@
+// Pictures of a series, looked at before the first of them is measured.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "palpate/pipeline.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// Shows `pipeline` up to 60 pictures of `input`, spread over it, whose untouched image is a file's: together
+/// they say which light and which flaws each of them may hide under its touch. `stop`: may be empty.
+void look_ahead(const std::string& input, const Sensor& sensor, Pipeline& pipeline,
+                const std::function<bool()>& stop);
+
+}  // namespace palpate
