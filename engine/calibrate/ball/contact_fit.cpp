@@ -285,24 +285,21 @@ void judge_fit(const ContactFit& b, const SlopeModel& model, const Frame& backgr
   found.radius_sd_px = found.radius_px * std::sqrt(std::max(0.0, covariance(2, 2)));
 }
 
-ChangeLevels::ChangeLevels(const Change& change) {
+PressedPicture pressed_picture(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
+                               const BallSearch& search) {
+  check_pair(frame, background, 3, mask);
+  PressedPicture picture{.change = change_of(frame, background, mask), .found = {}};
   std::vector<double> sizes;
-  for (size_t i = 0; i < change.size2.size(); i += 7) sizes.push_back(std::sqrt(change.size2[i]));
-  noise = median(sizes);
+  for (size_t i = 0; i < picture.change.size2.size(); i += 7)
+    sizes.push_back(std::sqrt(picture.change.size2[i]));
+  const double noise = median(sizes), scale = frame.format.max_gray() / 255.0;
   std::sort(sizes.begin(), sizes.end());
-  peak = sizes[sizes.size() - 1 - sizes.size() / 1000];
-}
-
-double ChangeLevels::strong2() const {
-  return std::pow(std::max(0.35 * peak, 2.5 * noise), 2);
-}
-
-void check_touched(FoundBall& found, const ChangeLevels& levels, const FrameFormat& format,
-                   const BallSearch& search) {
-  const double scale = format.max_gray() / 255.0;
-  if (levels.peak < std::max({4 * levels.noise, search.threshold_gray, 4 * scale}))
-    found.refuse(BallRefusal::Untouched, "nothing is pressed: the image changes by " + tenths(levels.peak) +
-                                             " gray at most, by " + tenths(levels.noise) + " all over");
+  const double peak = sizes[sizes.size() - 1 - sizes.size() / 1000];
+  picture.level2 = std::pow(std::max(0.35 * peak, 2.5 * noise), 2);
+  if (peak < std::max({4 * noise, search.threshold_gray, 4 * scale}))
+    picture.found.refuse(BallRefusal::Untouched, "nothing is pressed: the image changes by " + tenths(peak) +
+                                                     " gray at most, by " + tenths(noise) + " all over");
+  return picture;
 }
 
 void check_fit(FoundBall& found, const Change& change, double level2, const Frame& frame,

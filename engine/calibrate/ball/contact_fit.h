@@ -66,17 +66,15 @@ ContactFit fit_round(const Frame& frame, const Frame& background, std::span<cons
 /// Fills what the model leaves of the change, how fast that grows, and the standard errors that follow.
 void judge_fit(const ContactFit& fit, const SlopeModel& model, const Frame& background, FoundBall& found);
 
-/// How much a picture changes.
-struct ChangeLevels {
-  double noise = 0, peak = 0;
-
-  explicit ChangeLevels(const Change& change);
-  /// Squared change above which a pixel counts.
-  double strong2() const;
+/// A picture of a press in colour, before its contact is looked for.
+struct PressedPicture {
+  Change change;
+  double level2 = 0;  ///< squared change above which a pixel counts
+  FoundBall found;    ///< refused where nothing is pressed
 };
-/// Refuses a picture in which nothing is pressed.
-void check_touched(FoundBall& found, const ChangeLevels& levels, const FrameFormat& format,
-                   const BallSearch& search);
+/// Throws as check_pair().
+PressedPicture pressed_picture(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
+                               const BallSearch& search);
 /// Refuses what the shape does not explain, what has something else next to it, and what cannot be the
 /// shape's.
 void check_fit(FoundBall& found, const Change& change, double level2, const Frame& frame,

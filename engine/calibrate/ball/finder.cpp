@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-using ball::Change, ball::ChangeLevels, ball::ContactFit, ball::kLeastRadius_px, ball::SlopeModel;
+using ball::Change, ball::ContactFit, ball::kLeastRadius_px, ball::SlopeModel;
 using Vector4 = Eigen::Vector4d;
 
 // Coarse: the middle of what changes by a good part of the most that changes.
@@ -32,13 +32,8 @@ Vector4 coarse_start(const Change& change, uint32_t width, double level2) {
 
 FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
                     const BallSearch& search) {
-  ball::check_pair(frame, background, 3, mask);
-  const Change change = ball::change_of(frame, background, mask);
-  FoundBall found;
-  const ChangeLevels levels(change);
-  ball::check_touched(found, levels, frame.format, search);
+  auto [change, level2, found] = ball::pressed_picture(frame, background, mask, search);
   if (!found.good()) return found;
-  const double level2 = levels.strong2();
   const SlopeModel model{.kind = search.shape.kind,
                          .tip_px = search.shape.rounded_mm() / search.pitch_mm_per_px};
   const ContactFit fit =

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using ball::Change, ball::ChangeLevels, ball::ContactFit, ball::kLeastRadius_px, ball::SlopeModel;
+using ball::Change, ball::ContactFit, ball::kLeastRadius_px, ball::SlopeModel;
 using Vector4 = Eigen::Vector4d;
 
 constexpr double kLongerThanWide = 1.5;  // length over width of a contact whose axis can be told
@@ -149,13 +149,8 @@ void take(const Strip& strip, const ContactFit& fit, FoundBall& found) {
 
 FoundBall find_cylinder(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
                         const BallSearch& search) {
-  ball::check_pair(frame, background, 3, mask);
-  const Change change = ball::change_of(frame, background, mask);
-  FoundBall found;
-  const ChangeLevels levels(change);
-  ball::check_touched(found, levels, frame.format, search);
+  auto [change, level2, found] = ball::pressed_picture(frame, background, mask, search);
   if (!found.good()) return found;
-  const double level2 = levels.strong2();
   const double reach_px = std::hypot(frame.format.width, frame.format.height);
   Strip strip = coarse_strip(change, level2);
   Vector4 start(0, 0, std::log(strip.half_width_px), std::log(0.5));

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using ball::Change, ball::ChangeLevels, ball::ContactFit, ball::kLeastRadius_px;
+using ball::Change, ball::ContactFit, ball::kLeastRadius_px;
 using Vector4 = Eigen::Vector4d;
 
 constexpr double kOwn = 0.5;         // of the distance between dots: the part of the pad that is a dot's own
@@ -112,16 +112,12 @@ FoundBall fit_dot(const Frame& frame, const Frame& background, std::span<const u
 
 std::vector<FoundBall> find_dots(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
                                  const BallSearch& search) {
-  ball::check_pair(frame, background, 3, mask);
-  const Change change = ball::change_of(frame, background, mask);
-  const ChangeLevels levels(change);
-  FoundBall picture;
-  ball::check_touched(picture, levels, frame.format, search);
-  if (!picture.good()) return {picture};
+  const ball::PressedPicture picture = ball::pressed_picture(frame, background, mask, search);
+  if (!picture.found.good()) return {picture.found};
   const double apart_px = search.shape.apart_mm / search.pitch_mm_per_px;
   BallSearch one = search;
   one.least_in_frame = 1;  // there are others
-  const std::vector<Spot> spots = spots_of(change, apart_px, levels.strong2());
+  const std::vector<Spot> spots = spots_of(picture.change, apart_px, picture.level2);
   std::vector<FoundBall> dots;
   dots.reserve(spots.size());
   for (const Spot& spot : spots) dots.push_back(fit_dot(frame, background, mask, one, spot, apart_px));
