@@ -7,6 +7,8 @@
 #include <functional>
 #include <random>
 
+#include "tests/scenes/synthetic_run.h"
+
 namespace palpate {
 namespace {
 
@@ -240,6 +242,17 @@ TEST_F(SteadyLightTest, SaturatedStaysSaturatedAndNothingElseBecomesIt) {
   ASSERT_EQ(light_.summary().state, LightState::Changed);
   EXPECT_EQ(steady.at(1, 10, 10), 255u);
   EXPECT_EQ(steady.at(1, 30, 10), 254u);
+}
+
+// A ball of 25 mm, too smooth for an outline: in 13 of these frames it was taken for a light.
+TEST(SteadyLight, AWideBallIsNoLight) {
+  SyntheticRun run("press?mode=gel&size=320x240&radius=25&force=8");
+  SteadyLight light(run.background.format, kSaturation);
+  light.set_background(run.background);
+  for (uint64_t k = 0; k < run.count(); ++k) {
+    light.steady(run.frame(k));
+    EXPECT_EQ(light.summary().state, LightState::Steady) << k;
+  }
 }
 
 TEST(SteadyLight, FramesOfAnySize) {
