@@ -40,10 +40,10 @@ const char* CameraPicture::copies(uint32_t stride_bytes) const {
   return is_frame(stride_bytes) ? "0 (leased)" : straight_ ? "1 (decoded)" : "2 (decoded, rectified)";
 }
 
-// Values that neither the format nor the sensor has.
+// Values of two bytes that neither the format nor the sensor has.
 CameraPicture::Fault CameraPicture::too_bright(const RawImage& raw) const {
   const uint32_t bits = std::min(pixels_.bit_depth, frame_.bit_depth);
-  if (pixels_.layout != PixelLayout::Gray16 || bits >= 16) return {};
+  if (pixels_.bit_depth <= 8 || bits >= 16) return {};
   const uint32_t largest = largest_value(raw);
   if (largest >> bits == 0) return {};
   return {"a value of " + std::to_string(largest) + " in " + std::to_string(bits) + " bits", true};
@@ -62,7 +62,12 @@ CameraPicture::Fault CameraPicture::fill(const RawImage& raw, Frame& frame) {
     image = cv::Mat(static_cast<int>(frame_.height), static_cast<int>(frame_.width),
                     frame_.bit_depth > 8 ? CV_16UC1 : CV_8UC1, frame.row(0, 0));
   Fault fault{decode(pixels_, raw, channels_, image)};
-  if (fault.words.empty()) fault = too_bright(raw);
+  const size_t bytes = static_cast<size_t>(image.rows) * image.step;
+  if (fault.words.empty())
+    fault = too_bright({{image.data, bytes},
+                        static_cast<uint32_t>(image.cols),
+                        static_cast<uint32_t>(image.rows),
+                        static_cast<uint32_t>(image.step)});
   if (!fault.words.empty()) return fault;
   if (straight_)
     image.release();

@@ -47,6 +47,10 @@ std::vector<const PixelFormat*> fitting_formats(const std::vector<OfferedFormat>
     rank *= 10;
     if (f.layout == PixelLayout::Jpeg) rank += 5;
     if (f.layout == PixelLayout::Bayer8) rank += channels == 1 ? 4 : 1;
+    if (f.layout == PixelLayout::Bayer12p || f.layout == PixelLayout::Bayer12Packed)
+      rank += channels == 1 ? 5 : 2;
+    if (f.layout == PixelLayout::Gray12p || f.layout == PixelLayout::Gray12Packed) rank += 1;
+    if (f.layout == PixelLayout::Rgb8 || f.layout == PixelLayout::Bgr8) rank += channels == 1 ? 3 : 0;
     if (f.layout == PixelLayout::Yuyv || f.layout == PixelLayout::Uyvy) rank += 2;
     if (f.layout == PixelLayout::Nv12) rank += 1;
     if (offer.emulated) rank += 6;

@@ -26,6 +26,18 @@ constexpr std::array kFormats = {
     PixelFormat{V4L2_PIX_FMT_SGRBG8, "GRBG8", "BayerGR8", PixelLayout::Bayer8, 8, 3},
     PixelFormat{V4L2_PIX_FMT_SGBRG8, "GBRG8", "BayerGB8", PixelLayout::Bayer8, 8, 3},
     PixelFormat{V4L2_PIX_FMT_SBGGR8, "BGGR8", "BayerBG8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_RGB24, "RGB8", "RGB8", PixelLayout::Rgb8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_BGR24, "BGR8", "BGR8", PixelLayout::Bgr8, 8, 3},
+    PixelFormat{0, "MONO12P", "Mono12p", PixelLayout::Gray12p, 12, 1},
+    PixelFormat{0, "MONO12PACKED", "Mono12Packed", PixelLayout::Gray12Packed, 12, 1},
+    PixelFormat{0, "RGGB12P", "BayerRG12p", PixelLayout::Bayer12p, 8, 3},
+    PixelFormat{0, "GRBG12P", "BayerGR12p", PixelLayout::Bayer12p, 8, 3},
+    PixelFormat{0, "GBRG12P", "BayerGB12p", PixelLayout::Bayer12p, 8, 3},
+    PixelFormat{0, "BGGR12P", "BayerBG12p", PixelLayout::Bayer12p, 8, 3},
+    PixelFormat{0, "RGGB12PACKED", "BayerRG12Packed", PixelLayout::Bayer12Packed, 8, 3},
+    PixelFormat{0, "GRBG12PACKED", "BayerGR12Packed", PixelLayout::Bayer12Packed, 8, 3},
+    PixelFormat{0, "GBRG12PACKED", "BayerGB12Packed", PixelLayout::Bayer12Packed, 8, 3},
+    PixelFormat{0, "BGGR12PACKED", "BayerBG12Packed", PixelLayout::Bayer12Packed, 8, 3},
     PixelFormat{V4L2_PIX_FMT_MJPEG, "MJPEG", "", PixelLayout::Jpeg, 8, 3},
     PixelFormat{V4L2_PIX_FMT_JPEG, "JPEG", "", PixelLayout::Jpeg, 8, 3},
 };
@@ -37,17 +49,25 @@ std::string upper(std::string_view text) {
   return out;
 }
 
-/// OpenCV names a mosaic by the second row's second and third pixel.
-int demosaicing(uint32_t fourcc, bool gray) {
-  switch (fourcc) {
-    case V4L2_PIX_FMT_SRGGB8:
-      return gray ? cv::COLOR_BayerBG2GRAY : cv::COLOR_BayerBG2BGR;
-    case V4L2_PIX_FMT_SGRBG8:
-      return gray ? cv::COLOR_BayerGB2GRAY : cv::COLOR_BayerGB2BGR;
-    case V4L2_PIX_FMT_SGBRG8:
-      return gray ? cv::COLOR_BayerGR2GRAY : cv::COLOR_BayerGR2BGR;
-    default:
-      return gray ? cv::COLOR_BayerRG2GRAY : cv::COLOR_BayerRG2BGR;
+/// OpenCV names a mosaic by the second row's second and third pixel; ours begin with the first row's.
+int demosaicing(std::string_view name, bool gray) {
+  if (name.starts_with("RGGB")) return gray ? cv::COLOR_BayerBG2GRAY : cv::COLOR_BayerBG2BGR;
+  if (name.starts_with("GRBG")) return gray ? cv::COLOR_BayerGB2GRAY : cv::COLOR_BayerGB2BGR;
+  if (name.starts_with("GBRG")) return gray ? cv::COLOR_BayerGR2GRAY : cv::COLOR_BayerGR2BGR;
+  return gray ? cv::COLOR_BayerRG2GRAY : cv::COLOR_BayerRG2BGR;
+}
+
+/// Two pixels in three bytes. An odd row ends within its last byte but one.
+template <class Store>
+void unpack_12(const RawImage& raw, bool low_bits_first, const Store& store) {
+  for (uint32_t y = 0; y < raw.height; ++y) {
+    const uint8_t* b = raw.bytes.data() + size_t{raw.stride_bytes} * y;
+    for (uint32_t x = 0; x < raw.width; ++x) {
+      const bool second = x % 2 == 1;
+      const uint32_t shared = second ? b[1] >> 4 : b[1] & 15u, own = b[second ? 2 : 0];
+      store(y, x, low_bits_first && !second ? own | shared << 8 : own << 4 | shared);
+      if (second) b += 3;
+    }
   }
 }
 
@@ -83,15 +103,17 @@ std::span<const PixelFormat> pixel_formats() {
 }
 
 const PixelFormat* find_pixel_format(uint32_t fourcc) {
+  if (fourcc == 0) return nullptr;
   const auto found = std::find_if(kFormats.begin(), kFormats.end(),
                                   [&](const PixelFormat& format) { return format.fourcc == fourcc; });
   return found == kFormats.end() ? nullptr : &*found;
 }
 
 const PixelFormat* find_pixel_format(std::string_view name) {
-  const std::string wanted = upper(name);
+  const std::string wanted = upper(name) == "RGB8PACKED" ? "RGB8" : upper(name);
+  if (wanted.empty()) return nullptr;
   const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PixelFormat& format) {
-    return wanted == format.name || wanted == fourcc_text(format.fourcc) ||
+    return wanted == format.name || (format.fourcc != 0 && wanted == fourcc_text(format.fourcc)) ||
            (*format.genicam && wanted == upper(format.genicam));
   });
   return found == kFormats.end() ? nullptr : &*found;
@@ -115,6 +137,14 @@ size_t least_stride_bytes(const PixelFormat& format, uint32_t width) {
     case PixelLayout::Yuyv:
     case PixelLayout::Uyvy:
       return (size_t{width} + 1) / 2 * 4;
+    case PixelLayout::Rgb8:
+    case PixelLayout::Bgr8:
+      return size_t{width} * 3;
+    case PixelLayout::Gray12p:
+    case PixelLayout::Gray12Packed:
+    case PixelLayout::Bayer12p:
+    case PixelLayout::Bayer12Packed:
+      return (size_t{width} * 3 + 1) / 2;
     case PixelLayout::Jpeg:
       return 0;
     default:
@@ -183,10 +213,39 @@ std::string decode(const PixelFormat& format, const RawImage& raw, uint32_t chan
       }
       break;
     }
-    case PixelLayout::Bayer8:
-      if (width < 3 || height < 3) return "a mosaic of " + size_text(width, height) + " px";
-      cv::cvtColor(view(raw, raw.width, CV_8UC1), image, demosaicing(format.fourcc, channels == 1));
+    case PixelLayout::Rgb8:
+      cv::cvtColor(view(raw, raw.width, CV_8UC3), image,
+                   channels == 1 ? cv::COLOR_RGB2GRAY : cv::COLOR_RGB2BGR);
       break;
+    case PixelLayout::Bgr8:
+      if (channels == 1)
+        cv::cvtColor(view(raw, raw.width, CV_8UC3), image, cv::COLOR_BGR2GRAY);
+      else
+        view(raw, raw.width, CV_8UC3).copyTo(image);
+      break;
+    case PixelLayout::Gray12p:
+    case PixelLayout::Gray12Packed:
+      image.create(height, width, CV_16UC1);
+      unpack_12(raw, format.layout == PixelLayout::Gray12p, [&](uint32_t y, uint32_t x, uint32_t value) {
+        image.at<uint16_t>(static_cast<int>(y), static_cast<int>(x)) = static_cast<uint16_t>(value);
+      });
+      break;
+    case PixelLayout::Bayer8:
+    case PixelLayout::Bayer12p:
+    case PixelLayout::Bayer12Packed: {
+      if (width < 3 || height < 3) return "a mosaic of " + size_text(width, height) + " px";
+      cv::Mat mosaic;
+      if (format.layout == PixelLayout::Bayer8) {
+        mosaic = view(raw, raw.width, CV_8UC1);
+      } else {
+        mosaic.create(height, width, CV_8UC1);
+        unpack_12(raw, format.layout == PixelLayout::Bayer12p, [&](uint32_t y, uint32_t x, uint32_t value) {
+          mosaic.at<uint8_t>(static_cast<int>(y), static_cast<int>(x)) = static_cast<uint8_t>(value >> 4);
+        });
+      }
+      cv::cvtColor(mosaic, image, demosaicing(format.name, channels == 1));
+      break;
+    }
     case PixelLayout::Jpeg:
       break;
   }

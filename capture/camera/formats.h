@@ -20,22 +20,28 @@ enum class PixelLayout {
   Uyvy,    ///< U Y0 V Y1
   Nv12,    ///< a plane of Y, then colour at half the resolution, which is not used
   Bayer8,  ///< one colour a pixel
-  Jpeg,    ///< one JPEG file a frame
+  Rgb8,    ///< red, green, blue: three bytes a pixel
+  Bgr8,
+  Gray12p,        ///< two pixels in three bytes, low bits first: value 0 to 7, 8 to 11 and 0 to 3, 4 to 11
+  Gray12Packed,   ///< the same of older GigE cameras: bits 4 to 11, 0 to 3 of both, 4 to 11
+  Bayer12p,       ///< as Gray12p, one colour a pixel; read with its upper 8 bits, as colour frames have
+  Bayer12Packed,  ///< as Gray12Packed
+  Jpeg,           ///< one JPEG file a frame
 };
 
 struct PixelFormat {
-  uint32_t fourcc = 0;       ///< V4L2_PIX_FMT_...
+  uint32_t fourcc = 0;       ///< V4L2_PIX_FMT_...; 0: it has none
   const char* name = "";     ///< as the person types it
   const char* genicam = "";  ///< its name by GenICam's Pixel Format Naming Convention; empty: none
   PixelLayout layout = PixelLayout::Gray8;
-  uint32_t bit_depth = 8;  ///< of a pixel's value
+  uint32_t bit_depth = 8;  ///< of a pixel's value as it is read
   uint32_t channels = 1;   ///< the most that it holds: 3 formats can serve gray sensors too
 };
 
 /// All that can be read.
 std::span<const PixelFormat> pixel_formats();
 /// Null where the format is not known. Names in any case; MJPEG may be called MJPG, and each its four
-/// characters or its GenICam name.
+/// characters or its GenICam name (RGB8 its older one, RGB8Packed, too).
 const PixelFormat* find_pixel_format(uint32_t fourcc);
 const PixelFormat* find_pixel_format(std::string_view name);
 /// The four characters, with V4L2's "-BE" for big endian.

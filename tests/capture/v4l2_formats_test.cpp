@@ -214,6 +214,63 @@ TEST(V4l2Formats, MotionJpegMayLackItsHuffmanTables) {
   EXPECT_EQ(cv::norm(image, wanted, cv::NORM_INF), 0);
 }
 
+// Bytes by hand, after the GenICam Pixel Format Naming Convention and GigE Vision: 0xABC, 0x123, 0xDEF.
+TEST(V4l2Formats, TwelveBitsInABufferOfTheirOwnOrder) {
+  const std::vector<uint8_t> p = {0xBC, 0x3A, 0x12, 0xEF, 0x0D, 0x77},
+                             packed = {0xAB, 0x3C, 0x12, 0xDE, 0x0F, 0x77};
+  for (const auto& [name, bytes] : {std::pair{"Mono12p", &p}, {"mono12packed", &packed}}) {
+    cv::Mat image;
+    ASSERT_EQ(decode(format_of(name), {*bytes, 3, 1, 6}, 1, image), "") << name;
+    ASSERT_EQ(image.type(), CV_16UC1);
+    EXPECT_EQ(image.at<uint16_t>(0, 0), 0xABC) << name;
+    EXPECT_EQ(image.at<uint16_t>(0, 1), 0x123) << name;
+    EXPECT_EQ(image.at<uint16_t>(0, 2), 0xDEF) << name;
+    EXPECT_EQ(least_stride_bytes(format_of(name), 3), 5u);
+    EXPECT_EQ(least_stride_bytes(format_of(name), 4), 6u);
+  }
+}
+
+TEST(V4l2Formats, AMosaicOfTwelveBitsIsThatOfItsUpperEight) {
+  for (const char* colours : {"RG", "GR", "GB", "BG"}) {
+    std::mt19937 random(5);
+    std::vector<uint8_t> eight(6 * 4), low(36), packed(36);
+    for (size_t i = 0; i < eight.size(); i += 2) {
+      const uint32_t a = random() & 0xfff, b = random() & 0xfff;
+      eight[i] = static_cast<uint8_t>(a >> 4);
+      eight[i + 1] = static_cast<uint8_t>(b >> 4);
+      uint8_t* l = &low[i / 2 * 3];
+      l[0] = static_cast<uint8_t>(a), l[1] = static_cast<uint8_t>(a >> 8 | (b & 15) << 4),
+      l[2] = static_cast<uint8_t>(b >> 4);
+      uint8_t* g = &packed[i / 2 * 3];
+      g[0] = static_cast<uint8_t>(a >> 4), g[1] = static_cast<uint8_t>((a & 15) | (b & 15) << 4),
+      g[2] = static_cast<uint8_t>(b >> 4);
+    }
+    const std::string name = std::string("Bayer") + colours;
+    for (const uint32_t channels : {1u, 3u}) {
+      cv::Mat wanted, image;
+      ASSERT_EQ(decode(format_of((name + "8").c_str()), {eight, 6, 4, 6}, channels, wanted), "");
+      ASSERT_EQ(decode(format_of((name + "12p").c_str()), {low, 6, 4, 9}, channels, image), "");
+      EXPECT_EQ(cv::norm(wanted, image, cv::NORM_INF), 0) << name;
+      ASSERT_EQ(decode(format_of((name + "12Packed").c_str()), {packed, 6, 4, 9}, channels, image), "");
+      EXPECT_EQ(cv::norm(wanted, image, cv::NORM_INF), 0) << name;
+    }
+  }
+}
+
+TEST(V4l2Formats, RedGreenBlueIsWhatItSays) {
+  const std::vector<uint8_t> bytes = {10, 20, 30, 200, 0, 50, 0xAA};
+  for (const bool red_first : {true, false}) {
+    const PixelFormat& format = format_of(red_first ? "RGB8" : "BGR8");
+    cv::Mat colour, gray;
+    ASSERT_EQ(decode(format, {bytes, 2, 1, 7}, 3, colour), "");
+    EXPECT_EQ(colour.at<cv::Vec3b>(0, 0), red_first ? cv::Vec3b(30, 20, 10) : cv::Vec3b(10, 20, 30));
+    EXPECT_EQ(colour.at<cv::Vec3b>(0, 1), red_first ? cv::Vec3b(50, 0, 200) : cv::Vec3b(200, 0, 50));
+    ASSERT_EQ(decode(format, {bytes, 2, 1, 7}, 1, gray), "");
+    EXPECT_NEAR(gray.at<uint8_t>(0, 0),
+                0.299 * (red_first ? 10 : 30) + 0.587 * 20 + 0.114 * (red_first ? 30 : 10), 1);
+  }
+}
+
 TEST(V4l2Formats, ShortBuffersAreRefused) {
   for (const PixelFormat& format : pixel_formats()) {
     if (format.layout == PixelLayout::Jpeg) continue;
@@ -276,11 +333,13 @@ TEST(V4l2Formats, NamesAreFoundAsPeopleTypeThem) {
   EXPECT_EQ(find_pixel_format(std::string_view("RGGB"))->fourcc, uint32_t{V4L2_PIX_FMT_SRGGB8});
   EXPECT_EQ(find_pixel_format(std::string_view("BA81"))->fourcc, uint32_t{V4L2_PIX_FMT_SBGGR8});
   EXPECT_EQ(find_pixel_format(std::string_view("")), nullptr);
-  EXPECT_EQ(find_pixel_format(uint32_t{V4L2_PIX_FMT_RGB24}), nullptr);
+  EXPECT_EQ(find_pixel_format(std::string_view("RGB8Packed")), &format_of("RGB8"));
+  EXPECT_EQ(find_pixel_format(uint32_t{V4L2_PIX_FMT_RGB565}), nullptr);
+  EXPECT_EQ(find_pixel_format(uint32_t{0}), nullptr);
   EXPECT_EQ(fourcc_text(V4L2_PIX_FMT_Y10), "Y10");
   EXPECT_EQ(fourcc_text(V4L2_PIX_FMT_Y16_BE), "Y16-BE");
   for (const PixelFormat& format : pixel_formats()) {
-    EXPECT_EQ(find_pixel_format(format.fourcc), &format);
+    EXPECT_EQ(find_pixel_format(format.fourcc), format.fourcc != 0 ? &format : nullptr);
     EXPECT_EQ(find_pixel_format(std::string_view(format.name)), &format);
   }
 }
