@@ -1,5 +1,7 @@
 #include "capture/camera/camera_log.h"
 
+#include <spdlog/spdlog.h>
+
 #include "capture/clock.h"
 #include "engine/base/text.h"
 
@@ -31,6 +33,7 @@ void CameraLog::stamp(uint32_t number, int64_t stamp_ns, bool monotonic, int64_t
   frame.exposed_ns = exposed_ns;
   frame.delivered_ns = sign_ns_ = delivered_ns_ = delivered_ns;
   ++frames_;
+  warn(rate_.add(sequence, time_ns));
   const std::lock_guard lock(mutex_);
   counts_.lost += lost;
   if (away_ && frames_ > 1) ++counts_.gaps;
@@ -53,6 +56,25 @@ void CameraLog::note_pixels(bool leased) {
 
 void CameraLog::note_start() {
   sign_ns_ = monotonic_ns();
+}
+
+void CameraLog::note_promise(double rate_Hz, double exposure_s) {
+  rate_.restart(rate_Hz);
+  warn(exposure_warning(exposure_s, rate_Hz));
+}
+
+// A camera that comes back says what it said before.
+void CameraLog::warn(const std::string& words) {
+  if (words.empty()) return;
+  const std::lock_guard lock(mutex_);
+  if (warning_.find(words) != std::string::npos) return;
+  spdlog::warn("{}", words);
+  warning_ += (warning_.empty() ? "" : "; ") + words;
+}
+
+std::string CameraLog::warning() const {
+  const std::lock_guard lock(mutex_);
+  return warning_;
 }
 
 bool CameraLog::silent(int64_t timeout_ns) const {
@@ -81,6 +103,7 @@ std::vector<std::pair<std::string, std::string>> CameraLog::details(const std::s
                                                                     const std::string& copies) const {
   const std::lock_guard lock(mutex_);
   auto list = facts_;
+  if (!warning_.empty()) list.emplace_back("warning", warning_);
   list.emplace_back("clock", clock);
   list.emplace_back("copies per frame", copies);
   if (leased_ > 0 && copied_ > 0)

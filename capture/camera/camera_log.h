@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/camera/camera_clock.h"
+#include "capture/camera/frame_rate.h"
 #include "capture/source.h"
 
 namespace palpate {
@@ -31,6 +32,11 @@ class CameraLog {
 
   /// The stream has started, now.
   void note_start();
+  /// Rate and exposure that the camera was set to, 0 where not known: warns where they do not fit each other,
+  /// and later where frames come at another rate.
+  void note_promise(double rate_Hz, double exposure_s);
+  /// Warnings so far, in one line; each has been logged once.
+  std::string warning() const;
   /// True where no frame has come for so long.
   bool silent(int64_t timeout_ns) const;
   /// "no frame for 2 s", or "no whole frame for 2 s (a damaged JPEG)"; what was damaged is forgotten.
@@ -47,7 +53,10 @@ class CameraLog {
                                                            const std::string& copies) const;
 
  private:
+  void warn(const std::string& words);
+
   SequenceCounter counter_;
+  RateWatch rate_;
   FrameClock clock_;
   int64_t sign_ns_ = 0;       // last frame, or start of the stream
   int64_t delivered_ns_ = 0;  // last frame
@@ -57,7 +66,7 @@ class CameraLog {
 
   mutable std::mutex mutex_;  // of all below
   CaptureCounts counts_;
-  std::string state_;
+  std::string state_, warning_;
   std::vector<std::pair<std::string, std::string>> facts_;
   uint64_t leased_ = 0, copied_ = 0;
 };

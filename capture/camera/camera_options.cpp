@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "capture/camera/camera_options.h"
+#include "capture/camera/frame_rate.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr const char* kCamera = "camera:";
 constexpr const char* kCameraKeys =
-    "format=NAME, size=WxH, fps=HZ, exposure=8ms|500us|auto|locked, gain=N|auto|locked, "
+    "format=NAME, size=WxH, fps=HZ (7.5, 30000/1001), exposure=8ms|500us|auto|locked, gain=N|auto|locked, "
     "white_balance=4500|auto|locked, trigger=Line0|Software, timeout=2s, buffers=3..32, control.NAME=N";
 
 Error bad(const std::string& key, const std::string& value, const std::string& wanted) {
@@ -75,7 +76,10 @@ void set(CameraOptions& o, const std::string& key, const std::string& value) {
   } else if (key == "size") {
     set_size(o, value);
   } else if (key == "fps") {
-    o.rate_Hz = number(key, value, 0.001, 100000);
+    const std::optional<double> rate_Hz = parse_rate(value);
+    if (!rate_Hz || *rate_Hz < 0.001 || *rate_Hz > 100000)
+      throw bad(key, value, "a number from 0.001 to 100000, or a fraction such as 30000/1001,");
+    o.rate_Hz = *rate_Hz;
   } else if (key == "exposure") {
     o.exposure = automatic(value, [&](const std::string& t) { return seconds(key, t); });
   } else if (key == "gain") {
@@ -139,7 +143,8 @@ std::string to_string(const CameraOptions& o) {
   };
   add("format", o.format);
   if (o.width != 0) add("size", std::to_string(o.width) + "x" + std::to_string(o.height));
-  if (o.rate_Hz > 0) add("fps", digits(o.rate_Hz));
+  if (const RateFraction f = rate_fraction(o.rate_Hz > 0 ? o.rate_Hz : 1); o.rate_Hz > 0)
+    add("fps", f.seconds == 1001 ? std::to_string(f.frames) + "/1001" : digits(o.rate_Hz));
   add("exposure", text_of(o.exposure, "s"));
   add("gain", text_of(o.gain, ""));
   add("white_balance", text_of(o.white_balance, ""));

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
-#include <thread>
 
-#include "capture/camera/camera_log.h"
+#include "capture/camera/camera_loop.h"
 #include "capture/camera/camera_picture.h"
 #include "capture/camera/choose_format.h"
 #include "capture/clock.h"
@@ -17,12 +15,10 @@
 namespace palpate {
 namespace {
 
-using genicam::Event;
 using genicam::Filled;
 
 constexpr const char* kGenicam = "genicam:";
-constexpr int kWait_ms = 40;                // between looks at `cancelled`
-constexpr int64_t kRetry_ns = 500'000'000;  // between tries to open an absent camera: each asks the network
+constexpr int64_t kRetry_ns = 500'000'000;  // each try asks the network
 constexpr uint32_t kStayWithCamera = 2;
 constexpr double kEnough_Hz = 60;  // unless more is asked for
 constexpr double kUnknownRate_Hz = 30;
@@ -63,16 +59,19 @@ struct Plan {
     const std::string& where = device.identity().id;
     format = &choose_format(offered_by(can), where, options, needs);
     channels = needs.channels != 0 ? needs.channels : format->channels;
+    // By the name that the camera has for it, where there are two.
     request.format = format->genicam;
+    for (const std::string& name : can.formats)
+      if (find_pixel_format(name) == format) request.format = name;
     request.width = size_of(can.width_px, options.width, needs.size_px[0], "width", where);
     request.height = size_of(can.height_px, options.height, needs.size_px[1], "height", where);
     request.options = options;
     if (options.rate_Hz > 0 && can.rate_Hz &&
         (options.rate_Hz < can.rate_Hz->least || options.rate_Hz > can.rate_Hz->most))
-      throw Error(Failure::Device, text("%.4g frames/s from ", options.rate_Hz) + where,
+      throw Error(Failure::Device, rate_text(options.rate_Hz) + " frames/s from " + where,
                   text("%.4g to %.4g", can.rate_Hz->least, can.rate_Hz->most), "a rate in that range");
     if (options.rate_Hz > 0 && !can.rate_Hz)
-      throw Error(Failure::Device, text("%.4g frames/s from ", options.rate_Hz) + where,
+      throw Error(Failure::Device, rate_text(options.rate_Hz) + " frames/s from " + where,
                   "no rate that can be set", "no --fps");
     if (can.rate_Hz)
       request.rate_Hz = options.rate_Hz > 0 ? options.rate_Hz : std::min(kEnough_Hz, can.rate_Hz->most);
@@ -81,8 +80,8 @@ struct Plan {
 
 }  // namespace
 
-struct GenicamCamera::Impl {
-  Impl(const CameraOptions& o, const Sensor& s) : options(o), sensor(s) {}
+struct GenicamCamera::Impl : CameraLoop {
+  Impl(const CameraOptions& o, const Sensor& s) : CameraLoop(kRetry_ns), options(o), sensor(s) {}
 
   CameraOptions options;
   const Sensor sensor;
@@ -92,10 +91,7 @@ struct GenicamCamera::Impl {
   uint32_t channels = 1;
   genicam::Settings settings;
   std::optional<CameraPicture> picture;
-  std::function<bool()> cancelled;
-  CameraLog log;
   DeviceClock device_clock;
-  int64_t timeout_ns = 0, retry_ns = 0;
   std::atomic<uint32_t> stride_bytes = 0;
   std::atomic<bool> stamped = false;
   std::atomic<int64_t> resent = -1;  // packets; below 0: there are none
@@ -128,9 +124,11 @@ struct GenicamCamera::Impl {
                   settings.format + text(" of %ux%u px", settings.width, settings.height), "what it keeps");
     if (options.rate_Hz > 0 && settings.rate_Hz > 0 &&
         std::abs(settings.rate_Hz - options.rate_Hz) > 0.01 * options.rate_Hz)
-      throw Error(Failure::Device, text("%.4g frames/s from ", options.rate_Hz) + identity.id,
-                  text("%.4g", settings.rate_Hz), "a shorter exposure or a smaller --size");
+      throw Error(Failure::Device, rate_text(options.rate_Hz) + " frames/s from " + identity.id,
+                  rate_text(settings.rate_Hz), "a shorter exposure or a smaller --size");
     log.note_start();
+    // What a trigger starts comes at the trigger's rate.
+    log.note_promise(options.trigger.empty() ? settings.rate_Hz : 0, settings.exposure_s);
     note_facts();
   }
 
@@ -143,7 +141,7 @@ struct GenicamCamera::Impl {
         {"address", identity.address},
         {"format", std::string(pixel_format->name) + " (" + settings.format + ")"},
         {"size", text("%ux%u px", settings.width, settings.height)},
-        {"rate", settings.rate_Hz > 0 ? text("%.4g Hz", settings.rate_Hz) : "not known"},
+        {"rate", settings.rate_Hz > 0 ? rate_text(settings.rate_Hz) + " Hz" : "not known"},
         {"trigger", options.trigger.empty() ? "none" : options.trigger},
         {"buffers", std::to_string(options.buffers)}};
     list.insert(list.end(), settings.facts.begin(), settings.facts.end());
@@ -155,38 +153,23 @@ struct GenicamCamera::Impl {
     return options.rate_Hz > 0 ? options.rate_Hz : kUnknownRate_Hz;
   }
 
-  void start_again(const std::string& why) {
-    log.interrupt(why + "; starting the stream again");
-    const int64_t now = monotonic_ns();
-    if (now - retry_ns < kRetry_ns) std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
-    retry_ns = now;
-    log.note_start();
-    if (!device->restart()) let_go(why);
-  }
+  bool is_open() const override { return device != nullptr; }
+  bool restart() override { return device->restart(); }
+  void close() override { device.reset(); }
 
-  void let_go(const std::string& why) {
-    log.interrupt(why + "; waiting for the camera");
-    device.reset();
-    retry_ns = monotonic_ns();
-  }
-
-  /// Opens the camera once it answers again.
-  void come_back() {
-    const int64_t now = monotonic_ns();
-    if (now - retry_ns < kRetry_ns) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
-      return;
-    }
-    retry_ns = now;
+  bool reopen(std::string& /*but*/) override {
     try {
       device = genicam::module().open(id_of(options));
-      start();
-      log.say("the camera is back");
-    } catch (const Error& error) {
-      const bool there = device != nullptr;
-      device.reset();
-      if (there) log.say(std::string("the camera is back, but: ") + error.what());
+    } catch (const Error&) {
+      return false;  // it does not answer yet
     }
+    try {
+      start();
+    } catch (const Error&) {
+      device.reset();
+      throw;
+    }
+    return true;
   }
 
   /// Pixels of the frame; says what is wrong with them, nothing where all is well.
@@ -211,13 +194,15 @@ struct GenicamCamera::Impl {
     return {};
   }
 
-  /// True where `frame` was filled.
-  bool receive(const Filled& filled, Frame& frame) {
+  Event take(Frame& frame) override {
+    Filled filled;
+    const genicam::Event event = device->wait(kWait_ms, filled);
+    if (event != genicam::Event::Ready) return event == genicam::Event::Gone ? Event::Gone : Event::Nothing;
     const int64_t delivered = monotonic_ns();
     const auto number = static_cast<uint32_t>(filled.number);
     if (const std::string fault = fill(filled, frame); !fault.empty()) {
       log.note_damage(number, fault);
-      return false;
+      return Event::Nothing;
     }
     if (log.interrupted()) device_clock = {};
     stamped = filled.stamp_ns != 0;
@@ -225,7 +210,7 @@ struct GenicamCamera::Impl {
               rate_Hz(), frame);
     if (const std::optional<uint64_t> packets = device->resent_packets())
       resent = static_cast<int64_t>(*packets);
-    return true;
+    return Event::Ready;
   }
 };
 
@@ -257,23 +242,11 @@ void GenicamCamera::watch(const std::function<bool()>& cancelled) {
 }
 
 bool GenicamCamera::next(Frame& frame) {
-  Impl& m = *impl_;
-  frame.give_back();
-  while (!m.cancelled || !m.cancelled()) {
-    if (!m.device) {
-      m.come_back();
-      continue;
-    }
-    Filled filled;
-    const Event event = m.device->wait(kWait_ms, filled);
-    if (event == Event::Gone) {
-      m.let_go("the camera was unplugged");
-      continue;
-    }
-    if (event == Event::Ready && m.receive(filled, frame)) return true;
-    if (m.log.silent(m.timeout_ns)) m.start_again(m.log.words_of_silence(m.timeout_ns));
-  }
-  return false;
+  return impl_->next(frame);
+}
+
+std::string GenicamCamera::warning() const {
+  return impl_->log.warning();
 }
 
 CaptureCounts GenicamCamera::counts() const {

@@ -41,6 +41,8 @@ class GenicamCamera : public Source {
   bool live() const override { return true; }
   CaptureCounts counts() const override;
   std::string state() const override;
+  /// An exposure that does not fit the rate, or frames that come at another. Any thread, at any time.
+  std::string warning() const override;
   void watch(const std::function<bool()>& cancelled) override;
   std::vector<std::pair<std::string, std::string>> details() const override;
 

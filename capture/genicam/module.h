@@ -55,7 +55,8 @@ struct Request {
 struct Settings {
   std::string format;
   uint32_t width = 0, height = 0;
-  double rate_Hz = 0;  ///< 0: it does not say
+  double rate_Hz = 0;     ///< 0: it does not say
+  double exposure_s = 0;  ///< 0: it does not say, or rules it by itself
   /// Exposure and others, with units, for people and records.
   std::vector<std::pair<std::string, std::string>> facts;
 };

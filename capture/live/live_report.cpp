@@ -71,6 +71,7 @@ Facts facts_of(const LiveReport& report, const std::vector<Recording::Written>& 
   Facts facts;
   facts.say(headline(report));
   facts.add("complete", !report.interrupted);
+  facts.add("warning", report.warning, report.warning.empty() ? "" : "warning: " + report.warning + "\n");
   if (!report.flaws.empty()) facts.add("flaws", report.flaws, "WARNING: " + report.flaws + "\n");
   facts.add("seconds", report.seconds);
   facts.add("captured", report.captured);

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <sstream>
-#include <thread>
 
-#include "capture/camera/camera_log.h"
+#include "capture/camera/camera_loop.h"
 #include "capture/camera/camera_picture.h"
 #include "capture/clock.h"
 #include "capture/v4l2/camera_setup.h"
@@ -19,8 +17,7 @@ namespace {
 
 using v4l2::Stream;
 
-constexpr int kWait_ms = 40;                // between looks at `cancelled`
-constexpr int64_t kRetry_ns = 250'000'000;  // between tries to open an absent camera
+constexpr int64_t kRetry_ns = 250'000'000;
 constexpr uint32_t kStayWithDriver = 2;
 constexpr double kUnknownRate_Hz = 30;
 
@@ -33,8 +30,11 @@ std::string brief(double value) {
 
 }  // namespace
 
-struct Camera::Impl {
-  Impl(const CameraOptions& o, const Sensor& s) : options(o), sensor(s) {}
+struct Camera::Impl : CameraLoop {
+  Impl(const CameraOptions& o, const Sensor& s) : CameraLoop(kRetry_ns), options(o), sensor(s) {}
+  ~Impl() override {
+    if (stream) stream->stop();
+  }
 
   CameraOptions options;
   const Sensor sensor;
@@ -43,11 +43,9 @@ struct Camera::Impl {
   std::shared_ptr<Stream> stream;  // null while the camera is away
   CameraSetup setup;
   std::optional<CameraPicture> picture;
-  std::function<bool()> cancelled;
-  CameraLog log;
-  int64_t timeout_ns = 0, retry_ns = 0;
   std::atomic<bool> start_of_frame = false, stamps_believed = false;
   std::atomic<uint64_t> stamps_refused = 0;
+  std::atomic<uint32_t> stride_bytes = 0;  // of `setup`, for other threads
 
   void open_first() {
     device = std::make_shared<v4l2::Device>(camera_node(options.node));
@@ -67,7 +65,9 @@ struct Camera::Impl {
 
   void start() {
     stream = Stream::start(device, options.buffers);
+    stride_bytes = setup.image.stride_bytes;
     log.note_start();
+    log.note_promise(setup.rate_Hz, exposure_s(setup.controls));
     note_facts();
   }
 
@@ -80,7 +80,7 @@ struct Camera::Impl {
         {"format", setup.format->name},
         {"size", std::to_string(setup.image.width) + "x" + std::to_string(setup.image.height) + " px"},
         {"stride", std::to_string(setup.image.stride_bytes) + " bytes"},
-        {"rate", setup.rate_Hz > 0 ? brief(setup.rate_Hz) + " Hz" : "not known"},
+        {"rate", setup.rate_Hz > 0 ? rate_text(setup.rate_Hz) + " Hz" : "not known"},
         {"buffers", std::to_string(stream->buffers())},
         {"time-out", brief(static_cast<double>(timeout_ns) * 1e-9) + " s"}};
     for (const v4l2::Control& c : setup.controls) {
@@ -99,50 +99,32 @@ struct Camera::Impl {
     return options.rate_Hz > 0 ? options.rate_Hz : kUnknownRate_Hz;
   }
 
-  /// The stream is dead but the camera is there.
-  void start_again(const std::string& why) {
-    log.interrupt(why + "; starting the stream again");
-    const int64_t now = monotonic_ns();
-    // A stream that fails as soon as it starts is not tried without end in one go.
-    if (now - retry_ns < kRetry_ns) std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
-    retry_ns = now;
-    log.note_start();
-    if (!stream->restart()) let_go(why);
-  }
-
-  void let_go(const std::string& why) {
-    log.interrupt(why + "; waiting for the camera");
+  bool is_open() const override { return stream != nullptr; }
+  bool restart() override { return stream->restart(); }
+  void close() override {
     stream->stop();
     stream.reset();
     device.reset();
-    retry_ns = monotonic_ns();
   }
 
-  /// Opens the camera once it is back, whatever its node is called by then.
-  void come_back() {
-    const int64_t now = monotonic_ns();
-    if (now - retry_ns < kRetry_ns) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
-      return;
-    }
-    retry_ns = now;
+  /// Whatever its node is called by then.
+  bool reopen(std::string& but) override {
     std::string path;
     for (const v4l2::NodeReport& node : v4l2::list_nodes())
       if (node.capture && node.identity.same_camera(identity)) path = node.path;
-    if (path.empty()) return;
+    if (path.empty()) return false;
     try {
       device = std::make_shared<v4l2::Device>(path);
-      const std::string unset = v4l2_restore();
+      const std::string unset = restore_controls(*device, setup.controls);
       setup = set_up(*device, options, needs_of(sensor));
       start();
-      log.say("the camera is back" + (unset.empty() ? "" : ", but not its controls " + unset));
-    } catch (const Error& error) {
+      if (!unset.empty()) but = "not its controls " + unset;
+    } catch (const Error&) {
       device.reset();
-      log.say(std::string("the camera is back, but: ") + error.what());
+      throw;
     }
+    return true;
   }
-
-  std::string v4l2_restore() { return restore_controls(*device, setup.controls); }
 
   /// Pixels of the frame.
   CameraPicture::Fault fill(const Stream::Filled& filled, Frame& frame) {
@@ -159,14 +141,15 @@ struct Camera::Impl {
     return {};
   }
 
-  /// True where `frame` was filled.
-  bool receive(Frame& frame) {
+  Event take(Frame& frame) override {
     Stream::Filled filled;
-    const Stream::Event event = stream->take(filled);
+    Stream::Event event = stream->wait(kWait_ms);
+    if (event == Stream::Event::Ready) event = stream->take(filled);
     const int64_t delivered = monotonic_ns();
-    if (event == Stream::Event::Gone) let_go("the camera was unplugged");
-    if (event == Stream::Event::Broken) start_again("the camera's stream failed");
-    if (event != Stream::Event::Ready) return false;
+    if (event != Stream::Event::Ready)
+      return event == Stream::Event::Gone     ? Event::Gone
+             : event == Stream::Event::Broken ? Event::Broken
+                                              : Event::Nothing;
     const CameraPicture::Fault fault =
         filled.damaged ? CameraPicture::Fault{"marked by the driver"} : fill(filled, frame);
     // A lent buffer goes back by itself.
@@ -176,7 +159,7 @@ struct Camera::Impl {
       start_of_frame = filled.start_of_frame;
       stamps_believed = log.clock().believed() > 0;
       stamps_refused = log.clock().refused();
-      return true;
+      return Event::Ready;
     }
     if (log.frames() == 0 && fault.of_format)
       throw Error(
@@ -187,7 +170,7 @@ struct Camera::Impl {
           "format Y16 and \"bit_depth\": 16 in the sensor file (some cameras write their bits at the high "
           "end)");
     log.note_damage(filled.sequence, fault.words);
-    return false;
+    return Event::Nothing;
   }
 };
 
@@ -196,9 +179,7 @@ Camera::Camera(const CameraOptions& options, const Sensor& sensor)
   impl_->open_first();
 }
 
-Camera::~Camera() {
-  if (impl_->stream) impl_->stream->stop();
-}
+Camera::~Camera() = default;
 
 FrameFormat Camera::format() const {
   return impl_->picture->format();
@@ -211,30 +192,11 @@ void Camera::watch(const std::function<bool()>& cancelled) {
 }
 
 bool Camera::next(Frame& frame) {
-  Impl& m = *impl_;
-  frame.leased.reset();
-  frame.pages.reset();
-  while (!m.cancelled || !m.cancelled()) {
-    if (!m.stream) {
-      m.come_back();
-      continue;
-    }
-    switch (m.stream->wait(kWait_ms)) {
-      case Stream::Event::Gone:
-        m.let_go("the camera was unplugged");
-        continue;
-      case Stream::Event::Broken:
-        m.start_again("the camera's stream failed");
-        continue;
-      case Stream::Event::Ready:
-        if (m.receive(frame)) return true;
-        break;
-      case Stream::Event::Nothing:
-        break;
-    }
-    if (m.stream && m.log.silent(m.timeout_ns)) m.start_again(m.log.words_of_silence(m.timeout_ns));
-  }
-  return false;
+  return impl_->next(frame);
+}
+
+std::string Camera::warning() const {
+  return impl_->log.warning();
 }
 
 CaptureCounts Camera::counts() const {
@@ -253,7 +215,7 @@ std::vector<std::pair<std::string, std::string>> Camera::details() const {
     clock = "delivery: the driver's time stamps are not of this clock";
   if (m.stamps_believed && m.stamps_refused > 0)
     clock += "; " + std::to_string(m.stamps_refused) + " impossible stamps replaced by delivery";
-  return m.log.details(clock, m.picture->copies(m.setup.image.stride_bytes));
+  return m.log.details(clock, m.picture->copies(m.stride_bytes));
 }
 
 FrameFormat linux_camera_format(const CameraOptions& options) {

@@ -138,4 +138,14 @@ std::vector<ControlStep> plan_controls(const std::vector<Control>& there, const 
   return std::move(planner).steps();
 }
 
+double exposure_s(const std::vector<Control>& controls) {
+  const Planner there(controls);
+  const Control* mode = there.find(V4L2_CID_EXPOSURE_AUTO);
+  const bool by_hand =
+      !mode || mode->value == V4L2_EXPOSURE_MANUAL || mode->value == V4L2_EXPOSURE_SHUTTER_PRIORITY;
+  const Control* exposure = there.find(V4L2_CID_EXPOSURE_ABSOLUTE);
+  constexpr double kUnit_s = 100e-6;
+  return by_hand && exposure && exposure->value ? kUnit_s * static_cast<double>(*exposure->value) : 0;
+}
+
 }  // namespace palpate

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
+#include "capture/camera/frame_rate.h"
 #include "engine/base/readable.h"
 #include "palpate/error.h"
 
@@ -20,13 +20,6 @@ constexpr double kEnough_Hz = 60;  // unless more is asked for
 
 std::string short_size(uint32_t width, uint32_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
-}
-
-std::string rate_text(double rate_Hz) {
-  std::ostringstream s;
-  s.precision(4);
-  s << rate_Hz;
-  return s.str();
 }
 
 std::string list_of(const std::vector<v4l2::SizeRange>& sizes) {

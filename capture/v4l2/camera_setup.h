@@ -37,6 +37,9 @@ std::vector<ControlStep> plan_controls(const std::vector<v4l2::Control>& there, 
 /// step and 1 %.
 CameraSetup set_up(v4l2::Device& device, const CameraOptions& options, const CameraNeeds& needs);
 
+/// Exposure that the controls hold; 0 where they do not say, or the camera rules it.
+double exposure_s(const std::vector<v4l2::Control>& controls);
+
 /// Sets what reads otherwise than in `before`, once the camera is back from being unplugged. Returns the
 /// names of those that could not be set.
 std::string restore_controls(v4l2::Device& device, const std::vector<v4l2::Control>& before);

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "capture/camera/frame_rate.h"
 #include "engine/base/readable.h"
 #include "palpate/error.h"
 
@@ -266,8 +267,8 @@ double Device::set_rate(double rate_Hz) {
   parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (call(file_, VIDIOC_G_PARM, &parameters) != 0) return 0;
   if (!(parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME)) return 0;
-  // Microseconds keep 29.97 as it is meant.
-  parameters.parm.capture.timeperframe = {1000000, static_cast<uint32_t>(std::lround(rate_Hz * 1e6))};
+  const RateFraction rate = rate_fraction(rate_Hz);
+  parameters.parm.capture.timeperframe = {rate.seconds, rate.frames};
   if (call(file_, VIDIOC_S_PARM, &parameters) != 0) return 0;
   return this->rate_Hz();
 }

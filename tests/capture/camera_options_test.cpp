@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
+#include <cmath>
+#include <tuple>
+
 #include "capture/camera/camera_clock.h"
 #include "capture/camera/camera_options.h"
+#include "capture/camera/frame_rate.h"
 #include "capture/v4l2/camera_setup.h"
 #include "palpate/error.h"
 
@@ -17,14 +21,15 @@ using v4l2::ControlType;
 TEST(CameraOptions, EveryKeyIsReadAndWritten) {
   const CameraOptions o = parse_camera(
       "camera:/dev/"
-      "video3?format=Y16&size=1392x1042&fps=29.97&exposure=8ms&gain=12&white_balance=4500K&trigger=Line0&"
+      "video3?format=Y16&size=1392x1042&fps=30000/"
+      "1001&exposure=8ms&gain=12&white_balance=4500K&trigger=Line0&"
       "timeout=3s&"
       "buffers=5&control.brightness=-7");
   EXPECT_EQ(o.node, "/dev/video3");
   EXPECT_EQ(o.format, "Y16");
   EXPECT_EQ(o.width, 1392u);
   EXPECT_EQ(o.height, 1042u);
-  EXPECT_EQ(o.rate_Hz, 29.97);
+  EXPECT_EQ(o.rate_Hz, 30000.0 / 1001);
   EXPECT_EQ(o.exposure.value, 0.008);
   EXPECT_EQ(o.gain.value, 12);
   EXPECT_EQ(o.white_balance.value, 4500);
@@ -35,13 +40,61 @@ TEST(CameraOptions, EveryKeyIsReadAndWritten) {
   EXPECT_EQ(o.controls[0], std::pair(std::string("brightness"), int64_t{-7}));
   const std::string text = to_string(o);
   EXPECT_EQ(to_string(parse_camera(text)), text);
-  EXPECT_EQ(
-      text,
-      "camera:/dev/video3?format=Y16&size=1392x1042&fps=29.97&exposure=0.008s&gain=12&white_balance=4500&"
-      "trigger=Line0&timeout=3s&buffers=5&control.brightness=-7");
+  EXPECT_EQ(text,
+            "camera:/dev/video3?format=Y16&size=1392x1042&fps=30000/"
+            "1001&exposure=0.008s&gain=12&white_balance=4500&"
+            "trigger=Line0&timeout=3s&buffers=5&control.brightness=-7");
   EXPECT_EQ(to_string(parse_camera("camera:")), "camera:");
   EXPECT_TRUE(is_camera("camera:0"));
   EXPECT_FALSE(is_camera("film.avi"));
+}
+
+TEST(CameraRates, AreTheFractionsThatAreMeant) {
+  const std::tuple<double, uint32_t, uint32_t, const char*> cases[] = {
+      {30, 30, 1, "30"},
+      {7.5, 15, 2, "7.5"},
+      {29.97, 30000, 1001, "29.97 (30000/1001)"},
+      {29.9, 299, 10, "29.9"},
+      {30000.0 / 1001, 30000, 1001, "29.97 (30000/1001)"},
+      {24000.0 / 1001, 24000, 1001, "23.98 (24000/1001)"},
+      {1e7 / 333667, 30000, 1001, "29.97 (30000/1001)"},  // as USB cameras say it, in steps of 100 ns
+      {1e7 / 166833, 60000, 1001, "59.94 (60000/1001)"},
+      {1e7 / 1333333, 15, 2, "7.5"},
+      {1e7 / 333333, 30, 1, "30"},
+      {0.1, 1, 10, "0.1"},
+      {1000, 1000, 1, "1000"}};
+  for (const auto& [rate_Hz, frames, seconds, text] : cases) {
+    EXPECT_EQ(rate_fraction(rate_Hz), (RateFraction{frames, seconds})) << text;
+    EXPECT_EQ(rate_text(rate_Hz), text);
+  }
+  EXPECT_EQ(parse_rate("15/2"), 7.5);
+  EXPECT_EQ(parse_rate("7.5"), 7.5);
+  for (const char* text : {"", "/", "30/", "/2", "1/0", "1/-2", "30000/1001x", "nan", "inf/2"})
+    EXPECT_FALSE(parse_rate(text)) << text;
+  EXPECT_EQ(to_string(parse_camera("camera:0?fps=7.5")), "camera:0?fps=7.5");
+}
+
+TEST(CameraRates, AnExposureLongerThanAFrameSaysWhatItAllows) {
+  EXPECT_EQ(exposure_warning(0.05, 30), "an exposure of 50 ms allows at most 20 frames/s, not 30");
+  EXPECT_EQ(exposure_warning(1001.0 / 30000, 30000.0 / 1001), "");
+  EXPECT_EQ(exposure_warning(0.008, 30) + exposure_warning(0, 30) + exposure_warning(0.05, 0), "");
+}
+
+TEST(CameraRates, ARateThatIsNotKeptIsSaidOnceWithTheMeasuredOne) {
+  const auto words = [](double promised_Hz, double rate_Hz, uint64_t step = 1) {
+    RateWatch watch;
+    watch.restart(promised_Hz);
+    std::string said;
+    for (uint64_t k = 0; k < 300; k += step)
+      said += watch.add(k, std::llround(static_cast<double>(k) / rate_Hz * 1e9));
+    return said;
+  };
+  EXPECT_EQ(words(30, 15), "the camera promises 30 frames/s and takes 15");
+  EXPECT_EQ(words(30000.0 / 1001, 20), "the camera promises 29.97 (30000/1001) frames/s and takes 20");
+  EXPECT_EQ(words(7.5, 10), "the camera promises 7.5 frames/s and takes 10");
+  EXPECT_EQ(words(30, 30) + words(30, 29.5) + words(0, 15), "");
+  EXPECT_EQ(words(30, 30, 2), "") << "what is lost on the way was taken";
+  EXPECT_EQ(words(30, 0.5), "the camera promises 30 frames/s and takes 0.5") << "five frames at least";
 }
 
 TEST(CameraOptions, TimesHaveUnitsAndModesHaveNames) {
@@ -54,11 +107,19 @@ TEST(CameraOptions, TimesHaveUnitsAndModesHaveNames) {
 }
 
 TEST(CameraOptions, NonsenseIsRefusedByName) {
-  for (const char* text :
-       {"exposure=8", "exposure=-8ms", "exposure=8m",    "exposure=ms",      "exposure=", "exposure=nan s",
-        "size=640",   "size=0x480",    "size=640x480x3", "size=99999x1",     "fps=0",     "fps=fast",
-        "fps=inf",    "gain=1.5",      "gain=high",      "white_balance=50", "timeout=2", "trigger=",
-        "buffers=2",  "buffers=99",    "control.=3",     "control.gain=x",   "colour=3",  "="}) {
+  for (const char* text : {"exposure=8",     "exposure=-8ms",
+                           "exposure=8m",    "exposure=ms",
+                           "exposure=",      "exposure=nan s",
+                           "size=640",       "size=0x480",
+                           "size=640x480x3", "size=99999x1",
+                           "fps=0",          "fps=fast",
+                           "fps=30000/0",    "fps=1/x",
+                           "fps=inf",        "gain=1.5",
+                           "gain=high",      "white_balance=50",
+                           "timeout=2",      "trigger=",
+                           "buffers=2",      "buffers=99",
+                           "control.=3",     "control.gain=x",
+                           "colour=3",       "="}) {
     try {
       parse_camera(std::string("camera:0?") + text);
       ADD_FAILURE() << text;
@@ -117,6 +178,15 @@ TEST(CameraControls, NothingMovesUnlessItIsAskedTo) {
             "auto_exposure=3 white_balance_automatic=1 focus_automatic_continuous=0 brightness=-3 ");
   EXPECT_EQ(plan("exposure=350us"), locked + "exposure_time_absolute=4 ");
   EXPECT_EQ(plan("", {}), "");
+}
+
+TEST(CameraControls, TheExposureIsKnownWhereTheCameraDoesNotRuleIt) {
+  std::vector<Control> there = webcam();
+  EXPECT_EQ(exposure_s(there), 0) << "automatic";
+  there[4].value = V4L2_EXPOSURE_MANUAL;
+  EXPECT_EQ(exposure_s(there), 0.025);
+  there.erase(there.begin() + 5);
+  EXPECT_EQ(exposure_s(there), 0);
 }
 
 TEST(CameraControls, WhatIsNotThereIsNamed) {

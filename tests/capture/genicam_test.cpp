@@ -57,7 +57,8 @@ TEST_F(Genicam, FramesOfEveryKindComeInOrderWithTheirTimes) {
   };
   for (const Kind& kind :
        {Kind{"GREY", 1, 8, "0 (leased)"}, Kind{"Y16", 1, 16, "0 (leased)"},
-        Kind{"BayerRG8", 3, 8, "2 (decoded, rectified)"}, Kind{"RGGB8", 1, 8, "1 (decoded)"}}) {
+        Kind{"BayerRG8", 3, 8, "2 (decoded, rectified)"}, Kind{"RGGB8", 1, 8, "1 (decoded)"},
+        Kind{"RGB8", 3, 8, "2 (decoded, rectified)"}}) {
     const auto camera =
         open_source(std::string("camera:genicam:Fake_1?size=320x240&fps=50&format=") + kind.format,
                     sensor_of(kind.channels, kind.bits));
@@ -117,6 +118,14 @@ TEST_F(Genicam, SettingsAreSetAndReadBack) {
   EXPECT_EQ(detail(*camera, "offset"), "992, 1000 px") << "the middle of the chip of 2048 x 2048";
   Frame frame;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(camera->next(frame));
+}
+
+TEST_F(Genicam, AnExposureLongerThanAFrameIsSaid) {
+  const auto camera =
+      open_source("camera:genicam:Fake_1?size=64x48&format=GREY&fps=15/2&exposure=200ms", sensor_of(1, 8));
+  EXPECT_EQ(camera->warning(), "an exposure of 200 ms allows at most 5 frames/s, not 7.5");
+  EXPECT_EQ(detail(*camera, "warning"), camera->warning());
+  EXPECT_EQ(detail(*camera, "rate"), "7.5 Hz");
 }
 
 TEST_F(Genicam, WhatItCannotDoIsRefusedInOneLine) {

@@ -1,6 +1,7 @@
 // palpate cameras: the cameras of this machine, their formats and their controls.
 #include <cmath>
 
+#include "capture/camera/frame_rate.h"
 #include "capture/files/output_file.h"
 #include "capture/genicam/camera.h"
 #include "capture/genicam/module.h"
@@ -41,8 +42,8 @@ void list_size(const v4l2::Device& device, uint32_t fourcc, const v4l2::SizeRang
   std::string words;
   for (const v4l2::RateRange& rate : device.rates(fourcc, size.most_width, size.most_height)) {
     rates.push_back({rate.least_Hz, rate.most_Hz});
-    words += (words.empty() ? "" : ", ") + number(rate.least_Hz) +
-             (rate.least_Hz == rate.most_Hz ? "" : " to " + number(rate.most_Hz));
+    words += (words.empty() ? "" : ", ") + rate_text(rate.least_Hz) +
+             (rate.least_Hz == rate.most_Hz ? "" : " to " + rate_text(rate.most_Hz));
   }
   std::string text = std::to_string(size.least_width) + "x" + std::to_string(size.least_height);
   Json json = {{"width_px", size.least_width}, {"height_px", size.least_height}};

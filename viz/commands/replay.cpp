@@ -80,10 +80,10 @@ Report replay(const Common& common, const Options& options) {
                        {"device", context->report().name}};
   const Facts facts = facts_of(run.live, {});
   value.update(facts.json);
-  value["warning"] = run.live.warning;
-  std::string text = facts.text;
-  if (!run.live.warning.empty()) text += "warning: " + run.live.warning + "\n";
-  return {text, value, run.live.interrupted ? kInterrupted : validation_clean(*context) ? 0 : kInternalError};
+  return {facts.text, value,
+          run.live.interrupted         ? kInterrupted
+          : validation_clean(*context) ? 0
+                                       : kInternalError};
 }
 
 }  // namespace

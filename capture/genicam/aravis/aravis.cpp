@@ -328,8 +328,13 @@ Settings AravisDevice::read_back() const {
   s.format = text_or_empty(arv_camera_get_pixel_format_as_string(c, nullptr));
   if (arv_camera_is_frame_rate_available(c, nullptr)) s.rate_Hz = arv_camera_get_frame_rate(c, nullptr);
   s.facts.emplace_back("offset", text("%d, %d px", x, y));
-  if (arv_camera_is_exposure_time_available(c, nullptr))
-    s.facts.emplace_back("exposure", text("%.6g us", arv_camera_get_exposure_time(c, nullptr)));
+  if (arv_camera_is_exposure_time_available(c, nullptr)) {
+    const double exposure_us = arv_camera_get_exposure_time(c, nullptr);
+    const bool by_itself = arv_camera_is_exposure_auto_available(c, nullptr) &&
+                           arv_camera_get_exposure_time_auto(c, nullptr) != ARV_AUTO_OFF;
+    if (!by_itself) s.exposure_s = exposure_us * 1e-6;
+    s.facts.emplace_back("exposure", text("%.6g us", exposure_us));
+  }
   if (arv_camera_is_gain_available(c, nullptr))
     s.facts.emplace_back("gain", text("%.6g", arv_camera_get_gain(c, nullptr)));
   if (arv_camera_is_gv_device(c))

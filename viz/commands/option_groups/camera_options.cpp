@@ -20,10 +20,11 @@ void CameraChoice::add_to(CommandLine& command) {
   };
   add("--camera", node, "Take frames from this camera: /dev/videoN, N or genicam:ID (see palpate cameras)");
   add("--format", format,
-      "Pixel format: GREY, Y10, Y12, Y16, YUYV, UYVY, NV12, RGGB8 and its kin, MJPEG "
+      "Pixel format: GREY, Y10, Y12, Y16, YUYV, UYVY, NV12, RGB8, RGGB8 and its kin, MJPEG, "
+      "packed ones as Mono12p "
       "(default: fits the sensor)");
   add("--size", size, "Size in px, as 1392x1042 (default: the sensor's, or the largest that comes smoothly)");
-  add("--fps", rate, "Frames a second (default: the most the camera has, up to 60)");
+  add("--fps", rate, "Frames a second, as 7.5 or 30000/1001 (default: the most the camera has, up to 60)");
   add("--exposure", exposure, "Exposure, as 8ms or 500us, or auto (default: locked where it is)");
   add("--gain", gain, "Gain in the camera's own steps, or auto (default: locked where it is)");
   add("--white-balance", white_balance, "White balance in K, or auto (default: locked where it is)");
