@@ -1,7 +1,11 @@
 #include "capture/synthetic/scene.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <utility>
 
 #include "engine/base/text.h"
 #include "palpate/error.h"
@@ -38,10 +42,31 @@ Keyframe at(const Script& keyframes, double time_s) {
           between(a.force_N, b.force_N),
           between(a.pull_x, b.pull_x),
           between(a.pull_y, b.pull_y),
-          between(a.turn, b.turn)};
+          between(a.turn, b.turn),
+          between(a.roll_x_mm, b.roll_x_mm),
+          between(a.roll_y_mm, b.roll_y_mm)};
 }
 
+namespace {
+
+/// "slides-N", made when it is first asked for; null where the name is no such scene.
+const Scene* drawn_scene(const std::string& name) {
+  constexpr std::string_view kDrawn = "slides-";
+  uint32_t seed = 0;
+  if (!name.starts_with(kDrawn)) return nullptr;
+  const char* const end = name.data() + name.size();
+  const auto [stop, error] = std::from_chars(name.data() + kDrawn.size(), end, seed);
+  if (error != std::errc{} || stop != end) return nullptr;
+  static std::mutex mutex;
+  static std::map<uint32_t, Scene> drawn;
+  const std::lock_guard lock(mutex);
+  return &drawn.try_emplace(seed, slides_scene(seed)).first->second;
+}
+
+}  // namespace
+
 const Scene& find_scene(const std::string& name) {
+  if (const Scene* scene = drawn_scene(name)) return *scene;
   std::string list;
   std::vector<std::string> names;
   for (const Scene& scene : scenes()) {
@@ -51,7 +76,7 @@ const Scene& find_scene(const std::string& name) {
   }
   names.emplace_back("tissue");  // a sensor of its own
   throw Error(Failure::Input, "a synthetic scene", "'" + name + "'" + did_you_mean(name, names),
-              "one of " + list + names.back());
+              "one of " + list + names.back() + ", slides-N");
 }
 
 namespace {
@@ -76,7 +101,7 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
   const int substeps =
       std::max(1, static_cast<int>(std::ceil(500 / rate_Hz)));  // 2 ms resolve every slip of the scripts
   std::vector<ScriptState> states(frames);
-  double foot_x = 0, foot_y = 0;
+  double foot_x = 0, foot_y = 0, rolled_x = 0, rolled_y = 0;
   bool touching = false;
   for (size_t frame = 0; frame < frames; ++frame) {
     ScriptState& s = states[frame];
@@ -85,6 +110,10 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
       s.indenter = at(script, time_s);
       s.indenter.force_N *= rules.force_scale;
       s.slipping = false;
+      s.indenter.x_mm += s.indenter.roll_x_mm;
+      s.indenter.y_mm += s.indenter.roll_y_mm;
+      foot_x += s.indenter.roll_x_mm - std::exchange(rolled_x, s.indenter.roll_x_mm);
+      foot_y += s.indenter.roll_y_mm - std::exchange(rolled_y, s.indenter.roll_y_mm);
       const double limit_N = rules.friction * s.indenter.force_N;
       if (touching) {
         s.indenter.x_mm += s.indenter.pull_x * limit_N / stiffness;
@@ -100,7 +129,8 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
       s.shear_x_N = touching ? stiffness * (s.indenter.x_mm - foot_x) : 0;
       s.shear_y_N = touching ? stiffness * (s.indenter.y_mm - foot_y) : 0;
       const double shear_N = std::hypot(s.shear_x_N, s.shear_y_N);
-      if (shear_N > limit_N) {
+      // What stopped at its limit is there but for rounding.
+      if (shear_N > limit_N * (1 + 1e-9)) {
         s.slipping = true;
         s.shear_x_N *= limit_N / shear_N;
         s.shear_y_N *= limit_N / shear_N;

@@ -15,7 +15,9 @@ struct Keyframe {
   double pull_x =
       0;  ///< tangential load, as a fraction of the friction limit: moves the indenter on from x_mm
   double pull_y = 0;
-  double turn = 0;  ///< about the normal, from +x towards +y, as a fraction of what friction holds
+  double turn = 0;       ///< about the normal, from +x towards +y, as a fraction of what friction holds
+  double roll_x_mm = 0;  ///< way that the contact has rolled: it moves on and nothing slides
+  double roll_y_mm = 0;
 };
 
 using Script = std::vector<Keyframe>;  ///< times ascend from 0
@@ -35,8 +37,11 @@ struct Scene {
 Keyframe at(const Script& script, double time_s);
 
 const std::vector<Scene>& scenes();
-/// Throws Error(Failure::Input) that lists the names.
+/// One of these, or "slides-N": touches, pulls, slides and rolls drawn at random from the number N. Throws
+/// Error(Failure::Input) that lists the names.
 const Scene& find_scene(const std::string& name);
+/// The scene "slides-N".
+Scene slides_scene(uint32_t seed);
 
 /// State of the scene at one frame.
 struct ScriptState {

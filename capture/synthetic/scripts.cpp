@@ -1,5 +1,6 @@
 // List of the scenes of the synthetic sensor.
 #include <cmath>
+#include <random>
 
 #include "capture/synthetic/scene.h"
 
@@ -220,6 +221,63 @@ Scene fingers_scene() {
 }
 
 }  // namespace
+
+Scene slides_scene(uint32_t seed) {
+  std::mt19937 random(seed);
+  // By hand, since each library has its own distributions.
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * (double(random()) / 4294967296.0);
+  };
+  Scene scene{
+      "slides-" + std::to_string(seed), "touches, pulls, slides and rolls drawn at random", false, 8, {}};
+  Keyframe k{0, between(-3, 3), between(-2, 2), 0};
+  const auto go_on = [&](double seconds) {
+    k.time_s += seconds;
+    scene.keyframes.push_back(k);
+  };
+  const auto rest = [&] { go_on(between(0.4, 0.9)); };
+  // Towards the middle, more or less, so that no contact leaves the frame.
+  const auto direction = [&] {
+    return std::atan2(-k.y_mm - k.roll_y_mm, -k.x_mm - k.roll_x_mm) + between(-1, 1);
+  };
+  go_on(0);
+  for (int touch = 0; touch < 2; ++touch) {
+    rest();
+    k.force_N = between(0.4, 1.4);
+    go_on(between(0.3, 0.8));
+    rest();
+    const double angle = direction(), pull = between(0, 0.7);
+    k.pull_x = pull * std::cos(angle);
+    k.pull_y = pull * std::sin(angle);
+    go_on(between(0.2, 0.6));
+    rest();
+    for (int slide = 0; slide < 2; ++slide) {
+      const double way_mm = between(2, 5), speed_mm_per_s = between(1, 5), towards = direction();
+      k.x_mm += way_mm * std::cos(towards);
+      k.y_mm += way_mm * std::sin(towards);
+      k.force_N *= between(0.8, 1.25);
+      go_on(way_mm / speed_mm_per_s);
+      rest();
+    }
+    k.force_N = 0;
+    go_on(between(0.3, 0.7));
+    k.pull_x = k.pull_y = 0;
+    rest();
+  }
+  // A ball that rolls freely.
+  k.force_N = between(0.4, 1.4);
+  go_on(between(0.3, 0.8));
+  rest();
+  const double way_mm = between(1, 4), towards = direction();
+  k.roll_x_mm = way_mm * std::cos(towards);
+  k.roll_y_mm = way_mm * std::sin(towards);
+  go_on(way_mm / between(1, 5));
+  rest();
+  k.force_N = 0;
+  go_on(between(0.3, 0.7));
+  rest();
+  return scene;
+}
 
 const std::vector<Scene>& scenes() {
   static const std::vector<Scene> all = {still_scene(),     stairs_scene(), slide_scene(),  flat_scene(),
