@@ -19,7 +19,7 @@ void forget_motion(Shape& shape) {
 }  // namespace
 
 TouchHistory::TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts, bool separate)
-    : sensor_(sensor), separate_(separate), skin_(sensor.pitch_mm_per_px), shear_(sensor.pitch_mm_per_px) {
+    : sensor_(sensor), separate_(separate), skin_(sensor), shear_(sensor.pitch_mm_per_px) {
   if (contacts) contacts_.emplace(sensor, format);
 }
 

@@ -143,7 +143,7 @@ uint32_t ContactTracker::nearest_of_lineage(const ContactTouch& region) const {
 
 // A new contact.
 ContactTracker::Track& ContactTracker::begin() {
-  SkinTracker skin(sensor_.pitch_mm_per_px);
+  SkinTracker skin(sensor_);
   if (!spare_skins_.empty()) {
     skin = std::move(spare_skins_.back());
     spare_skins_.pop_back();
@@ -192,6 +192,7 @@ void ContactTracker::measure(Track& track, const Touch& touch, std::span<const f
   // The one contact of a touch is all that ShearTracker knows.
   Touch alone;
   alone.contact = true;
+  alone.time_ns = touch.time_ns;
   alone.centroid_x_px = c.centroid_x_px;
   alone.centroid_y_px = c.centroid_y_px;
   alone.at_border = c.at_border;

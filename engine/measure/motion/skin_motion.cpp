@@ -22,18 +22,62 @@ double hertzian(double r, double a) {
   return (2 * a * a - r * r) * std::asin(a / r) + a * std::sqrt(r * r - a * a);
 }
 
-struct Fit {
+}  // namespace
+
+double cattaneo_fraction(double r, double c) {
+  if (c > 0.9999) return r <= 1 ? 1 : 2 / std::numbers::pi * std::asin(1 / r);
+  if (r <= c) return 1;
+  return (hertzian(r, 1) - (c > 0 ? hertzian(r, c) : 0)) / (std::numbers::pi * (1 - c * c));
+}
+
+struct SkinTracker::Fit {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();  // shift x, y in px, turn in rad
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
   double chi2 = 0;
 };
 
-Fit fit(std::span<const SkinSample> samples, double stick_share) {
+void SkinTracker::restart() {
+  interrupted_ = onset_unseen_ = touching_ = false;
+  rest_.clear();
+  forget_extents();
+}
+
+// Before anything has moved a gel's contact is taken for about three quarters of its outline.
+void SkinTracker::forget_extents() {
+  constexpr double kMean = 0.75, kSpread = 0.1;
+  for (size_t i = 0; i < kExtents; ++i) misfit_[i] = std::pow((extent(i) - kMean) / kSpread, 2);
+}
+
+// The next contact may be another object's: what the last one showed counts as little more than a guess.
+void SkinTracker::doubt_extents() {
+  constexpr double kGuess = 4;
+  const double least = misfit_[likeliest_extent()];
+  for (double& misfit : misfit_) misfit = std::min(misfit - least, kGuess);
+}
+
+// By twice the error of the points: what rests says nothing of the contact's extent.
+bool SkinTracker::has_moved() const {
+  double squares = 0;
+  for (const SkinSample& s : samples_) squares += s.weight * (s.mx * s.mx + s.my * s.my);
+  return squares > 8 * static_cast<double>(samples_.size());
+}
+
+size_t SkinTracker::likeliest_extent() const {
+  return slopes_shown_ ? std::ranges::min_element(misfit_) - misfit_.begin() : 0;
+}
+
+double SkinTracker::fraction(const SkinSample& s, double extent, double stick_share) const {
+  const double r = s.rho / extent, still = cattaneo_fraction(r, stick_share);
+  if (r <= 1 || thickness_mm_ <= 0) return still;
+  return still * std::exp(-std::numbers::pi * (s.rho - extent) * outline_radius_mm_ / (2 * thickness_mm_));
+}
+
+SkinTracker::Fit SkinTracker::fit(double extent, double stick_share) const {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   double squares = 0;
-  for (const SkinSample& s : samples) {
-    const double f = cattaneo_fraction(s.rho, stick_share);
+  for (const SkinSample& s : samples_) {
+    const double f = fraction(s, extent, stick_share);
     const Eigen::Vector3d x(f, 0, -s.dy), y(0, f, s.dx);
     normal += s.weight * (x * x.transpose() + y * y.transpose());
     right += s.weight * (x * s.mx + y * s.my);
@@ -48,35 +92,23 @@ Fit fit(std::span<const SkinSample> samples, double stick_share) {
   return result;
 }
 
-double residual_px(const SkinSample& s, const Fit& f, double stick_share) {
-  const double fraction = cattaneo_fraction(s.rho, stick_share);
-  return std::hypot(s.mx - fraction * f.value[0] + s.dy * f.value[2],
-                    s.my - fraction * f.value[1] - s.dx * f.value[2]);
-}
-
-}  // namespace
-
-double cattaneo_fraction(double r, double c) {
-  if (c > 0.9999) return r <= 1 ? 1 : 2 / std::numbers::pi * std::asin(1 / r);
-  if (r <= c) return 1;
-  return (hertzian(r, 1) - (c > 0 ? hertzian(r, c) : 0)) / (std::numbers::pi * (1 - c * c));
-}
-
-void SkinTracker::restart() {
-  interrupted_ = onset_unseen_ = touching_ = false;
-  rest_.clear();
+double SkinTracker::residual_px(const SkinSample& s, const Fit& f, double extent, double stick_share) const {
+  const double share = fraction(s, extent, stick_share);
+  return std::hypot(s.mx - share * f.value[0] + s.dy * f.value[2],
+                    s.my - share * f.value[1] - s.dx * f.value[2]);
 }
 
 void SkinTracker::leave_out_strangers() {
+  const double likeliest = extent(likeliest_extent());
   Fit best;
   double fraction = 0;
   for (int k = 0; k < kFractions; k += 4) {
     const double c = static_cast<double>(k) / (kFractions - 1);
-    const Fit f = fit(samples_, c);
+    const Fit f = fit(likeliest, c);
     if (k == 0 || f.chi2 < best.chi2) best = f, fraction = c;
   }
   residuals_.clear();
-  for (const SkinSample& s : samples_) residuals_.push_back(residual_px(s, best, fraction));
+  for (const SkinSample& s : samples_) residuals_.push_back(residual_px(s, best, likeliest, fraction));
   sorted_ = residuals_;
   std::nth_element(sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2),
                    sorted_.end());
@@ -125,27 +157,46 @@ void SkinTracker::follow_points(const ContactOutline* outline, std::span<const S
   }
 }
 
-// Means over all stick shares, each weighed by how well it fits.
-void SkinTracker::fit_motion(SkinMotion& motion) const {
-  std::array<Fit, kFractions> fits;
+// Means over all stick shares and extents, each weighed by how well it fits.
+void SkinTracker::fit_motion(SkinMotion& motion) {
+  std::array<std::array<Fit, kFractions>, kExtents> fits;
+  // Extents that earlier frames have ruled out are not tried.
+  constexpr double kRuledOut = 12;
+  const double least_misfit = misfit_[likeliest_extent()];
+  std::array<bool, kExtents> tried{};
+  tried[likeliest_extent()] = true;
+  for (size_t e = 0; slopes_shown_ && has_moved() && e < kExtents; ++e)
+    tried[e] = misfit_[e] - least_misfit < kRuledOut;
   double least = -1;
-  for (int k = 0; k < kFractions; ++k) {
-    fits[k] = fit(samples_, static_cast<double>(k) / (kFractions - 1));
-    if (k == 0 || fits[k].chi2 < least) least = fits[k].chi2;
+  std::array<double, kExtents> best{};
+  for (size_t e = 0; e < kExtents; ++e) {
+    if (!tried[e]) continue;
+    for (int k = 0; k < kFractions; ++k) {
+      fits[e][k] = fit(extent(e), static_cast<double>(k) / (kFractions - 1));
+      if (k == 0 || fits[e][k].chi2 < best[e]) best[e] = fits[e][k].chi2;
+    }
+    if (least < 0 || best[e] < least) least = best[e];
   }
   // The points' own scatter about the best fit is the noise, where it is larger than theirs.
   const double freedom = std::max(1.0, 2 * static_cast<double>(samples_.size()) - 4);
   const double noise2 = std::max(least / freedom, 1.0);
   double weights = 0, fraction = 0, share2 = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), square = Eigen::Vector3d::Zero();
-  for (int k = 0; k < kFractions; ++k) {
-    const double c = static_cast<double>(k) / (kFractions - 1),
-                 w = std::exp(-(fits[k].chi2 - least) / (2 * noise2));
-    weights += w;
-    fraction += w * c;
-    share2 += w * c * c;
-    mean += w * fits[k].value;
-    square += w * (fits[k].value.cwiseAbs2() + noise2 * fits[k].inverse.diagonal());
+  for (size_t e = 0; e < kExtents; ++e) {
+    if (!tried[e]) continue;
+    const double before = slopes_shown_ ? misfit_[e] - least_misfit : 0;
+    for (int k = 0; k < kFractions; ++k) {
+      const Fit& f = fits[e][k];
+      const double c = static_cast<double>(k) / (kFractions - 1),
+                   w = std::exp(-((f.chi2 - least) / noise2 + before) / 2);
+      weights += w;
+      fraction += w * c;
+      share2 += w * c * c;
+      mean += w * f.value;
+      square += w * (f.value.cwiseAbs2() + noise2 * f.inverse.diagonal());
+    }
+    // Errors of the model are the same from frame to frame: each frame counts a tenth.
+    misfit_[e] += 0.1 * (best[e] - least) / noise2;
   }
   fraction /= weights;
   mean /= weights;
@@ -172,10 +223,12 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
     residuals_.reserve(points.size());
     sorted_.reserve(points.size());
   }
+  if (outline && !touching_) doubt_extents();
   if (std::exchange(interrupted_, false)) start_over(outline, points);
   follow_points(outline, points, sd_px, motion);
   touching_ = outline != nullptr;
   if (!outline) onset_unseen_ = false;
+  if (outline) outline_radius_mm_ = std::sqrt(outline->major_px * outline->minor_px) / 2 * pitch_mm_per_px_;
   if (outline && samples_.size() >= 6) leave_out_strangers();
   motion.touching = static_cast<uint32_t>(samples_.size());
   if (samples_.size() < 3) {

@@ -2,9 +2,11 @@
 // the contact that still sticks.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
+#include "palpate/sensor.h"
 #include "palpate/touch.h"
 
 namespace palpate {
@@ -26,7 +28,7 @@ struct ContactOutline {
 struct SkinSample {
   double dx, dy;  ///< from the contact's centre, px
   double mx, my;  ///< motion, px
-  double rho;     ///< of the contact's radius
+  double rho;     ///< of the outline's radius
   double weight;
 };
 
@@ -34,9 +36,22 @@ struct SkinSample {
 /// contact the points' motions since then are fitted by shift * cattaneo_fraction + turn x place, for stick
 /// shares from 0 to 1; what is returned are means and standard errors over all of them, each weighted by how
 /// well it explains the points. Points that disagree with the others are left out.
+///
+/// A gel's outline holds the slopes around the contact too. How much of it is the contact is then learned
+/// from the skin's motion, once for each contact; beyond the contact the skin's motion is tapered by exp(-pi
+/// (r - a) / (2 H)), the slowest decay of shear in a layer of thickness H that is bonded at its base.
 class SkinTracker {
+  struct Fit;
+
  public:
-  explicit SkinTracker(double pitch_mm_per_px) : pitch_mm_per_px_(pitch_mm_per_px) {}
+  explicit SkinTracker(const Sensor& sensor)
+      : SkinTracker(sensor.pitch_mm_per_px, sensor.signal == Signal::Either,
+                    sensor.layer ? sensor.layer->thickness_mm : 0) {}
+  /// `slopes_shown`: the outline is a gel's. `thickness_mm`: of the pad; 0: not known, no taper.
+  explicit SkinTracker(double pitch_mm_per_px, bool slopes_shown = false, double thickness_mm = 0)
+      : pitch_mm_per_px_(pitch_mm_per_px), thickness_mm_(thickness_mm), slopes_shown_(slopes_shown) {
+    forget_extents();
+  }
 
   /// The next frame does not continue the last one: motion counts from there on.
   void interrupt() { interrupted_ = true; }
@@ -52,13 +67,27 @@ class SkinTracker {
   void start_over(const ContactOutline* outline, std::span<const SkinPoint> points);
   void follow_points(const ContactOutline* outline, std::span<const SkinPoint> points,
                      std::span<const float> sd_px, SkinMotion& motion);
+  void forget_extents();
+  void doubt_extents();
+  bool has_moved() const;
+  size_t likeliest_extent() const;
+  double fraction(const SkinSample& sample, double extent, double stick_share) const;
+  Fit fit(double extent, double stick_share) const;
+  double residual_px(const SkinSample& sample, const Fit& fit, double extent, double stick_share) const;
   void leave_out_strangers();
-  void fit_motion(SkinMotion& motion) const;
+  void fit_motion(SkinMotion& motion);
 
   struct Rest {
     double x_px = 0, y_px = 0;
   };
+  static constexpr size_t kExtents = 10;
+  static double extent(size_t i) { return 1 - 0.05 * static_cast<double>(i); }
+
   double pitch_mm_per_px_;
+  double thickness_mm_;
+  bool slopes_shown_;
+  std::array<double, kExtents> misfit_{};  // of each extent of the contact in its outline, over its frames
+  double outline_radius_mm_ = 0;
   bool interrupted_ = false;
   bool onset_unseen_ = false;
   bool touching_ = false;
