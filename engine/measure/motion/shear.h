@@ -14,13 +14,15 @@ namespace palpate {
 /// the anchor of u is dragged along, so that the force never grows without bound and falls at once when the
 /// motion turns back.
 ///
-/// Where the skin is followed (Touch::skin) and enough of its points lie under the contact, stick,
-/// incipient slip and slide are told by its motion, and with ShearSignal::Skin u is that of the skin: while
-/// the contact slides the skin stays, bent by the friction. The limit holds all the same.
+/// A contact that rests at its limit sticks: SlipWatch says whether it slides. Below it the slip is incipient
+/// once the part that sticks, (1 - Q / (mu P))^(1/3) of the radius (Cattaneo, Mindlin), falls below 0.85.
+///
+/// Where the skin is followed (Touch::skin) and enough of its points lie under the contact, its motion shows
+/// slide and incipient slip, and with ShearSignal::Skin u is that of the skin: while the contact slides the
+/// skin stays, bent by the friction. The limit holds all the same.
 class ShearTracker {
  public:
-  explicit ShearTracker(double pitch_mm_per_px)
-      : pitch_mm_per_px_(pitch_mm_per_px), slip_watch_(pitch_mm_per_px) {}
+  explicit ShearTracker(double pitch_mm_per_px) : pitch_mm_per_px_(pitch_mm_per_px) {}
 
   /// The next frame does not continue the last one: a contact in it has an unseen onset, and its shear counts
   /// from where it is first seen (Validity::OnsetUnseen).
@@ -32,13 +34,17 @@ class ShearTracker {
  private:
   struct Force;
   void begin(const Touch& touch, double x_mm, double y_mm, bool after_interruption);
-  void fill_shear(const ShearCalibration& calibration, double x_mm, double y_mm, std::optional<Slip> reported,
-                  Touch& touch);
+  void fill_shear(const ShearCalibration& calibration, double x_mm, double y_mm, Touch& touch);
+  /// Slip of this frame; nothing where too little is known of it.
+  std::optional<Slip> judge(const ShearCalibration* calibration, const Force* force, double x_mm, double y_mm,
+                            const Touch& touch);
   Validity validity_of(const Force& force, const Touch& touch) const;
 
   double pitch_mm_per_px_;
   SlipWatch slip_watch_;
-  Slip reported_ = Slip::Stick;  // by the skin, of the present contact
+  Slip slip_ = Slip::Stick;               // of the present contact
+  double skin_x_mm_ = 0, skin_y_mm_ = 0;  // the contact less the skin's shift, of the frame before
+  bool skin_seen_ = false;
   bool in_contact_ = false;
   bool interrupted_ = false;   // no frame since
   bool onset_unseen_ = false;  // of the present contact
