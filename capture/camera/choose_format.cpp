@@ -50,8 +50,8 @@ std::vector<const PixelFormat*> fitting_formats(const std::vector<OfferedFormat>
     if (f.layout == PixelLayout::Bayer12p || f.layout == PixelLayout::Bayer12Packed)
       rank += channels == 1 ? 5 : 2;
     if (f.layout == PixelLayout::Gray12p || f.layout == PixelLayout::Gray12Packed) rank += 1;
-    if (f.layout == PixelLayout::Rgb8 || f.layout == PixelLayout::Bgr8) rank += channels == 1 ? 3 : 0;
-    if (f.layout == PixelLayout::Yuyv || f.layout == PixelLayout::Uyvy) rank += 2;
+    if (f.layout == PixelLayout::Rgb8 || f.layout == PixelLayout::Bgr8) rank += channels == 1 ? 3 : 2;
+    if (f.layout == PixelLayout::Yuyv || f.layout == PixelLayout::Uyvy) rank += channels == 1 ? 2 : 3;
     if (f.layout == PixelLayout::Nv12) rank += 1;
     if (offer.emulated) rank += 6;
     ranked.emplace_back(rank, &f);

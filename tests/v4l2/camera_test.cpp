@@ -19,7 +19,7 @@ struct Size {
 constexpr Size kSizes[] = {
     {"320x180", "60", 8}, {"640x480", "25", 6}, {"1280x720", "12.5", 4}, {"1920x1080", "5", 3}};
 const char* const kGray[] = {"GREY", "Y10", "Y12", "Y16", "NV12"};
-const char* const kColour[] = {"YUYV", "UYVY", "RGGB8", "GRBG8", "GBRG8", "BGGR8"};
+const char* const kColour[] = {"YUYV", "UYVY", "RGGB8", "GRBG8", "GBRG8", "BGGR8", "RGB8", "BGR8"};
 
 /// The colour in the middle of bar `i` of eight, red, green, blue (or gray thrice), as a fraction of full
 /// scale.
@@ -108,6 +108,15 @@ TEST_F(Guest, TheFormatIsChosenForTheSensor) {
   EXPECT_EQ(camera_format("camera:0"), colour);  // the largest size at 25 frames/s
   const FrameFormat deep{320, 180, 1, 12};
   EXPECT_EQ(camera_format("camera:/dev/video0?format=Y12&size=320x180"), deep);
+}
+
+TEST_F(Guest, AFractionalRateIsAskedForAndKept) {
+  Camera camera(parse_camera("camera:0?format=GREY&size=320x180&fps=25/2"), gray_sensor());
+  EXPECT_EQ(detail(camera, "rate"), "12.5 Hz");
+  Frame frame;
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(camera.next(frame));
+  EXPECT_NEAR(double(frame.time_ns), 19e9 / 12.5, 0.8e9 / 12.5);
+  EXPECT_EQ(camera.warning(), "");
 }
 
 TEST_F(Guest, CropsAreCutOutAndCostCopies) {
