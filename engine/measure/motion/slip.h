@@ -10,7 +10,6 @@ namespace palpate {
 /// Noise of a place, or of a number, from its second differences: what moves evenly has none.
 class JitterNoise {
  public:
-  void restart() { count_ = 0; }
   void add(double x, double y);
   /// Standard deviation of one coordinate; `least` where that is more, twice that while too little was seen.
   double sd(double least) const;
