@@ -43,8 +43,8 @@ class Source {
   virtual bool next(Frame& frame) = 0;
   /// The file of frame `sequence`, without its folder; empty where frames have none of their own.
   virtual std::string frame_name(uint64_t /*sequence*/) const { return {}; }
-  /// Warning about this input, one line, once `next` has returned false: a recording that is cut short. Empty
-  /// when all is well.
+  /// Warning about this input, one line, once `next` has returned false: a recording that is cut short, a
+  /// camera that does not keep its rate. Empty when all is well.
   virtual std::string warning() const { return {}; }
   /// Whether this recording has ended before the end that its file states; known once `next` has returned
   /// false.

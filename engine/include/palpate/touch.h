@@ -53,13 +53,13 @@ struct Estimate {
   bool valid() const { return validity == Validity::Valid; }
 };
 
-/// Stick and slip, as determined by the friction limit or by the skin's own movement.
+/// Stick and slip, by the friction limit and what moves at it, or by the skin's own movement.
 enum class Slip : uint8_t {
   NoContact,
   Stick,
   Slip,
   NotCalibrated,
-  Incipient,  ///< the contact's rim slides, its core still sticks; reported only where the skin is followed
+  Incipient,  ///< the contact's rim slides, its core still sticks: by the load on the limit, or by the skin
   PictureDamaged,  ///< not known: see Touch::picture
 };
 PALPATE_API const char* to_string(Slip slip);
