@@ -1,10 +1,10 @@
 // GenICam cameras: Aravis's own simulated camera, and its simulated GigE camera on the loopback network.
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <set>
 #include <thread>
