@@ -300,10 +300,10 @@ TEST(V4l2Formats, ValuesBeyondTheBitsAreRefused) {
     Buffer b = random_buffer(format, 5, 4, 2);
     cv::Mat image;
     EXPECT_EQ(decode(format, b.raw, 1, image), "");
-    b.bytes[size_t(2 * b.raw.stride_bytes + 7)] = 0x80;  // the high byte of a pixel in the third row
+    b.bytes[2 * size_t{b.raw.stride_bytes} + 7] = 0x80;  // the high byte of a pixel in the third row
     EXPECT_NE(decode(format, b.raw, 1, image).find("in " + std::to_string(format.bit_depth) + " bits"),
               std::string::npos);
-    b.bytes[size_t(2 * b.raw.stride_bytes + 7)] = 0;
+    b.bytes[2 * size_t{b.raw.stride_bytes} + 7] = 0;
     b.bytes[b.raw.stride_bytes - 1] = 0xff;  // padding may hold anything
     EXPECT_EQ(decode(format, b.raw, 1, image), "");
   }
