@@ -113,6 +113,7 @@ TEST(ContactTracker, ARowThatMovesTogetherIsNotMixedUp) {
   ContactTracker tracker(rigged(), kFormat);
   const auto row = [](double x) {
     std::vector<ContactTouch> regions;
+    regions.reserve(5);
     for (int i = 0; i < 5; ++i) regions.push_back(region(x + 60 * i, 200, 2000));
     return regions;
   };
