@@ -13,12 +13,15 @@
 
 #include "engine/base/text.h"
 #include "engine/gpu/device_access.h"
+#include "engine/gpu/stops.h"
 #include "palpate/device.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 
 namespace palpate::gpu {
 namespace {
+
+thread_local Stops counted;
 
 std::filesystem::path pipeline_cache_file(const VkPhysicalDeviceProperties& properties) {
   const std::filesystem::path folder = cache_folder();
@@ -345,7 +348,12 @@ void Context::drop_unused() {
   std::erase_if(compiled_, [](const auto& kept) { return kept.second.use_count() == 1; });
 }
 
+Stops stops() {
+  return counted;
+}
+
 void Context::submit(const VkSubmitInfo2& info, VkFence fence) {
+  ++counted.submits;
   const std::lock_guard lock(queue_mutex_);
   check(queue_submit_(queue_, 1, &info, fence), "submitting work");
 }
@@ -356,6 +364,7 @@ VkResult Context::present(const VkPresentInfoKHR& info) {
 }
 
 void Context::wait(VkFence fence, const char* what) {
+  ++counted.waits;
   if (!hung_) {
     const VkResult result = vkWaitForFences(device_, 1, &fence, VK_TRUE, wait_limit_ns_);
     if (result != VK_TIMEOUT) return check(result, what);
