@@ -261,8 +261,10 @@ void Commands::barrier() {
 }
 
 void Commands::host_barrier() {
-  memory_barrier(*context_, buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
-                 VK_ACCESS_2_HOST_READ_BIT);
+  // And to what is drawn: the host need not wait in between.
+  memory_barrier(*context_, buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT,
+                 VK_PIPELINE_STAGE_2_HOST_BIT | VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                 VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_MEMORY_READ_BIT);
 }
 
 Commands::Scope::Scope(Commands& commands, const char* name)

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "engine/gpu/commands.h"
+#include "engine/measure/height_rows.h"
 #include "engine/pipeline/surface/weighted_slot.h"
 #include "engine/stages/frame/confidence.h"
 #include "engine/stages/frame/contact.h"
 #include "engine/stages/frame/markers.h"
 #include "engine/stages/frame/regions.h"
 #include "engine/stages/frame/upload.h"
-#include "engine/stages/surface/rest_correction.h"
 #include "engine/stages/surface/rest_level.h"
 #include "engine/stages/traction.h"
 
@@ -21,24 +21,24 @@ namespace palpate {
 /// The part of the surface method. What a method does not need stays empty.
 struct SurfaceSlot {
   FloatMap depth;
-  RestCorrection::Slot rest_correction;
-  gpu::Commands heights, corrected;  ///< after the solve: find it, take it off
-  bool was_corrected = false;        ///< the frame that is measured
-  bool rest_unknown = false;         ///< what was taken off may have been touched
+  // Where the host changes or reads heights, and the depth's own memory is not mapped.
+  gpu::DeviceBuffer readback;
+  gpu::Commands to_device;     ///< moves them back; nothing waits for it
+  bool changed = false;        ///< by the host, the frame that is measured
+  bool was_corrected = false;  ///< by what was found at rest
+  bool rest_unknown = false;   ///< what was taken off may have been touched
   gpu::DeviceBuffer rest_records;
   gpu::DeviceBuffer clipped;         ///< of slopes
   gpu::DeviceBuffer border_records;  ///< of pressure
-  // Solve::Exact leaves the GPU in between.
-  gpu::DeviceBuffer right_side;
-  gpu::DeviceBuffer solved;
-  gpu::Commands after_solve;
+  gpu::DeviceBuffer right_side;      ///< Solve::Exact: goes to the host
   WeightedSlot weighted;
+
+  const gpu::DeviceBuffer& on_host() const { return readback ? readback : depth.buffer; }
 };
 
 /// Memory of the layer's traction. Empty where none is asked for.
 struct TractionSlot {
-  gpu::DeviceBuffer input;   ///< cell heights, or the map of pressures
-  gpu::Commands heights;     ///< makes them of the final depth
+  gpu::DeviceBuffer input;   ///< the map of pressures
   gpu::DeviceBuffer depths;  ///< of cells, on their way to the stage
   TractionStage::Slot stage;
   gpu::Commands solve;

@@ -50,7 +50,7 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
   if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_on_host);
-  if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
+  if (gel_contacts_ && surface_) rest_correction_.emplace(format.width, format.height);
   if (rest_correction_ && sensor.reading == SurfaceReading::Photometric)
     smooth_touch_.emplace(sensor, format);
   if (surface_ && DepthError::states_seen(sensor)) depth_error_.emplace(sensor.photometric, format);
@@ -71,9 +71,7 @@ Frames::~Frames() {
     slot.weighted.settle();
     slot.surface.weighted.commands.settle();
     slot.surface.weighted.plain.settle();
-    slot.surface.heights.settle();
-    slot.surface.corrected.settle();
-    slot.traction.heights.settle();
+    slot.surface.to_device.settle();
     slot.traction.solve.settle();
   }
 }
@@ -107,18 +105,12 @@ void Frames::make(FrameSlot& slot) {
   if (depth_error_) slot.extrapolated.resize(size_t{depth_error_->cells_x()} * depth_error_->cells_y());
   slot.running = &slot.commands;
   if (surface_ && surface_->may_weigh()) slot.weighted = gpu::Commands(context_);
-  if (rest_correction_) {
-    slot.surface.rest_correction = rest_correction_->slot(context_);
-    slot.surface.heights = gpu::Commands(context_);
-    slot.surface.corrected = gpu::Commands(context_);
-  }
   record(slot);
 }
 
 void Frames::record(FrameSlot& slot) {
   record(slot, slot.commands, false);
   if (surface_ && surface_->may_weigh()) record(slot, slot.weighted, true);
-  if (rest_correction_) record_rest_correction(slot);
 }
 
 // The whole machine, in order.
@@ -134,23 +126,8 @@ void Frames::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   if (confidence_) confidence_->record(cmd, frame, slot.confidence.map, slot.confidence.records);
   if (surface_) weighted ? surface_->record_weighted(cmd, slot) : surface_->record(cmd, slot);
   if (traction_) traction_->record(cmd, slot);
-  if (rest_correction_) rest_correction_->record_means(cmd, slot.surface.depth, slot.surface.rest_correction);
   cmd.host_barrier();
   cmd.end();
-}
-
-void Frames::record_rest_correction(FrameSlot& slot) {
-  gpu::Commands& before = slot.surface.heights;
-  before.begin();
-  rest_correction_->record_means(before, slot.surface.depth, slot.surface.rest_correction);
-  before.host_barrier();
-  before.end();
-  gpu::Commands& after = slot.surface.corrected;
-  after.begin();
-  rest_correction_->record(after, slot.surface.depth, slot.surface.rest_correction);
-  surface_->record_rest_level(after, slot);
-  after.host_barrier();
-  after.end();
 }
 
 void Frames::set_background(const Frame& background) {
@@ -304,13 +281,9 @@ void Frames::set_whole() {
 }
 
 void Frames::correct_rest(FrameSlot& slot) {
-  if (surface_->solved_apart(slot)) {
-    slot.surface.heights.submit();
-    slot.surface.heights.wait();
-  }
-  const auto find = [&] {
-    return rest_correction_->find(slot.surface.rest_correction, gel_contacts_->at_rest());
-  };
+  const HeightRows heights = surface_->heights(slot);
+  rest_correction_->look_at(heights);
+  const auto find = [&] { return rest_correction_->find(gel_contacts_->at_rest()); };
   slot.surface.was_corrected = find();
   slot.surface.rest_unknown = false;
   if (slot.surface.was_corrected && smooth_touch_) {
@@ -323,11 +296,11 @@ void Frames::correct_rest(FrameSlot& slot) {
     }
   }
   if (!slot.surface.was_corrected) return;
-  slot.surface.corrected.submit();
+  take_off(heights, rest_correction_->level_mm());
+  slot.surface.changed = true;
   gel_contacts_->split(rest_correction_->depth_mm(), rest_correction_->error_mm(), gray_regions_,
                        parts_.contacts);
   set_whole();
-  slot.surface.corrected.wait();
 }
 
 SmoothTouch::TakenOff Frames::taken_off() {
@@ -347,6 +320,7 @@ void Frames::measure_skin(FrameSlot& slot) {
 
 // The surface's own doubts, by saturated and clipped pixels, are of the outlines of a gel's contacts.
 void Frames::measure_surface(FrameSlot& slot) {
+  surface_->finish_heights(slot);
   parts_.surface = surface_->measure(slot, parts_.whole);
   parts_.surface->faults.light_unknown = slot.surface.rest_unknown;
   parts_.surface->faults.too_deep = parts_.surface->summary.depth_max_mm > thickness_mm_;
@@ -408,7 +382,7 @@ void Frames::measure_markers(const FrameSlot& slot) {
 
 void Frames::read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& depth_mm) const {
   const Grid& grid = surface_->grid();
-  const gpu::DeviceBuffer* from = &slots_[slot].surface.depth.buffer;
+  const gpu::DeviceBuffer* from = &slots_[slot].surface.on_host();
   gpu::DeviceBuffer staging;
   if (!from->mapped()) {
     staging = gpu::DeviceBuffer(context_, "depth readback", grid.bytes(), gpu::Memory::Readback);
@@ -440,23 +414,13 @@ std::vector<gpu::ScopeTime> Frames::times(uint32_t index) const {
   const auto main = slot.running->times();
   times.insert(times.end(), main.begin(), main.end());
   if (surface_) surface_->add_times(slot, times);
-  if (rest_correction_) {
-    if (surface_->solved_apart(slot)) {
-      const auto before = slot.surface.heights.times();
-      times.insert(times.end(), before.begin(), before.end());
-    }
-    if (!slot.surface.was_corrected) return times;
-    const auto after = slot.surface.corrected.times();
-    times.insert(times.end(), after.begin(), after.end());
-  }
   return times;
 }
 
 std::vector<gpu::ScopeTraffic> Frames::traffic() const {
   const FrameSlot& slot = slots_.front();
   std::vector<gpu::ScopeTraffic> traffic;
-  for (const gpu::Commands* part : {&slot.staged, &slot.commands, &slot.surface.after_solve,
-                                    &slot.surface.heights, &slot.surface.corrected}) {
+  for (const gpu::Commands* part : {&slot.staged, &slot.commands}) {
     const auto more = part->traffic();
     traffic.insert(traffic.end(), more.begin(), more.end());
   }
@@ -479,7 +443,6 @@ uint64_t Frames::memory_bytes() const {
     if (slot.markers) bytes += slot.markers->frame.memory_bytes() + slot.markers->records.bytes();
     if (surface_) bytes += surface_->memory_bytes(slot);
     bytes += LayerTraction::memory_bytes(slot);
-    bytes += slot.surface.rest_correction.means.bytes() + slot.surface.rest_correction.levels.bytes();
   }
   return bytes;
 }

@@ -10,6 +10,7 @@
 #include "engine/measure/contact/gel_contacts.h"
 #include "engine/measure/contact/smooth_touch.h"
 #include "engine/measure/depth_error.h"
+#include "engine/measure/rest_correction.h"
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/layer_traction.h"
@@ -58,7 +59,6 @@ class Frames {
   void record(FrameSlot& slot, gpu::Commands& commands, bool weighted);
   void upload(FrameSlot& slot, const Frame& frame);
   void find_skin(const Frame& untouched);
-  void record_rest_correction(FrameSlot& slot);
   void measure_confidence(FrameSlot& slot);
   void measure_contact(const FrameSlot& slot);
   void measure_regions(const FrameSlot& slot, const ShapeScale& scale);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/divide_up.h"
 #include "engine/gpu/context.h"
 #include "shaders/shared/confidence.h"
 
@@ -17,6 +18,10 @@ constexpr double kDeepest = 1.0 / 3;  // of the thickness: a depth by linear the
 constexpr double kShiftSd_px = 0.1;   // of a followed place, where the sensor file says nothing
 constexpr double kSpread = 0.6;       // of the skin's spacing: how far a place's shift is taken to reach
 constexpr float kLeastWeight = 0.3f;
+
+uint32_t cells_along(uint32_t pixels) {
+  return divide_up(pixels, shared::kCellSide);
+}
 
 uint32_t cell_side(uint32_t width) {
   return shared::kCellSide *
@@ -79,7 +84,7 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
       sensor_(sensor),
       surface_(surface),
       layer_(layer_of(sensor).value_or(LayerCalibration{})),
-      cells_(context, surface.grid()),
+      means_(size_t{cells_along(format.width)} * cells_along(format.height)),
       fine_(cell_side(format.width) / shared::kCellSide),
       grid_(grid_of(sensor, format)),
       solver_(pad_of(layer_), grid_, options_of(sensor, layer_, grid_)) {
@@ -98,16 +103,11 @@ void LayerTraction::set_background(const Frame& background) {
 void LayerTraction::make(FrameSlot& slot) const {
   TractionSlot& traction = slot.traction;
   const std::optional<DevicePressure> pressure = surface_.pressure();
-  const uint64_t bytes = pressure ? pressure->buffer->bytes() : cells_.bytes();
-  traction.input = gpu::DeviceBuffer(context_, "traction input", bytes, gpu::Memory::Readback);
   for (std::vector<float>* map : {&traction.pressure_kPa, &traction.shear_x_kPa, &traction.shear_y_kPa})
     map->assign(size_t{grid_.width} * grid_.height, 0);
-  if (pressure) return;
-  traction.heights = gpu::Commands(context_);
-  traction.heights.begin();
-  cells_.record(traction.heights, slot.surface.depth, traction.input);
-  traction.heights.host_barrier();
-  traction.heights.end();
+  if (pressure)
+    traction.input =
+        gpu::DeviceBuffer(context_, "traction input", pressure->buffer->bytes(), gpu::Memory::Readback);
   if (!stage_) return;
   traction.stage = stage_->slot(context_);
   traction.solve = gpu::Commands(context_);
@@ -228,17 +228,16 @@ void LayerTraction::read_pressures(FrameSlot& slot) {
     }
 }
 
-void LayerTraction::read_heights(FrameSlot& slot) {
-  slot.traction.heights.submit();
-  slot.traction.heights.wait();
-  slot.traction.input.invalidate();
-  const std::span<const float> means = slot.traction.input.as<const float>();
+void LayerTraction::read_heights(const FrameSlot& slot) {
+  const HeightRows heights = surface_.heights(slot);
+  cell_means(heights, means_);
+  const uint32_t cells_x = cells_along(heights.width);
   for (uint32_t y = 0; y < grid_.height; ++y)
     for (uint32_t x = 0; x < grid_.width; ++x) {
       float sum = 0;
       for (uint32_t row = 0; row < fine_; ++row)
         for (uint32_t column = 0; column < fine_; ++column)
-          sum += means[size_t{y * fine_ + row} * cells_.cells_x() + x * fine_ + column];
+          sum += means_[size_t{y * fine_ + row} * cells_x + x * fine_ + column];
       depth_[size_t{y} * grid_.width + x] = sum / static_cast<float>(fine_ * fine_);
     }
 }

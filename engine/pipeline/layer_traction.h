@@ -12,7 +12,6 @@
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/surface/surface_method.h"
-#include "engine/stages/surface/cell_heights.h"
 #include "engine/stages/traction.h"
 #include "palpate/pipeline.h"
 #include "palpate/touch.h"
@@ -43,7 +42,7 @@ class LayerTraction {
   TractionReading press_on_device(FrameSlot& slot);
   void find_contact(const FrameParts& parts);
   void read_pressures(FrameSlot& slot);
-  void read_heights(FrameSlot& slot);
+  void read_heights(const FrameSlot& slot);
   void read_confidence(const FrameSlot& slot);
   bool spread_shifts(const FrameParts& parts);
   void fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
@@ -53,8 +52,8 @@ class LayerTraction {
   const Sensor& sensor_;
   const SurfaceMethod& surface_;
   LayerCalibration layer_;
-  CellHeights cells_;
-  uint32_t fine_;  ///< of CellHeights' cells along one of ours
+  std::vector<float> means_;  ///< of the surface, by cells of shared::kCellSide px
+  uint32_t fine_;             ///< of those along one of ours
   TractionGrid grid_;
   TractionSolver solver_;
   std::optional<TractionStage> stage_;  ///< where the device finds the pressure

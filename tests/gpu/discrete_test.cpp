@@ -3,6 +3,7 @@
 // those of the processor. Under validation.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 
 #include "capture/synthetic/synthetic.h"
@@ -12,6 +13,7 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
 #include "engine/pipeline/pipeline_access.h"
+#include "engine/pipeline/surface/surface_sample.h"
 #include "palpate/pipeline.h"
 #include "tests/support/leased_memory.h"
 #include "tests/support/pipelines.h"
@@ -58,7 +60,8 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
       const SyntheticOptions synthetic = parse_synthetic(scene);
       SyntheticSensor source(synthetic);
       const Sensor sensor = synthetic_sensor(synthetic);
-      PipelineOptions options = solved(solve);
+      PipelineOptions options =
+          solved(solve, {.outputs = Output::Force | Output::Contacts | Output::Surface});
       const Tuning tuning = default_tuning(*plain_);  // the same tiles: the same order of sums
       const auto make = [&](gpu::Context& context, Upload upload) {
         options.upload = upload;
@@ -84,6 +87,13 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
         EXPECT_EQ(depth, depth_map(b)) << "frame " << k;
         EXPECT_EQ(depth, depth_map(c)) << "frame " << k;
         EXPECT_EQ(PipelineAccess::times(staged, b).front().name, "upload");
+        // What the host has changed is on the card too.
+        const double offset_mm = b.touch.surface->depth_offset_mm;
+        const std::array<std::array<double, 2>, 2> places{{{80, 60}, {7, 100}}};
+        const std::vector<float> own = sample_depths(*card_, surface_of(b), offset_mm, places);
+        for (size_t i = 0; i < places.size(); ++i)
+          EXPECT_EQ(own[i], depth[static_cast<size_t>(places[i][1]) * source.format().width +
+                                  static_cast<size_t>(places[i][0])]);
       }
       // Frames that are not leased, after some that were: the staged pixels are these.
       Frame image;

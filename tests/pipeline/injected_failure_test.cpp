@@ -336,7 +336,7 @@ TEST_F(FailingProgram, FramesBeforeADeviceLossAreKept) {
 // A device that never finishes what it is given is given up after its time; the frames before it are kept.
 TEST_F(FailingProgram, ADeviceThatHangsEndsInOneLine) {
   const fs::path out = folder_ / "out";
-  Surroundings around = hanging(20);
+  Surroundings around = hanging(10);
   expect_refusal({"process", "synthetic:press?size=96x80&mode=gel", "--frames", "10", "--out", out}, 5,
                  {"device hangs", "1e-06 s", "PALPATE_WAIT_LIMIT_S"}, around);
   const Table table(slurp(out / "measurements.csv"));
@@ -387,7 +387,7 @@ TEST_F(FailingProgram, DepthFilesBeforeADeviceLossAreWhole) {
   const fs::path out = folder_ / "out";
   expect_refusal(
       {"process", "synthetic:press?size=96x80&mode=gel", "--frames", "10", "--out", out, "--depth", "npy"}, 5,
-      {"device lost"}, failing("vkQueueSubmit2", 20));
+      {"device lost"}, failing("vkQueueSubmit2", 10));
   const Table table(slurp(out / "measurements.csv"));
   table.expect_whole();
   ASSERT_GT(table.rows.size(), 2u);

@@ -18,7 +18,7 @@ std::unique_ptr<SurfaceMethod> make_surface(gpu::Context& context, const Sensor&
     case SurfaceKind::Elastic:
       return std::make_unique<ElasticSurface>(context, sensor, format, plan, contact, tuning);
     case SurfaceKind::Lookup:
-      return std::make_unique<LookupSurface>(context, sensor, format, contact, tuning);
+      return std::make_unique<LookupSurface>(context, sensor, format, plan, contact, tuning);
   }
   return nullptr;
 }

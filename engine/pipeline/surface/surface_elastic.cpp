@@ -6,7 +6,7 @@ namespace palpate {
 
 ElasticSurface::ElasticSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                                const FramePlan& plan, const Contact& contact, const Tuning& tuning)
-    : SurfaceMethod(context, sensor, format, contact, tuning),
+    : SurfaceMethod(context, sensor, format, plan, contact, tuning),
       elastic_(context, sensor, format, contact, tuning) {
   if (plan.solve == Solve::Exact)
     convolution_.emplace(LayerKernel(pad_of(sensor.elastic), sensor.pitch_mm_per_px), format.width,
@@ -22,7 +22,8 @@ void ElasticSurface::make(FrameSlot& slot) const {
 
 void ElasticSurface::record(gpu::Commands& commands, FrameSlot& slot) {
   elastic_.record_pressure(commands, slot.surface.border_records);
-  if (convolution_) return record_host_solve(commands, elastic_.pressure(), slot);
+  if (convolution_)
+    return commands.copy(elastic_.pressure(), slot.surface.right_side, elastic_.pressure().bytes());
   elastic_.record_deflection(commands, slot.surface.depth);
   record_rest_level(commands, slot);
 }
@@ -31,9 +32,8 @@ void ElasticSurface::solve(FrameSlot& slot) {
   if (!convolution_) return;
   slot.surface.right_side.invalidate();
   convolution_->depth_by_pressure(slot.surface.right_side.as<float>().data() + elastic_.pressure_start(),
-                                  elastic_.pressure_pitch(), slot.surface.solved.as<float>().data(),
-                                  grid_.pitch * 4);
-  finish_host_solve(slot);
+                                  elastic_.pressure_pitch(), heights(slot).values.data(), grid_.pitch * 4);
+  slot.surface.changed = true;
 }
 
 SurfacePart ElasticSurface::measure(const FrameSlot& slot, const ContactTouch& whole) const {

@@ -31,7 +31,7 @@ bool too_many_saturated(const ContactTouch& whole) {
 GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                                  const FramePlan& plan, const Contact& contact, const Confidence* confidence,
                                  const Tuning& tuning)
-    : SurfaceMethod(context, sensor, format, contact, tuning),
+    : SurfaceMethod(context, sensor, format, plan, contact, tuning),
       surface_(context, format.width, format.height, plan.solve, tuning),
       slope_(context, sensor, format, contact, surface_.right_sides(), tuning) {
   if (plan.solve == Solve::Exact) dct_.emplace(format.width, format.height);
@@ -40,7 +40,7 @@ GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, co
     slope_.prepare_known(context);
   else
     slope_.prepare_slopes(context);
-  weighted_.emplace(context, sensor, format, plan, *confidence, contact, surface_, slope_, rest_level_);
+  weighted_.emplace(context, sensor, format, plan, *confidence, contact, surface_, slope_);
 }
 
 void GradientSurface::set_confidence(const Confidence& confidence) {
@@ -62,17 +62,19 @@ void GradientSurface::make(FrameSlot& slot) const {
 }
 
 void GradientSurface::record(gpu::Commands& commands, FrameSlot& slot) {
-  if (weighted_) weighted_->record(slot);
   if (may_weigh()) {
-    // For a frame that turns out to need no weights.
-    gpu::Commands& own = slot.surface.weighted.plain;
-    own.begin();
-    weighted_->record_filtered(own, slot);
-    record_plain(own, slot);
-    own.host_barrier();
-    own.end();
+    // For a frame that turns out to need weights after all, or none.
+    for (const bool weighted : {true, false}) {
+      gpu::Commands& own = weighted ? slot.surface.weighted.commands : slot.surface.weighted.plain;
+      own.begin();
+      weighted_->record_filtered(own, slot);
+      weighted ? record_weighted(own, slot) : record_plain(own, slot);
+      own.host_barrier();
+      own.end();
+    }
   }
   record_plain(commands, slot);
+  if (weighted_ && dct_) weighted_->record_solve(commands, slot);
 }
 
 void GradientSurface::record_plain(gpu::Commands& commands, FrameSlot& slot) const {
@@ -80,31 +82,29 @@ void GradientSurface::record_plain(gpu::Commands& commands, FrameSlot& slot) con
     weighted_->record_right_side(commands, slot);
   else
     slope_.record(commands, slot.without_markers(), slot.background, surface_, slot.surface.clipped);
-  if (dct_) return record_host_solve(commands, surface_.right_side().buffer, slot);
+  if (dct_)
+    return commands.copy(surface_.right_side().buffer, slot.surface.right_side,
+                         surface_.right_side().buffer.bytes());
   surface_.record(commands, slot.surface.depth);
   record_rest_level(commands, slot);
 }
 
 void GradientSurface::record_weighted(gpu::Commands& commands, FrameSlot& slot) const {
   weighted_->record_solve(commands, slot);
+  record_rest_level(commands, slot);
 }
 
 void GradientSurface::solve(FrameSlot& slot) {
   if (weighted_) {
-    weighted_->solve(slot, grid_.pitch * 4);
+    weighted_->solve(slot, dct_ ? heights(slot) : HeightRows{});
     expects_weights_ = may_weigh() && slot.surface.weighted.used;
   }
   if (!dct_) return;
   if (!slot.surface.weighted.used) {
     slot.surface.right_side.invalidate();
-    dct_->solve(slot.surface.right_side.as<float>().data(), slot.surface.solved.as<float>().data(),
-                grid_.pitch * 4);
+    dct_->solve(slot.surface.right_side.as<float>().data(), heights(slot).values.data(), grid_.pitch * 4);
   }
-  finish_host_solve(slot);
-}
-
-bool GradientSurface::solved_apart(const FrameSlot& slot) const {
-  return dct_ || slot.surface.weighted.again;
+  slot.surface.changed = true;
 }
 
 SurfacePart GradientSurface::measure(const FrameSlot& slot, const ContactTouch& whole) const {
@@ -119,7 +119,6 @@ SurfacePart GradientSurface::measure(const FrameSlot& slot, const ContactTouch& 
 }
 
 void GradientSurface::add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const {
-  SurfaceMethod::add_times(slot, times);
   if (weighted_) weighted_->add_times(slot.surface.weighted, times);
 }
 

@@ -22,7 +22,6 @@ class GradientSurface : public SurfaceMethod {
   void make(FrameSlot& slot) const override;
   void record(gpu::Commands& commands, FrameSlot& slot) override;
   void solve(FrameSlot& slot) override;
-  bool solved_apart(const FrameSlot& slot) const override;
   SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const override;
   void set_confidence(const Confidence& confidence) override;
   bool may_weigh() const override { return weighted_ && !dct_; }

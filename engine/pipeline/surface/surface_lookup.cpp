@@ -3,8 +3,8 @@
 namespace palpate {
 
 LookupSurface::LookupSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                             const Contact& contact, const Tuning& tuning)
-    : SurfaceMethod(context, sensor, format, contact, tuning),
+                             const FramePlan& plan, const Contact& contact, const Tuning& tuning)
+    : SurfaceMethod(context, sensor, format, plan, contact, tuning),
       lookup_(context, sensor, format, contact, tuning) {}
 
 void LookupSurface::record(gpu::Commands& commands, FrameSlot& slot) {

@@ -9,7 +9,7 @@ namespace palpate {
 
 class LookupSurface : public SurfaceMethod {
  public:
-  LookupSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+  LookupSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
                 const Contact& contact, const Tuning& tuning);
 
   void record(gpu::Commands& commands, FrameSlot& slot) override;

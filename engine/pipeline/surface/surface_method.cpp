@@ -1,29 +1,64 @@
 #include "engine/pipeline/surface/surface_method.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/pipeline/surface/weighted_solve.h"
 
 namespace palpate {
 
 SurfaceMethod::SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                             const Contact& contact, const Tuning& tuning)
+                             const FramePlan& plan, const Contact& contact, const Tuning& tuning)
     : context_(context),
       sensor_(sensor),
       format_(format),
       grid_(grid_for(format.width, format.height)),
-      rest_level_(context, contact, grid_, tuning) {}
+      rest_level_(context, contact, grid_, tuning),
+      changes_heights_(plan.gel_contacts || plan.solve == Solve::Exact),
+      reads_heights_(changes_heights_ || (plan.traction && plan.surface != SurfaceKind::Elastic)) {}
 
 void SurfaceMethod::make(FrameSlot& slot) const {
-  slot.surface.depth = FloatMap(context_, "depth", grid_);
-  slot.surface.rest_records =
+  SurfaceSlot& s = slot.surface;
+  s.depth = FloatMap(context_, "depth", grid_);
+  if (reads_heights_ && !s.depth.buffer.mapped())
+    s.readback = gpu::DeviceBuffer(context_, "depth readback", grid_.bytes(), gpu::Memory::Readback);
+  if (changes_heights_) std::ranges::fill(s.on_host().as<float>(), 0.0f);  // the host writes no rows' padding
+  if (s.readback && changes_heights_) {
+    s.to_device = gpu::Commands(context_);
+    s.to_device.begin();
+    s.to_device.copy(s.readback, s.depth.buffer, grid_.bytes());
+    s.to_device.host_barrier();
+    s.to_device.end();
+  }
+  s.rest_records =
       gpu::DeviceBuffer(context_, "rest level records", rest_level_.record_bytes(), gpu::Memory::Readback);
 }
 
 void SurfaceMethod::solve(FrameSlot&) {}
 
 void SurfaceMethod::record_rest_level(gpu::Commands& commands, FrameSlot& slot) const {
-  rest_level_.record(commands, slot.surface.depth, slot.records, slot.surface.rest_records);
+  const SurfaceSlot& s = slot.surface;
+  rest_level_.record(commands, s.depth, slot.records, s.rest_records);
+  if (s.readback) commands.copy(s.depth.buffer, s.readback, grid_.bytes());
+}
+
+HeightRows SurfaceMethod::heights(const FrameSlot& slot) const {
+  const gpu::DeviceBuffer& heights = slot.surface.on_host();
+  if (!slot.surface.changed) heights.invalidate();
+  return {heights.as<float>(), grid_.width, grid_.height, grid_.pitch * 4};
+}
+
+void SurfaceMethod::finish_heights(FrameSlot& slot) const {
+  SurfaceSlot& s = slot.surface;
+  if (!std::exchange(s.changed, false)) return;
+  const gpu::DeviceBuffer& heights = s.on_host();
+  slot.records.invalidate();
+  rest_level_.measure({heights.as<float>(), grid_.width, grid_.height, grid_.pitch * 4},
+                      slot.records.as<const shared::ContactRecord>(),
+                      s.rest_records.as<shared::RestLevelRecord>());
+  s.rest_records.flush();
+  heights.flush();
+  if (s.readback) s.to_device.submit();
 }
 
 RestHeight SurfaceMethod::rest_of(const FrameSlot& slot) const {
@@ -60,38 +95,12 @@ double SurfaceMethod::volume_mm3(const FrameSlot& slot, double level_mm) const {
 void SurfaceMethod::make_host_solve(FrameSlot& slot, const gpu::DeviceBuffer& from) const {
   slot.surface.right_side =
       gpu::DeviceBuffer(context_, "right side readback", from.bytes(), gpu::Memory::Readback);
-  slot.surface.solved = gpu::DeviceBuffer(context_, "solved heights", grid_.bytes(), gpu::Memory::Upload);
-  std::ranges::fill(slot.surface.solved.as<float>(), 0.0f);  // the host writes none of the rows' padding
-  slot.surface.after_solve = gpu::Commands(context_);
-}
-
-void SurfaceMethod::record_host_solve(gpu::Commands& commands, const gpu::DeviceBuffer& from,
-                                      FrameSlot& slot) const {
-  SurfaceSlot& s = slot.surface;
-  commands.copy(from, s.right_side, from.bytes());
-  s.after_solve.begin();
-  s.after_solve.copy(s.solved, s.depth.buffer, grid_.bytes());
-  s.after_solve.barrier();
-  record_rest_level(s.after_solve, slot);
-  s.after_solve.host_barrier();
-  s.after_solve.end();
-}
-
-void SurfaceMethod::finish_host_solve(FrameSlot& slot) {
-  slot.surface.solved.flush();
-  slot.surface.after_solve.submit();
-  slot.surface.after_solve.wait();
-}
-
-void SurfaceMethod::add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const {
-  const auto more = slot.surface.after_solve.times();
-  times.insert(times.end(), more.begin(), more.end());
 }
 
 uint64_t SurfaceMethod::memory_bytes(const FrameSlot& slot) const {
   const SurfaceSlot& s = slot.surface;
   return s.depth.buffer.bytes() + s.rest_records.bytes() + s.clipped.bytes() + s.border_records.bytes() +
-         s.right_side.bytes() + s.solved.bytes() + WeightedSolve::memory_bytes(s.weighted);
+         s.right_side.bytes() + s.readback.bytes() + WeightedSolve::memory_bytes(s.weighted);
 }
 
 }  // namespace palpate

@@ -27,8 +27,6 @@ class SurfaceMethod {
   virtual void make(FrameSlot& slot) const;
   /// After the contact stage, and the confidence where there is one.
   virtual void record(gpu::Commands& commands, FrameSlot& slot) = 0;
-  /// Whether `solve` has made the heights of the frame that is measured, not the slot's commands.
-  virtual bool solved_apart(const FrameSlot&) const { return false; }
   /// The host's part of a frame that the device has finished, to its end.
   virtual void solve(FrameSlot& slot);
   /// Depth, volume, and what may be wrong with them, given the contact as a whole.
@@ -45,18 +43,23 @@ class SurfaceMethod {
 
   const Grid& grid() const { return grid_; }  ///< of the depth
   /// Times of what is submitted apart from the slot's own commands.
-  virtual void add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const;
+  virtual void add_times(const FrameSlot&, std::vector<gpu::ScopeTime>&) const {}
   virtual uint64_t memory_bytes() const = 0;
   virtual uint64_t memory_bytes(const FrameSlot& slot) const;
 
-  /// Whatever changes a slot's heights afterwards lets their rest level be found again.
-  void record_rest_level(gpu::Commands& commands, FrameSlot& slot) const;
+  /// Heights of the frame that is measured, in host memory: with contacts of a gel, with traction by the
+  /// layer's surface, and where the host solves.
+  HeightRows heights(const FrameSlot& slot) const;
+  /// Where the host has changed them: finds their rest level again, and moves them back to the device.
+  void finish_heights(FrameSlot& slot) const;
 
  protected:
   /// `sensor` and `contact` live longer than this.
-  SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+  SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
                 const Contact& contact, const Tuning& tuning);
 
+  /// The end of whatever solves for the slot's depth.
+  void record_rest_level(gpu::Commands& commands, FrameSlot& slot) const;
   /// Measurements common to all methods, with heights counted from the rest level that the map shows.
   SurfaceSummary measure_heights(const FrameSlot& slot) const;
   /// The same where heights are depths: 0 is the untouched pad. Volume counts from the map's rest level.
@@ -64,17 +67,15 @@ class SurfaceMethod {
   RestHeight rest_of(const FrameSlot& slot) const;
   double volume_mm3(const FrameSlot& slot, double level_mm) const;
 
-  // Solve::Exact: `from` goes to the host, and the slot's `solved` comes back from there.
+  /// Solve::Exact: room for `from`, which goes to the host.
   void make_host_solve(FrameSlot& slot, const gpu::DeviceBuffer& from) const;
-  void record_host_solve(gpu::Commands& commands, const gpu::DeviceBuffer& from, FrameSlot& slot) const;
-  /// Moves what the host has solved to the device, and waits for its rest level.
-  static void finish_host_solve(FrameSlot& slot);
 
   gpu::Context& context_;
   const Sensor& sensor_;
   FrameFormat format_;
   Grid grid_;
   RestLevel rest_level_;
+  bool changes_heights_, reads_heights_;  ///< the host
 };
 
 }  // namespace palpate

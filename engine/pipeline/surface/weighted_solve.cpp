@@ -11,7 +11,7 @@ namespace palpate {
 
 WeightedSolve::WeightedSolve(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                              const FramePlan& plan, const Confidence& confidence, const Contact& contact,
-                             const Surface& plain, const Slope& slope, const RestLevel& rest_level)
+                             const Surface& plain, const Slope& slope)
     : context_(context),
       format_(format),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
@@ -20,7 +20,6 @@ WeightedSolve::WeightedSolve(gpu::Context& context, const Sensor& sensor, const 
       contact_(contact),
       plain_(plain),
       slope_(slope),
-      rest_level_(rest_level),
       known_(size_t{format.width} * format.height) {
   const Grid grid = grid_for(format.width, format.height);
   if (plan.solve == Solve::Exact) {
@@ -44,9 +43,9 @@ void WeightedSolve::set_known(std::span<const uint8_t> known) {
 }
 
 void WeightedSolve::make(Slot& slot) const {
-  slot.commands = gpu::Commands(context_);
-  slot.plain = gpu::Commands(context_);
   if (surface_) {
+    slot.commands = gpu::Commands(context_);
+    slot.plain = gpu::Commands(context_);
     slot.scalars = gpu::DeviceBuffer(context_, "weighted scalars", WeightedSurface::scalar_bytes(),
                                      gpu::Memory::Readback);
     return;
@@ -67,15 +66,6 @@ void WeightedSolve::record_right_side(gpu::Commands& commands, const FrameSlot& 
   confidence_.record_weights(commands, confidence_.still_pairs(), surface_->weights());
   surface_->record_right_side(commands, plain_.right_side());
   plain_.record_coarse_right_side(commands);
-}
-
-void WeightedSolve::record(FrameSlot& slot) const {
-  gpu::Commands& own = slot.surface.weighted.commands;
-  own.begin();
-  record_filtered(own, slot);
-  record_solve(own, slot);
-  own.host_barrier();
-  own.end();
 }
 
 void WeightedSolve::record_filtered(gpu::Commands& commands, const FrameSlot& slot) const {
@@ -104,15 +94,14 @@ void WeightedSolve::record_solve(gpu::Commands& commands, FrameSlot& slot) const
   }
   surface_->record_fill(commands, heights);
   if (on_cells()) plain_.record_interpolation(commands, cells_, s.depth);
-  rest_level_.record(commands, s.depth, slot.records, s.rest_records);
 }
 
-void WeightedSolve::solve(FrameSlot& slot, uint32_t pitch) {
+void WeightedSolve::solve(FrameSlot& slot, const HeightRows& heights) {
   Slot& own = slot.surface.weighted;
   const ConfidenceCounts& counts = slot.confidence.counts;
   own.in_part = plain_.solves_known_part() && confidence_.only_still(counts);
   own.used = !own.in_part && counts.unknown + counts.partial > 0;
-  own.again = own.expected == own.used ? nullptr : own.used ? &own.commands : &own.plain;
+  own.again = !surface_ || own.expected == own.used ? nullptr : own.used ? &own.commands : &own.plain;
   if (own.again) own.again->submit();
   own.islands = {.count = still_islands_};
   if (own.used || (own.in_part && still_islands_ > 1)) find_islands(slot);
@@ -121,7 +110,7 @@ void WeightedSolve::solve(FrameSlot& slot, uint32_t pitch) {
   if (surface_)
     own.statistics = WeightedSurface::statistics(own.scalars);
   else
-    solve_on_host(slot, pitch);
+    solve_on_host(slot, heights);
 }
 
 // Which parts hang together, and which of them are touched.
@@ -148,7 +137,7 @@ void WeightedSolve::find_known(const FrameSlot& slot) {
   }
 }
 
-void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
+void WeightedSolve::solve_on_host(FrameSlot& slot, const HeightRows& heights) const {
   Slot& own = slot.surface.weighted;
   own.slope_x.invalidate();
   own.slope_y.invalidate();
@@ -163,9 +152,9 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
   const WeightedFaces faces = weighted_faces(gradients, weights, format_.width, format_.height);
   const WeightedSolution exact = solve_weighted(faces);
   own.statistics = {exact.residual, unexplained(faces, exact.z), exact.iterations, exact.converged};
-  float* solved = slot.surface.solved.as<float>().data();
   for (size_t i = 0; i < known_.size(); ++i)
-    solved[i / format_.width * pitch + i % format_.width] = static_cast<float>(exact.z[i] * pitch_mm_per_px_);
+    heights.values[i / format_.width * heights.pitch + i % format_.width] =
+        static_cast<float>(exact.z[i] * pitch_mm_per_px_);
 }
 
 void WeightedSolve::measure(const Slot& slot, bool touched, SurfacePart& part) const {

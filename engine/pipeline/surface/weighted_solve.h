@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/measure/height_rows.h"
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/plan.h"
 #include "engine/pipeline/surface/weighted_slot.h"
@@ -18,7 +19,6 @@ namespace palpate {
 
 class Confidence;
 class Contact;
-class RestLevel;
 class Slope;
 class Surface;
 struct FrameSlot;
@@ -30,7 +30,7 @@ class WeightedSolve {
   /// The stages live longer than this.
   WeightedSolve(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
                 const Confidence& confidence, const Contact& contact, const Surface& plain,
-                const Slope& slope, const RestLevel& rest_level);
+                const Slope& slope);
 
   /// Which pixels are known in every frame.
   void set_known(std::span<const uint8_t> known);
@@ -39,16 +39,13 @@ class WeightedSolve {
   void make(Slot& slot) const;
   /// The plain solve's right sides, of what is known in every frame; and clipped pixels.
   void record_right_side(gpu::Commands& commands, const FrameSlot& slot) const;
-  /// Into commands of its own, which run where a frame turns out to need them.
-  void record(FrameSlot& slot) const;
-  /// Fills what the plain solve does: depth, rest level and clipped pixels.
+  /// Fills what the plain solve does, depth and clipped pixels; Solve::Exact: what the host solves from.
   void record_solve(gpu::Commands& commands, FrameSlot& slot) const;
   /// The filtered image, where one is read, belongs to whichever frame came last: made again.
   void record_filtered(gpu::Commands& commands, const FrameSlot& slot) const;
   /// Decides whether a finished frame whose confidence is counted needs weights, and solves it, to the end.
-  /// Solve::Exact leaves the heights in the slot's `solved`, rows `pitch` floats apart. Not thread
-  /// safe.
-  void solve(FrameSlot& slot, uint32_t pitch);
+  /// Solve::Exact leaves the heights in `heights`. Not thread safe.
+  void solve(FrameSlot& slot, const HeightRows& heights);
   void measure(const Slot& slot, bool touched, SurfacePart& part) const;
 
   void add_times(const Slot& slot, std::vector<gpu::ScopeTime>& times) const;
@@ -59,7 +56,7 @@ class WeightedSolve {
   bool on_cells() const;
   void find_islands(FrameSlot& slot);
   void find_known(const FrameSlot& slot);
-  void solve_on_host(FrameSlot& slot, uint32_t pitch) const;
+  void solve_on_host(FrameSlot& slot, const HeightRows& heights) const;
 
   gpu::Context& context_;
   FrameFormat format_;
@@ -69,7 +66,6 @@ class WeightedSolve {
   const Contact& contact_;
   const Surface& plain_;
   const Slope& slope_;
-  const RestLevel& rest_level_;
   std::optional<WeightedSurface> surface_;  ///< on the GPU: of cells where the plain solve is
   FloatMap cells_;                          ///< heights of those
   FloatMap slope_x_, slope_y_;              ///< Solve::Exact

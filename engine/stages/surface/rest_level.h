@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/gpu/kernel.h"
+#include "engine/measure/height_rows.h"
 #include "engine/stages/surface/surface.h"
 #include "shaders/shared/contact.h"
 #include "shaders/shared/grid.h"
@@ -25,6 +26,9 @@ class RestLevel {
   uint64_t record_bytes() const;
   void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
               const gpu::DeviceBuffer& records) const;
+  /// The kernel's records of heights that the host has changed.
+  void measure(const HeightRows& heights, std::span<const shared::ContactRecord> contact,
+               std::span<shared::RestLevelRecord> records) const;
   /// The mean over untouched tiles along the frame's border, where the pad is least drawn in by the contact;
   /// without any, over all untouched tiles; without those, over the frame.
   RestHeight find(std::span<const shared::ContactRecord> contact,
