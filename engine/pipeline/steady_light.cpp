@@ -1,9 +1,13 @@
 #include "engine/pipeline/steady_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numeric>
+
+#include "engine/base/nth_value.h"
+#include "engine/base/simd.h"
 
 namespace palpate {
 namespace {
@@ -14,10 +18,62 @@ constexpr double kClearly = 0.5;           // of that, which the change leaves
 // Thresholds of ordered dither, sixteenths: the mean of 4 x 4 pixels keeps fractions of a gray level.
 constexpr int kThresholds[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
 
-uint8_t dithered(float gray, int threshold, float most) {
-  const float raised = gray + (static_cast<float>(threshold) + 0.5f) / 16;
-  return static_cast<uint8_t>(std::clamp(std::floor(raised), 0.0f, most));
+float raise_of(int threshold) {
+  return (static_cast<float>(threshold) + 0.5f) / 16;
 }
+
+PALPATE_INLINE uint8_t dithered(float gray, float raise, float most) {
+  return static_cast<uint8_t>(std::clamp(std::floor(gray + raise), 0.0f, most));
+}
+
+/// A curve with one threshold, from its exact values.
+struct Dither {
+  const float* steady;
+  float raise, most;
+  uint8_t* to;
+
+  PALPATE_INLINE void run() const {
+    for (uint32_t gray = 0; gray < 256; ++gray) to[gray] = dithered(steady[gray], raise, most);
+  }
+};
+
+constexpr int kFraction = 22;  // bits of a gray level behind the point
+
+constexpr int32_t fixed_raise(int threshold) {
+  return (2 * threshold + 1) * (1 << (kFraction - 5));
+}
+
+/// A row by whole numbers, `raise` of each of four columns included in `offset`.
+struct SteadyRow {
+  const uint8_t* from;
+  uint8_t* to;
+  uint32_t width;
+  int32_t per_gray;
+  std::array<int32_t, 4> offset;
+  int32_t most, saturation;
+
+  PALPATE_INLINE void run() const {
+    constexpr uint32_t kBlock = 32;
+    int32_t offsets[kBlock];
+    for (uint32_t x = 0; x < kBlock; ++x) offsets[x] = offset[x % 4];
+    const int32_t times = per_gray, highest = most, kept = saturation;
+    const uint8_t* in = from;
+    uint8_t* out = to;
+    for (uint32_t left = width; left > 0;) {
+      const uint32_t pixels = left < kBlock ? left : kBlock;
+      PALPATE_INDEPENDENT
+      for (uint32_t x = 0; x < pixels; ++x) {
+        const int32_t gray = in[x];
+        int32_t steady = (gray * times + offsets[x]) >> kFraction;
+        steady = steady < 0 ? 0 : steady;
+        steady = steady > highest ? highest : steady;
+        const int32_t keeps = -static_cast<int32_t>(gray >= kept);  // no branch: it would not be vectorised
+        out[x] = static_cast<uint8_t>((steady & ~keeps) | (gray & keeps));
+      }
+      left -= pixels, in += pixels, out += pixels;
+    }
+  }
+};
 
 /// Sum of 4 x 4 pixels.
 uint32_t sum_of_square(const uint8_t* first, size_t stride) {
@@ -50,7 +106,7 @@ SteadyLight::SteadyLight(const FrameFormat& format, uint32_t saturation_gray, bo
   const size_t places = size_t{places_x_} * places_y_;
   for (auto* values : {&untouched_, &change_, &drift_})
     for (std::vector<float>& of_colour : *values) of_colour.assign(places, 0);
-  scratch_.reserve(places);
+  scratch_.resize(places);
   row_.resize(format.width);
   corrected_.reshape(format);
 }
@@ -117,22 +173,25 @@ void SteadyLight::forget_last() {
 void SteadyLight::look_at(const Frame& frame) {
   const uint32_t width = std::min(kSide, format_.width), height = std::min(kSide, format_.height);
   const float share = 1 / static_cast<float>(width * height);
+  const size_t stride = format_.width;
   for (uint32_t colour = 0; colour < 3; ++colour)
-    for (uint32_t j = 0; j < places_y_; ++j)
-      for (uint32_t i = 0; i < places_x_; ++i) {
+    for (uint32_t j = 0; j < places_y_; ++j) {
+      const uint8_t* first = frame.row(colour, j * step_);
+      const size_t row = size_t{j} * places_x_;
+      const float *untouched = untouched_[colour].data() + row, *drift = drift_[colour].data() + row;
+      float* change = change_[colour].data() + row;
+      const size_t next = j + 1 < places_y_ ? step_ * stride : 0;  // the camera's memory is far
+      for (uint32_t i = 0; i < places_x_; ++i, first += step_) {
         uint32_t sum = 0;
-        if (width == kSide && height == kSide) {
-          sum = sum_of_square(frame.row(colour, j * step_) + i * step_, format_.width);
-        } else {
-          for (uint32_t y = 0; y < height; ++y) {
-            const uint8_t* row = frame.row(colour, j * step_ + y) + i * step_;
-            for (uint32_t x = 0; x < width; ++x) sum += row[x];
-          }
-        }
-        const size_t place = size_t{j} * places_x_ + i;
-        change_[colour][place] =
-            static_cast<float>(sum) * share - untouched_[colour][place] - drift_[colour][place];
+        for (uint32_t y = 0; y < height; ++y) __builtin_prefetch(first + next + y * stride);
+        if (width == kSide && height == kSide)
+          sum = sum_of_square(first, stride);
+        else
+          for (uint32_t y = 0; y < height; ++y)
+            for (uint32_t x = 0; x < width; ++x) sum += first[y * stride + x];
+        change[i] = static_cast<float>(sum) * share - untouched[i] - drift[i];
       }
+    }
 }
 
 bool SteadyLight::find_light() {
@@ -163,13 +222,9 @@ LightChange SteadyLight::find_light(uint32_t colour) {
 // By the best quarter of the places: a touch that covers less than the rest does not count.
 bool SteadyLight::changes_clearly(uint32_t colour, const LightChange& light) {
   const auto misfit = [&](const LightChange& of) {
-    scratch_.clear();
-    for (size_t i = 0; i < change_[colour].size(); ++i)
-      scratch_.push_back(
-          std::abs(change_[colour][i] - static_cast<float>(of.at(double{untouched_[colour][i]}))));
-    const auto quarter = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 4);
-    std::nth_element(scratch_.begin(), quarter, scratch_.end());
-    return double{*quarter};
+    for (size_t i = 0; i < scratch_.size(); ++i)
+      scratch_[i] = std::abs(change_[colour][i] - static_cast<float>(of.at(double{untouched_[colour][i]})));
+    return double{nth_value(scratch_, scratch_.size() / 4)};
   };
   const auto small = std::ranges::count_if(
       change_[colour], [](float gray) { return std::abs(double{gray}) <= kLeastMisfit_gray; });
@@ -213,14 +268,53 @@ double SteadyLight::largest_change() {
 
 // How the light's curve of each colour, with each threshold of the dither, maps gray levels.
 void SteadyLight::make_curves() {
-  for (uint32_t colour = 0; colour < 3; ++colour)
+  for (uint32_t colour = 0; colour < 3; ++colour) {
+    std::array<float, 256> steady{};
+    for (uint32_t gray = 0; gray < 256; ++gray)
+      steady[gray] = static_cast<float>((gray - light_[colour].offset_gray) / light_[colour].gain);
+    for (uint32_t k = 0; k < kBayer; ++k) {
+      Curve& curve = curves_[colour][k];
+      run_widest(Dither{steady.data(), raise_of(kThresholds[k / 4][k % 4]), most_gray_, curve.data()});
+      for (uint32_t gray = saturation_gray_; gray < 256; ++gray) curve[gray] = static_cast<uint8_t>(gray);
+    }
+    find_line(colour);
+  }
+}
+
+// Whole numbers that give the curves' very values, which are many times faster than a table; none where
+// rounding stands against it.
+void SteadyLight::find_line(uint32_t colour) {
+  constexpr int64_t kMost = (int64_t{1} << 31) - (int64_t{1} << 24);
+  Line& line = lines_[colour];
+  line = {};
+  const double per_gray = (1 << kFraction) / light_[colour].gain;
+  const double offset = -light_[colour].offset_gray * per_gray;
+  if (!(std::abs(per_gray) * 255 + std::abs(offset) < static_cast<double>(kMost))) return;
+  const auto most = static_cast<int64_t>(most_gray_);
+  for (const int32_t nudge : {0, 1, -1, 2, -2}) {
+    line.per_gray = static_cast<int32_t>(std::lround(per_gray)) + nudge;
+    // Offsets that raise each level far enough, and not too far.
+    int64_t low = -kMost, high = kMost;
     for (uint32_t k = 0; k < kBayer; ++k)
-      for (uint32_t gray = 0; gray < 256; ++gray) {
-        const double steady = (gray - light_[colour].offset_gray) / light_[colour].gain;
-        curves_[colour][k][gray] = gray >= saturation_gray_ ? static_cast<uint8_t>(gray)
-                                                            : dithered(static_cast<float>(steady),
-                                                                       kThresholds[k / 4][k % 4], most_gray_);
+      for (uint32_t gray = 0; gray < std::min(saturation_gray_, 256u); ++gray) {
+        const int64_t level = curves_[colour][k][gray];
+        const int64_t without = int64_t{gray} * line.per_gray + fixed_raise(kThresholds[k / 4][k % 4]);
+        if (level > 0) low = std::max(low, (level << kFraction) - without);
+        if (level < most) high = std::min(high, ((level + 1) << kFraction) - without);
       }
+    line.exact = low < high;
+    if (line.exact)
+      line.offset = static_cast<int32_t>(std::clamp<int64_t>(std::llround(offset), low, high - 1));
+    if (line.exact) return;
+  }
+}
+
+void SteadyLight::apply_line(const Line& line, uint32_t y, std::span<const uint8_t> from,
+                             std::span<uint8_t> to) const {
+  std::array<int32_t, 4> offsets{};
+  for (uint32_t x = 0; x < 4; ++x) offsets[x] = line.offset + fixed_raise(kThresholds[y % 4][x]);
+  run_widest(SteadyRow{from.data(), to.data(), static_cast<uint32_t>(from.size()), line.per_gray, offsets,
+                       static_cast<int32_t>(most_gray_), static_cast<int32_t>(saturation_gray_)});
 }
 
 void SteadyLight::correct(const Frame& frame) {
@@ -231,6 +325,10 @@ void SteadyLight::correct(const Frame& frame) {
     for (uint32_t y = 0; y < format_.height; ++y) {
       const uint8_t* from = frame.row(colour, y);
       uint8_t* to = corrected_.row(colour, y);
+      if (!drifts_ && lines_[colour].exact) {
+        apply_line(lines_[colour], y, {from, format_.width}, {to, format_.width});
+        continue;
+      }
       if (!drifts_) {
         const Curve* curves = &curves_[colour][(y % 4) * 4];
         for (uint32_t x = 0; x < format_.width; ++x) to[x] = curves[x % 4][from[x]];
@@ -241,7 +339,7 @@ void SteadyLight::correct(const Frame& frame) {
         to[x] = from[x] >= saturation_gray_
                     ? from[x]
                     : dithered((static_cast<float>(from[x]) - offset - row_[x]) * per_gain,
-                               kThresholds[y % 4][x % 4], most_gray_);
+                               raise_of(kThresholds[y % 4][x % 4]), most_gray_);
     }
   }
 }

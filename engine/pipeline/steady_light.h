@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/measure/picture/light_change.h"
@@ -58,7 +59,14 @@ class SteadyLight {
   bool changes_clearly(uint32_t colour, const LightChange& light);
   void follow_drift();
   double largest_change();
+  /// A curve by whole numbers.
+  struct Line {
+    int32_t per_gray = 0, offset = 0;
+    bool exact = false;  ///< for every gray level and threshold
+  };
   void make_curves();
+  void find_line(uint32_t colour);
+  void apply_line(const Line& line, uint32_t y, std::span<const uint8_t> from, std::span<uint8_t> to) const;
   void correct(const Frame& frame);
   void drift_along(uint32_t colour, uint32_t y);
 
@@ -86,6 +94,7 @@ class SteadyLight {
   LightSummary summary_;
   std::vector<float> scratch_;
   std::array<std::array<Curve, kBayer>, 3> curves_;
+  std::array<Line, 3> lines_;
   std::vector<float> row_;  // drift along a row
   Frame corrected_;
 };

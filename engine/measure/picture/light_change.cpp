@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/statistics.h"
+#include "engine/base/nth_value.h"
 
 namespace palpate {
 namespace {
@@ -31,10 +31,11 @@ double scatter_about(const LightChange& light, std::span<const float> change,
 LightChange line_through(const LightChange& light, double scatter_gray, std::span<const float> change,
                          std::span<const float> untouched) {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  // Without a branch on what noise decides: adding 0 changes nothing.
   for (size_t i = 0; i < change.size(); ++i) {
-    if (!follows(light, change[i], untouched[i])) continue;
-    const double u = untouched[i], c = change[i];
-    n += 1, x += u, y += c, xx += u * u, xy += u * c;
+    const double of = follows(light, change[i], untouched[i]) ? 1 : 0;
+    const double u = of * double{untouched[i]}, c = of * double{change[i]};
+    n += of, x += u, y += c, xx += u * u, xy += u * c;
   }
   if (n < 2) return light;
   const double spread = xx - x * x / n;
@@ -49,9 +50,9 @@ LightChange line_through(const LightChange& light, double scatter_gray, std::spa
 LightChange LightEstimate::find(std::span<const float> change, std::span<const float> untouched) {
   const size_t count = change.size();
   sorted_.assign(change.begin(), change.end());
-  const LightChange shifted{.offset_gray = double{median_in_place(sorted_)}};
+  const LightChange shifted{.offset_gray = double{nth_value(sorted_, count / 2)}};
   for (size_t i = 0; i < count; ++i) sorted_[i] = change[i] / std::max(untouched[i], kDark_gray);
-  const LightChange scaled{.gain = 1 + double{median_in_place(sorted_)}};
+  const LightChange scaled{.gain = 1 + double{nth_value(sorted_, count / 2)}};
   const auto followers = [&](const LightChange& light) {
     size_t n = 0;
     for (size_t i = 0; i < count; ++i) n += follows(light, change[i], untouched[i]);

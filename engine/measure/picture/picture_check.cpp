@@ -10,8 +10,8 @@
 #include <emmintrin.h>
 #endif
 
+#include "engine/base/nth_value.h"
 #include "engine/base/simd.h"
-#include "engine/base/statistics.h"
 #include "engine/measure/picture/colour_order.h"
 
 namespace palpate {
@@ -68,6 +68,11 @@ PictureCheck::PictureCheck(const FrameFormat& format, uint32_t saturation_gray,
   for (uint32_t y = 1; y < format.height; ++y)
     for (uint32_t i = 0; i < parts_; ++i)
       pad_[size_t{y} * parts_ + i] = places_.has(i, y - 1, 2) ? 1.0f : 0.0f;
+  of_pad_.resize(size_t{format.height / kRows} * parts_);
+  for (uint32_t y = 0; y + kRows <= format.height; y += kRows)
+    for (uint32_t i = 0; i < parts_; ++i) of_pad_[size_t{y / kRows} * parts_ + i] = places_.has(i, y, kRows);
+  largest_.resize(parts_);
+  change_.resize(parts_);
   scratch_.reserve(std::max(
       {places / 4, format.channels * places / 12, size_t{format.width} + 1, size_t{format.height} + 1}));
 }
@@ -147,6 +152,7 @@ void PictureCheck::sum(const Frame& frame, Sums& sums) {
 
 void PictureCheck::set_reference(const Frame& untouched) {
   sum(untouched, untouched_);
+  unlike_.assign(bands_, std::nullopt);
   reference_ = untouched;
   if (untouched.leased) {
     reference_.reshape(format_);
@@ -231,7 +237,8 @@ bool PictureCheck::has_one_colour(const Frame& frame) const {
     for (uint32_t i = 0; i < parts_; ++i) {
       const uint32_t x = i * kPart;
       std::array<uint32_t, 3> colour{}, untouched{};
-      if (!places_.has(i, y, kPart)) continue;
+      const size_t place = size_t{y / kRows} * parts_ + i;
+      if (of_pad_[place] == 0 || of_pad_[place + parts_] == 0) continue;
       const bool first = of_pad++ == 0;
       if (!is_flat_block(frame, x, y, colour)) continue;
       ++flat;
@@ -255,37 +262,47 @@ bool PictureCheck::has_one_colour(const Frame& frame) const {
   });
 }
 
+/// The value of scratch_, which is overwritten, below which `share` of the others lie; 0 of none.
+double PictureCheck::quantile(double share) {
+  if (scratch_.empty()) return 0;
+  return double{nth_value(scratch_, static_cast<size_t>(share * static_cast<double>(scratch_.size() - 1)))};
+}
+
 /// Whether the median of scratch_ is, without looking for it.
 bool PictureCheck::most_are_below(double gray) const {
   const auto small = std::ranges::count_if(scratch_, [&](float change) { return change < gray; });
   return 2 * small > std::ssize(scratch_) - 1;
 }
 
+static void add_difference(const float* now, const float* untouched, std::span<float> sums) {
+  for (size_t i = 0; i < sums.size(); ++i) sums[i] += now[i] - untouched[i];
+}
+
 /// By all places together, or by the median over places of the colour that differs most.
 bool PictureCheck::colours_exchanged() {
   if (format_.channels != 3) return false;
   if (follows_another_order(now_.parts, untouched_.parts)) return true;
-  constexpr uint32_t kRows = 8;  // of a place
   const size_t plane = size_t{format_.height} * parts_;
   std::array<double, 6> misfit{};
   for (size_t order = 0; order < kChannelOrders.size(); ++order) {
     scratch_.clear();
-    for (uint32_t y = 0; y + kRows <= format_.height; y += kRows)
-      for (uint32_t i = 0; i < parts_; ++i) {
-        if (!places_.has(i, y, kRows)) continue;
-        float largest = 0;
-        for (size_t c = 0; c < 3; ++c) {
-          float change = 0;
-          for (uint32_t v = 0; v < kRows; ++v) {
-            const size_t at = size_t{y + v} * parts_ + i;
-            change += now_.parts[kChannelOrders[order][c] * plane + at] - untouched_.parts[c * plane + at];
-          }
-          largest = std::max(largest, std::abs(change) / kRows);
+    for (uint32_t y = 0; y + kRows <= format_.height; y += kRows) {
+      std::ranges::fill(largest_, 0.0f);
+      for (size_t c = 0; c < 3; ++c) {
+        std::ranges::fill(change_, 0.0f);
+        for (uint32_t v = 0; v < kRows; ++v) {
+          const size_t at = size_t{y + v} * parts_;
+          add_difference(now_.parts.data() + kChannelOrders[order][c] * plane + at,
+                         untouched_.parts.data() + c * plane + at, change_);
         }
-        scratch_.push_back(largest);
+        for (uint32_t i = 0; i < parts_; ++i)
+          largest_[i] = std::max(largest_[i], std::abs(change_[i]) / kRows);
       }
+      for (uint32_t i = 0; i < parts_; ++i)
+        if (of_pad_[size_t{y / kRows} * parts_ + i] != 0) scratch_.push_back(largest_[i]);
+    }
     if (order == 0 && most_are_below(kExchanged_gray)) return false;
-    misfit[order] = quantile_in_place(scratch_, 0.5);
+    misfit[order] = quantile(0.5);
   }
   return *std::min_element(misfit.begin() + 1, misfit.end()) < kExchangedFit * misfit[0];
 }
@@ -311,7 +328,7 @@ void PictureCheck::differences_of(const PictureLine& line, size_t shift, size_t 
 /// `share` quantile of them.
 double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share) {
   differences_of(line, shift, from, to);
-  return quantile_in_place(scratch_, share);
+  return quantile(share);
 }
 
 /// The shift that leaves least of the line's change; 0: none is clearly better than none.
@@ -343,7 +360,7 @@ size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
 bool PictureCheck::line_moved(const PictureLine& line) {
   differences_of(line, 0, line.from, line.to);
   if (most_are_below(kMoved_gray) || changed_evenly(line)) return false;
-  const double still = quantile_in_place(scratch_, 0.5);
+  const double still = quantile(0.5);
   const size_t shift = likely_shift(line, still);
   if (shift == 0) return false;
   const double most = std::max(0.5 * kMoved_gray, kMovedFit * still);
@@ -373,7 +390,7 @@ bool PictureCheck::changed_evenly(const PictureLine& line) const {
 }
 
 /// Both halves are alike, which those of the untouched image are not.
-bool PictureCheck::line_doubled(const PictureLine& line) {
+bool PictureCheck::line_doubled(const PictureLine& line, std::optional<double>& of_untouched) {
   const size_t half = line.length / 2;
   if (line.from + half >= line.to) return false;
   const auto unlike = [&](const float* values, size_t shift) {
@@ -381,7 +398,8 @@ bool PictureCheck::line_doubled(const PictureLine& line) {
     itself.frame = itself.untouched = values;
     return misfit_of(itself, shift, line.from, std::min(half, line.to - half), 0.75);
   };
-  const double untouched = unlike(line.untouched, half);
+  if (!of_untouched) of_untouched = unlike(line.untouched, half);
+  const double untouched = *of_untouched;
   // Dark or saturated halves are alike as well.
   return untouched > 2 * kMoved_gray && unlike(line.frame, half / 2) > 0.4 * untouched &&
          unlike(line.frame, half) < std::max(0.5 * kMoved_gray, 0.2 * untouched);
@@ -404,7 +422,7 @@ bool PictureCheck::moved() {
                            run.to};
     ++bands;
     rows += line_moved(line);
-    doubled += line_doubled(line);
+    doubled += line_doubled(line, unlike_[b]);
   }
   if (2 * doubled > bands) return true;
   if (rows >= std::max(1.0, kMovedLines * bands)) return true;
@@ -444,7 +462,7 @@ bool PictureCheck::torn() {
       for (uint32_t i = 0; y % 5 == 0 && i < parts_; i += 3)
         if (pad_[row + i] > 0) scratch_.push_back(steps_[at + i]);
     }
-  const double usual = quantile_in_place(scratch_, 0.5);
+  const double usual = quantile(0.5);
   if (usual == 0) return false;  // a picture without noise may have edges as sharp as a tear
   // The median of a normal deviate's size is 0.67 of its standard deviation.
   const auto least = static_cast<float>(std::max(kTorn_gray, kTornNoise * usual / 0.67));

@@ -64,15 +64,18 @@ class PictureCheck {
   bool moved();
   bool line_moved(const PictureLine& line);
   bool changed_evenly(const PictureLine& line) const;
-  bool line_doubled(const PictureLine& line);
+  bool line_doubled(const PictureLine& line, std::optional<double>& of_untouched);
   size_t likely_shift(const PictureLine& line, double still) const;
   void differences_of(const PictureLine& line, size_t shift, size_t from, size_t to);
+  double quantile(double share);
   bool most_are_below(double gray) const;
   double misfit_of(const PictureLine& line, size_t shift, size_t from, size_t to, double share);
   bool torn();
   bool torn_at(uint32_t y, float least, uint32_t long_enough) const;
 
   static constexpr uint32_t kPart = 16;  // px
+  static constexpr uint32_t kRows = 8;   // of a place whose colour is looked at
+  static_assert(kPart == 2 * kRows);
 
   FrameFormat format_;
   uint32_t saturation_gray_;
@@ -84,8 +87,11 @@ class PictureCheck {
   uint64_t last_hash_ = 0;
   bool any_ = false, repeats_ = false;
   std::vector<uint32_t> column_;
-  std::vector<float> pad_;  ///< row, part: 1 where it and the part above it are pad
-  std::vector<float> scratch_, steps_;
+  std::vector<float> pad_;       ///< row, part: 1 where it and the part above it are pad
+  std::vector<uint8_t> of_pad_;  ///< place of kRows rows, part: all its pixels are pad
+  std::vector<std::optional<double>>
+      unlike_;  ///< of each band: both halves of the untouched image, once known
+  std::vector<float> scratch_, steps_, change_, largest_;
 };
 
 }  // namespace palpate
