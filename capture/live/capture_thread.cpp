@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "capture/live/recorder.h"
+#include "engine/base/trace.h"
 
 namespace palpate {
 namespace {
@@ -46,6 +47,7 @@ bool LiveCapture::paused() {
 
 /// The next frame, or where the person wants to be.
 bool LiveCapture::fetch(Frame& frame) {
+  const TraceSpan span("capture");
   const std::shared_ptr<Source> source = session_.source();
   if (!options_.replay) return source->next(frame);
   Transport& transport = session_.transport;
@@ -118,6 +120,7 @@ void LiveCapture::wait_until_due(const Frame& frame) {
 }
 
 void LiveCapture::deliver(CapturedPtr item) {
+  const TraceSpan span("deliver");
   Frame& frame = item->frame;
   if (!session_.source()->live()) frame.delivered_ns = monotonic_ns();
   if (options_.loop && !options_.replay) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "capture/live/recorder.h"
+#include "engine/base/trace.h"
 
 namespace palpate {
 
@@ -39,6 +40,7 @@ bool LiveEngine::submit() {
 }
 
 void LiveEngine::deliver(Result result) {
+  const TraceSpan span("deliver");
   CapturedPtr item = std::move(pending_.front());
   pending_.pop_front();
   --in_flight_;

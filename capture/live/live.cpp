@@ -8,6 +8,7 @@
 #include "capture/live/capture_thread.h"
 #include "capture/live/engine_thread.h"
 #include "capture/live/session.h"
+#include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "palpate/error.h"
@@ -21,8 +22,10 @@ using std::chrono::milliseconds;
 class SessionThread {
  public:
   /// An exception of `work` ends the session, but for a lost device. `done` is called in any case.
-  SessionThread(LiveSession& session, const std::function<void()>& work, const std::function<void()>& done)
-      : session_(session), thread_([this, work, done] {
+  SessionThread(LiveSession& session, const char* name, const std::function<void()>& work,
+                const std::function<void()>& done)
+      : session_(session), thread_([this, name, work, done] {
+          name_trace_thread(name);
           try {
             work();
           } catch (const DeviceLost& error) {
@@ -72,6 +75,7 @@ class NoWindow : public LiveViewer {
       if (!newest) continue;
       if (start_ns == 0) start_ns = newest->captured->frame.delivered_ns;
       if (options_.draw) {
+        const TraceSpan span("write");
         options_.draw(newest->captured->frame, newest->result);
         newest->times.shown_ns = monotonic_ns();
       }
@@ -114,7 +118,7 @@ void run_on_device(Pipeline& pipeline, LiveSession& session, const LiveOptions& 
                    const MakeViewer& make_viewer, LatencyLog& latency, Pending& pending, LiveReport& report) {
   const std::unique_ptr<LiveViewer> viewer = make_viewer(session, latency, pipeline);
   SessionThread engine(
-      session, [&] { LiveEngine(session, pipeline, options, latency, pending).run(); },
+      session, "engine", [&] { LiveEngine(session, pipeline, options, latency, pending).run(); },
       [&] {
         if (!session.device_lost) session.to_display.close();
       });
@@ -148,7 +152,7 @@ LiveReport run_captured(LiveSession& session, const OpenSource& open, const Live
   };
   {
     SessionThread capture(
-        session,
+        session, "capture",
         [&] {
           // A recording begins when it can be measured; a camera's frames are recorded from the first one on.
           while (!measuring && !session.stop && !session.source()->live())

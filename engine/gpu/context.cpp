@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "engine/base/text.h"
+#include "engine/base/trace.h"
 #include "engine/gpu/device_access.h"
 #include "engine/gpu/stops.h"
 #include "palpate/device.h"
@@ -354,6 +355,7 @@ Stops stops() {
 
 void Context::submit(const VkSubmitInfo2& info, VkFence fence) {
   ++counted.submits;
+  const TraceSpan span("submit");
   const std::lock_guard lock(queue_mutex_);
   check(queue_submit_(queue_, 1, &info, fence), "submitting work");
 }
@@ -365,6 +367,7 @@ VkResult Context::present(const VkPresentInfoKHR& info) {
 
 void Context::wait(VkFence fence, const char* what) {
   ++counted.waits;
+  const TraceSpan span("device wait");
   if (!hung_) {
     const VkResult result = vkWaitForFences(device_, 1, &fence, VK_TRUE, wait_limit_ns_);
     if (result != VK_TIMEOUT) return check(result, what);

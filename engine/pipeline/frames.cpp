@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "engine/measure/contact/contact_shape.h"
 #include "engine/measure/contact/contact_tracker.h"
@@ -173,6 +174,7 @@ void Frames::submit(uint32_t index, const Frame& frame) {
 
 // The frame's pixels on their way into the slot's padded image.
 void Frames::upload(FrameSlot& slot, const Frame& frame) {
+  const TraceSpan span("upload");
   const PageImport* import = pages_ ? pages_->find(frame) : nullptr;
   slot.copies = import ? 0 : 1;
   if (import) {
@@ -281,6 +283,7 @@ void Frames::set_whole() {
 }
 
 void Frames::correct_rest(FrameSlot& slot) {
+  const TraceSpan span("rest correction");
   const HeightRows heights = surface_->heights(slot);
   rest_correction_->look_at(heights);
   const auto find = [&] { return rest_correction_->find(gel_contacts_->at_rest()); };

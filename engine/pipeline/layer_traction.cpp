@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/divide_up.h"
+#include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "shaders/shared/confidence.h"
 
@@ -128,6 +129,7 @@ void LayerTraction::record(gpu::Commands& commands, FrameSlot& slot) const {
 }
 
 void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
+  const TraceSpan span("traction");
   TractionPart& part = parts.traction.emplace();
   TractionSummary& summary = part.summary;
   for (Estimate* one : components(summary)) one->validity = Validity::NoContact;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "engine/base/trace.h"
 #include "engine/gpu/device_access.h"
 #include "engine/measure/picture/picture_check.h"
 #include "engine/pipeline/assemble.h"
@@ -142,6 +143,7 @@ struct Pipeline::Impl {
 
   // A frame that the device has finished: measured by itself, then followed from those before it.
   Result finish(uint32_t index) {
+    const TraceSpan span("finish");
     Slot& slot = slots[index];
     Result result;
     result.hold_ = slot.hold;
@@ -251,7 +253,9 @@ bool Pipeline::submit(const Frame& frame) {
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
   // Where nothing is subtracted, the first frame says what the picture looks like.
   if (!std::exchange(impl_->compares, true)) impl_->picture.set_reference(frame);
+  const TraceSpan span("begin frame");
   const auto check = [&] {
+    const TraceSpan of_check("check picture");
     free->stamp.fault = impl_->any_picture ? PictureFault::None : impl_->picture.look_at(frame);
     free->stamp.repeated = impl_->picture.repeats();
     if (free->stamp.fault == PictureFault::None) impl_->look_for_flaws(frame);
@@ -259,8 +263,12 @@ bool Pipeline::submit(const Frame& frame) {
   // A frame that may show flaws is measured without them; others are checked while the device works.
   const bool check_first = impl_->flaws && impl_->flaws->compares_next();
   if (check_first) check();
-  const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
-  impl_->frames.submit(index, impl_->light ? impl_->light->steady(whole) : whole);
+  const auto prepared = [&]() -> const Frame& {
+    const TraceSpan of_light("light");
+    const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
+    return impl_->light ? impl_->light->steady(whole) : whole;
+  };
+  impl_->frames.submit(index, prepared());
   if (!check_first) check();
   if (impl_->light) {
     const bool spoilt = free->stamp.fault != PictureFault::None;

@@ -16,6 +16,7 @@
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/support/trace_option.h"
 #include "viz/commands/workflow/live_run.h"
 #include "viz/render/desktop.h"
 
@@ -25,6 +26,7 @@ namespace {
 struct Options {
   CameraChoice camera;
   LiveRunRequest request;
+  TraceOption trace;
 };
 
 Report live(const Common& common, const Options& options) {
@@ -39,6 +41,8 @@ Report live(const Common& common, const Options& options) {
   // Files that are written hold the frames in their order.
   request.replay = common.out.empty() && is_recording(request.input);
   OpenInput opened = open_input(request, interrupted);
+  std::optional<TraceFile> trace;
+  options.trace.start(trace);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);
@@ -104,6 +108,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
                    "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")
       ->transform(one_of(viz::kVsyncNames));
   request.block.add_to(*command);
+  options->trace.add_to(*command);
   add_common(*command, common,
              "  palpate live                                       a simulated palpation on a gel skin\n"
              "  palpate live --camera /dev/video0 --sensor pad.json --out out/live --record\n"

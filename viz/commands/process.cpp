@@ -11,6 +11,7 @@
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
+#include "viz/commands/support/trace_option.h"
 #include "viz/display/recording_pictures.h"
 
 namespace palpate {
@@ -25,6 +26,7 @@ struct Options {
   bool all_digits = false;
   BlockChoice block;
   LookOptions look;
+  TraceOption trace;
 };
 
 Report process(const Common& common, Options options) {
@@ -62,6 +64,8 @@ Report process(const Common& common, Options options) {
   if (options.all_digits) request.digits = Digits::All;
   if (common.jsonl) request.on_row = print_line;
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
+  std::optional<TraceFile> trace;
+  options.trace.start(trace);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report = facts_of(summary, request, sensor, *context);
@@ -122,6 +126,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   options->look.add(*command);
   options->block.add_to(*command);
   add_settings(*command, request, {{"rate_Hz"}, {"sequence"}, {"frames", "Stop after that many frames"}});
+  options->trace.add_to(*command);
   add_common(
       *command, common,
       "  palpate process press.avi --sensor gel.json --out out/press\n"

@@ -14,6 +14,7 @@
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
+#include "viz/commands/support/trace_option.h"
 
 namespace palpate {
 namespace {
@@ -22,6 +23,7 @@ struct Options {
   CameraChoice camera;
   RecordRequest request;
   BlockChoice block;
+  TraceOption trace;
 };
 
 Report record(const Common& common, const Options& options) {
@@ -36,6 +38,8 @@ Report record(const Common& common, const Options& options) {
     spdlog::warn("{}; opened anew, the recording goes on", lost.what());
   };
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
+  std::optional<TraceFile> trace;
+  options.trace.start(trace);
   std::unique_ptr<gpu::Context> context;
   const auto device = [&]() -> gpu::Context& {
     context = open_device(common);
@@ -88,6 +92,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
        {"patience_s"},
        {"no_drop"}});
   options->block.add_to(*command);
+  options->trace.add_to(*command);
   add_common(
       *command, common,
       "  palpate record --camera /dev/video0 --sensor pad.json --out out/press1     until Ctrl-C\n"

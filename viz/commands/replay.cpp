@@ -15,6 +15,7 @@
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/support/trace_option.h"
 #include "viz/commands/workflow/live_run.h"
 #include "viz/render/desktop.h"
 
@@ -24,6 +25,7 @@ namespace {
 struct Options {
   LiveRunRequest request;
   double from_s = 0;
+  TraceOption trace;
 };
 
 /// Rate at which a recording is shown, as the player does.
@@ -66,6 +68,8 @@ Report replay(const Common& common, const Options& options) {
                 "'" + request.input + "'", "palpate live for cameras and simulated scenes");
   OpenInput opened = open_input(request, interrupted);
   if (options.from_s > 0) start_at(*opened.source, options.from_s, request);
+  std::optional<TraceFile> trace;
+  options.trace.start(trace);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);
@@ -113,6 +117,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--out", common.out,
                       "Folder for snapshots and marks (default: the session's own, else one in ~/palpate)");
   request.block.add_to(*command);
+  options->trace.add_to(*command);
   add_common(*command, common,
              "  palpate replay out/press1\n"
              "  palpate replay out/press1 --speed 0.25 --from 3\n"

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "capture/live/recorder.h"
+#include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/surface_map.h"
 #include "viz/panels/controls.h"
@@ -92,6 +93,7 @@ bool Display::is_still() const {
 }
 
 bool Display::draw(bool is_new, bool still) {
+  const TraceSpan span("draw");
   if (!window_.begin_picture()) return false;
   finest_ = still;
   drawn_ = Clock::now();

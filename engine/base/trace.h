@@ -1,0 +1,50 @@
+// Trace: what each thread does when, as a file that chrome://tracing and Perfetto open. Off, a span costs one
+// branch.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+namespace palpate {
+
+/// The threads' spans while it lives, in Chrome's trace format: an array of complete events, times in us
+/// since its start. The file is whole JSON whenever it is looked at, also after a process that was killed;
+/// then the last half second is missing.
+class TraceFile {
+ public:
+  /// One at a time. Throws Error(Failure::Output) where it cannot be written.
+  explicit TraceFile(const std::filesystem::path& path);
+  ~TraceFile();
+  TraceFile(const TraceFile&) = delete;
+  TraceFile& operator=(const TraceFile&) = delete;
+};
+
+/// Names the calling thread in traces, for good; `name` stays.
+void name_trace_thread(const char* name);
+
+/// What the calling thread does from here to the end of its scope.
+class TraceSpan {
+ public:
+  /// `name` stays, and needs no escapes.
+  explicit TraceSpan(const char* name) {
+    if (on.load(std::memory_order_relaxed)) begin(name);
+  }
+  ~TraceSpan() {
+    if (name_) end();
+  }
+  TraceSpan(const TraceSpan&) = delete;
+  TraceSpan& operator=(const TraceSpan&) = delete;
+
+ private:
+  friend class TraceFile;
+  void begin(const char* name);
+  void end() const;
+
+  static std::atomic<bool> on;
+  const char* name_ = nullptr;
+  int64_t start_ns_ = 0;
+};
+
+}  // namespace palpate
