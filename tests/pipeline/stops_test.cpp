@@ -112,16 +112,20 @@ class StopsTest : public GpuTest {
   struct Most : gpu::Stops {
     bool touched = false;  ///< some frame
   };
-  /// Stops of the frame that makes most; none where the sensor has not what the outputs need.
-  static std::optional<Most> most_of_a_frame(const Pressed& of, Outputs outputs, Solve solve) {
-    std::optional<Pipeline> pipeline;
+  static std::optional<Pipeline> pipeline_of(const Pressed& of, Outputs outputs, Solve solve) {
     try {
-      pipeline.emplace(context(), of.sensor, of.untouched.format,
-                       solved(solve, {.outputs = outputs, .slots = 2, .any_picture = true}));
-      pipeline->set_background(of.sensor.background.kind == BackgroundKind::None ? Frame{} : of.untouched);
+      Pipeline made(context(), of.sensor, of.untouched.format,
+                    solved(solve, {.outputs = outputs, .slots = 2, .any_picture = true}));
+      made.set_background(of.sensor.background.kind == BackgroundKind::None ? Frame{} : of.untouched);
+      return made;
     } catch (const Error&) {
       return std::nullopt;
     }
+  }
+  /// Stops of the frame that makes most; none where the sensor has not what the outputs need.
+  static std::optional<Most> most_of_a_frame(const Pressed& of, Outputs outputs, Solve solve) {
+    std::optional<Pipeline> pipeline = pipeline_of(of, outputs, solve);
+    if (!pipeline) return std::nullopt;
     Most most;
     for (const Frame& frame : of.frames) {
       const gpu::Stops before = gpu::stops();
