@@ -1,8 +1,8 @@
 // --trace: each thread's spans as whole JSON, nested as they ran, also of a run that Ctrl-C or a kill ended.
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <algorithm>
+#include <csignal>
 #include <map>
 #include <set>
 #include <string>

@@ -45,7 +45,7 @@ Report record(const Common& common, const Options& options) {
     context = open_device(common);
     return *context;
   };
-  const auto [report, session] = record_session(device, std::move(request), run_watch(common));
+  const auto [report, session] = record_session(device, request, run_watch(common));
   for (const PressAnswer& press : report.presses)
     viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
   const std::string& error = session.status.error;
