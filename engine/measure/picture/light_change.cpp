@@ -23,7 +23,7 @@ double scatter_about(const LightChange& light, std::span<const float> change,
                      std::span<const float> untouched, std::vector<float>& sorted) {
   for (size_t i = 0; i < change.size(); ++i)
     sorted[i] = std::abs(change[i] - static_cast<float>(light.at(double{untouched[i]})));
-  return 1.4826 * double{median_in_place(sorted)};
+  return 1.4826 * double{nth_value(sorted, sorted.size() / 2)};
 }
 
 /// The line through what follows `light`, by least squares; a slope only as far as kParts parts of the
