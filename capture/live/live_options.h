@@ -94,8 +94,8 @@ struct LiveReport {
   uint32_t mesh_columns = 0;         ///< of the last picture
   std::vector<PressAnswer> presses;  ///< result of each press of a block
   std::string flaws;                 ///< of the pad since its untouched image; empty: none were found
-  std::string warning;         ///< Source::warning(); empty when all is well
-  uint32_t device_losses = 0;  ///< the device was opened anew so often
+  std::string warning;               ///< Source::warning(); empty when all is well
+  uint32_t device_losses = 0;        ///< the device was opened anew so often
   bool interrupted = false;
   bool sources_requested = false;  ///< the person asked for the list of sources
 };

@@ -37,7 +37,7 @@ struct Camera {
   static constexpr double kFieldOfView_rad = 0.5;  ///< vertical
   static constexpr double kMaxElevation_rad = 1.55;
 
-  double azimuth_rad = -0.3;   ///< 0: seen from the image's bottom edge; positive: the eye moves right
+  double azimuth_rad = -0.3;    ///< 0: seen from the image's bottom edge; positive: the eye moves right
   double elevation_rad = 0.85;  ///< above the pad; negative: from inside
   double zoom = 1;              ///< 1: the whole pad fits
   Vec3 target;                  ///< from the middle of the fitted box, mm
