@@ -129,7 +129,8 @@ void SteadyLight::look_ahead(const Frame& picture) {
   look_at(picture);
   double share = 1;
   for (uint32_t colour = 0; colour < 3; ++colour) {
-    const LightChange light = estimate_.find(change_[colour], untouched_[colour]);
+    const LightChange light =
+        estimate_.find(change_[colour], untouched_[colour], LightEstimate::Gain::BeyondTouch);
     share = std::min(share, light.share);
     if (light.share < kSeriesInliers) continue;
     series_[colour].add(light);
@@ -208,7 +209,7 @@ bool SteadyLight::find_light() {
 
 // That of the frame alone; what is taken out goes by what is expected too.
 LightChange SteadyLight::find_light(uint32_t colour) {
-  LightChange own = estimate_.find(change_[colour], untouched_[colour]);
+  LightChange own = estimate_.find(change_[colour], untouched_[colour], LightEstimate::Gain::BeyondTouch);
   ExpectedLight& expected = expected_[colour];
   const bool in_series = separate_ && std::isfinite(expected.variance);
   if (!separate_) expected.variance = std::pow(std::sqrt(expected.variance) + kDrift_gray, 2);

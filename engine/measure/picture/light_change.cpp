@@ -27,7 +27,7 @@ double scatter_about(const LightChange& light, std::span<const float> change,
 }
 
 /// The line through what follows `light`, by least squares; a slope only as far as kParts parts of the
-/// picture, each of which a touch may change by `scatter_gray`, do not make it by chance.
+/// picture, each of which a touch may change by `scatter_gray` (0: none does), do not make it by chance.
 LightChange line_through(const LightChange& light, double scatter_gray, std::span<const float> change,
                          std::span<const float> untouched) {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
@@ -47,7 +47,7 @@ LightChange line_through(const LightChange& light, double scatter_gray, std::spa
 
 }  // namespace
 
-LightChange LightEstimate::find(std::span<const float> change, std::span<const float> untouched) {
+LightChange LightEstimate::find(std::span<const float> change, std::span<const float> untouched, Gain gain) {
   const size_t count = change.size();
   sorted_.assign(change.begin(), change.end());
   const LightChange shifted{.offset_gray = double{nth_value(sorted_, count / 2)}};
@@ -63,8 +63,11 @@ LightChange LightEstimate::find(std::span<const float> change, std::span<const f
   LightChange light = by_scale > by_shift + count / 10 ? scaled : shifted;
   const double share = static_cast<double>(std::max(by_shift, by_scale)) / static_cast<double>(count);
   if (share >= kFewInliers)
-    for (int pass = 0; pass < 3; ++pass)
-      light = line_through(light, scatter_about(light, change, untouched, sorted_), change, untouched);
+    for (int pass = 0; pass < 3; ++pass) {
+      const double feigned_gray =
+          gain == Gain::BeyondTouch ? scatter_about(light, change, untouched, sorted_) : 0;
+      light = line_through(light, feigned_gray, change, untouched);
+    }
   light.known = share >= kFewInliers;
   light.share = share;
   light.scatter_gray = scatter_about(light, change, untouched, sorted_);

@@ -63,10 +63,11 @@ class LightTrust {
 
 /// A robust line through the gray levels of an image over those of the untouched image. Start values are a
 /// pure offset and a pure gain, the one with more inliers; then least squares through the inliers, repeated.
-/// Touched places are outliers. A gain that a wide touch could feign, where it lies on brighter or darker
-/// places, is no gain.
+/// Touched places are outliers.
 class LightEstimate {
  public:
+  /// Of an image in which a wide touch lies on brighter or darker places, a gain that it could feign is none.
+  enum class Gain { AsSeen, BeyondTouch };
   static constexpr double kInlier_gray = 2.5;  ///< of a place's mean from the line
   static constexpr double kFewInliers = 0.2;   ///< of all places: below, the light is not known
 
@@ -74,7 +75,7 @@ class LightEstimate {
   explicit LightEstimate(size_t places) { sorted_.reserve(places); }
 
   /// `change`: image less untouched, `untouched`: both means of places of some 16 px, gray levels.
-  LightChange find(std::span<const float> change, std::span<const float> untouched);
+  LightChange find(std::span<const float> change, std::span<const float> untouched, Gain gain = Gain::AsSeen);
 
  private:
   std::vector<float> sorted_;
