@@ -98,6 +98,7 @@ std::vector<Action> actions(const Layout& layout, bool has_surface, const LiveSt
     all[i].action.in_bar = true;
   }
   std::vector<Action> out;
+  out.reserve(all.size());
   for (Ranked& one : all) out.push_back(std::move(one.action));
   return out;
 }
