@@ -47,7 +47,9 @@ void set_colours(const Theme& t) {
   set(t.picked, {ImGuiCol_FrameBgHovered, ImGuiCol_FrameBgActive, ImGuiCol_ButtonHovered,
                  ImGuiCol_ButtonActive, ImGuiCol_Header, ImGuiCol_HeaderActive, ImGuiCol_TextSelectedBg});
   set(t.field, {ImGuiCol_HeaderHovered});
-  set(t.chosen, {ImGuiCol_CheckMark, ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive, ImGuiCol_NavHighlight});
+  // Numbers stand over what is dragged.
+  set(t.picked, {ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive});
+  set(t.chosen, {ImGuiCol_CheckMark, ImGuiCol_NavHighlight});
 }
 
 void put_pictures(ImFontAtlas& atlas, std::span<const RgbImage> pictures, const std::vector<int>& places) {
