@@ -56,6 +56,7 @@ std::vector<double> touch_shown(const std::vector<Frame>& examples, const std::s
     return shown;
   }
   std::vector<RestCheck> checks;
+  checks.reserve(examples.size());
   for (const Frame& example : examples) checks.emplace_back(example, sensor);
   look_through(input, sensor, step, more, [&](const Frame& frame, uint64_t) {
     for (RestCheck& check : checks) check.add(frame);
@@ -214,11 +215,11 @@ double clear_threshold(double threshold_gray, const FrameFormat& format) {
 
 Signal signal_of(const UntouchedRecording& found) {
   // A gray gel darkens where it is pressed and brightens less beside it.
-  constexpr double kOneWay = 0.6;
+  constexpr double kOneSided = 0.6;
   if (shows_slopes_by_colour(found)) return Signal::Either;
-  return found.brighter_peak > kOneWay       ? Signal::Brighter
-         : found.brighter_peak < 1 - kOneWay ? Signal::Darker
-                                             : Signal::Either;
+  return found.brighter_peak > kOneSided       ? Signal::Brighter
+         : found.brighter_peak < 1 - kOneSided ? Signal::Darker
+                                               : Signal::Either;
 }
 
 bool shows_slopes_by_colour(const UntouchedRecording& found) {

@@ -107,10 +107,10 @@ void PadMatch::refuse_most(const std::string& input) const {
 
 std::string foreign_pictures(const std::string& input, const Sensor& sensor,
                              const std::function<bool(uint64_t)>& more) {
-  constexpr uint64_t kMost = 60;
+  constexpr uint64_t kMostPictures = 60;
   const std::unique_ptr<Source> source = open_source(input, sensor);
   const Frame untouched = load_background(input, sensor, *source);
-  const uint64_t every = source->frame_count().value_or(0) / kMost + 1;
+  const uint64_t every = source->frame_count().value_or(0) / kMostPictures + 1;
   PadMatch match(untouched, sensor);
   Frame frame;
   for (uint64_t n = 0; source->next(frame) && more(n); ++n)

@@ -101,7 +101,10 @@ void PhotometricFit::add_press(const Frame& frame, const Frame& background, cons
                 "checking the pitch of the sensor file and the radii");
   PhotometricPress press;
   press.label = label;
-  PhotometricPress::Truth& truth = press.truth.emplace(shape, contact);
+  press.truth = PhotometricPress::Truth{};
+  PhotometricPress::Truth& truth = *press.truth;
+  truth.shape = shape;
+  truth.contact = contact;
   const auto bound = [](double v, uint32_t side) {
     return static_cast<uint32_t>(std::clamp(v, 0.0, static_cast<double>(side)));
   };

@@ -270,15 +270,15 @@ std::string contradiction(const std::array<ModulusEstimate, kModulusMethods>& me
 }  // namespace
 
 const char* to_string(ModulusMethod way) {
-  constexpr std::array<const char*, kModulusMethods> kNames = {"stress over strain", "displacement ratio",
-                                                               "Hertz", "joint fit"};
-  return kNames[static_cast<size_t>(way)];
+  constexpr std::array<const char*, kModulusMethods> kWays = {"stress over strain", "displacement ratio",
+                                                              "Hertz", "joint fit"};
+  return kWays[static_cast<size_t>(way)];
 }
 
 const char* to_string(ModulusState state) {
-  constexpr std::array<const char*, 7> kNames = {
+  constexpr std::array<const char*, 7> kStates = {
       "valid", "not applicable", "too few", "not determined", "pad limited", "out of range", "does not fit"};
-  return kNames[static_cast<size_t>(state)];
+  return kStates[static_cast<size_t>(state)];
 }
 
 ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const ModulusSetup& setup) {
