@@ -1,5 +1,5 @@
-// What happens to a camera's stream, of any kind of camera: it stalls and is started again, the camera is
-// unplugged and opened anew once it is back.
+// Loop of a camera's stream, whatever its kind: a stream that stalls is started again, a camera that was
+// unplugged is opened anew once it is back.
 #pragma once
 
 #include <cstdint>

@@ -7,8 +7,8 @@
 #include "capture/camera/camera_loop.h"
 #include "capture/camera/camera_picture.h"
 #include "capture/camera/choose_format.h"
-#include "capture/clock.h"
 #include "capture/genicam/module.h"
+#include "engine/base/clock.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -127,7 +127,7 @@ struct GenicamCamera::Impl : CameraLoop {
       throw Error(Failure::Device, rate_text(options.rate_Hz) + " frames/s from " + identity.id,
                   rate_text(settings.rate_Hz), "a shorter exposure or a smaller --size");
     log.note_start();
-    // What a trigger starts comes at the trigger's rate.
+    // Frames that a trigger starts come at the trigger's rate.
     log.note_promise(options.trigger.empty() ? settings.rate_Hz : 0, settings.exposure_s);
     note_facts();
   }

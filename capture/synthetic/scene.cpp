@@ -129,7 +129,7 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
       s.shear_x_N = touching ? stiffness * (s.indenter.x_mm - foot_x) : 0;
       s.shear_y_N = touching ? stiffness * (s.indenter.y_mm - foot_y) : 0;
       const double shear_N = std::hypot(s.shear_x_N, s.shear_y_N);
-      // What stopped at its limit is there but for rounding.
+      // A contact that stopped at its limit is there but for rounding.
       if (shear_N > limit_N * (1 + 1e-9)) {
         s.slipping = true;
         s.shear_x_N *= limit_N / shear_N;

@@ -78,15 +78,19 @@ struct OffRow {
 
 }  // namespace
 
+uint32_t cells_along(uint32_t pixels) {
+  return divide_up(pixels, kSide);
+}
+
 void cell_means(const HeightRows& heights, std::span<float> means) {
-  const uint32_t cells_x = divide_up(heights.width, kSide);
+  const uint32_t cells_x = cells_along(heights.width);
   for (uint32_t y = 0; y < heights.height; y += kSide)
     run_widest(MeansOfRow{heights.row(y), heights.pitch, std::min(kSide, heights.height - y), heights.width,
                           means.data() + size_t{y / kSide} * cells_x});
 }
 
 void take_off(const HeightRows& heights, std::span<const float> levels) {
-  const uint32_t cells_x = divide_up(heights.width, kSide), cells_y = divide_up(heights.height, kSide);
+  const uint32_t cells_x = cells_along(heights.width), cells_y = cells_along(heights.height);
   for (uint32_t y = 0; y < heights.height; ++y) {
     const uint32_t cell = y / kSide, side = y % kSide;
     const uint32_t next = side < 2 ? cell - std::min(cell, 1u) : std::min(cell + 1, cells_y - 1);

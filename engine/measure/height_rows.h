@@ -17,6 +17,8 @@ struct HeightRows {
   float* row(uint32_t y) const { return values.data() + size_t{y} * pitch; }
 };
 
+/// Cells along so many px.
+uint32_t cells_along(uint32_t pixels);
 /// Mean of each cell of shared::kCellSide px, row by row, the last of a row or column smaller.
 void cell_means(const HeightRows& heights, std::span<float> means);
 /// Takes a smooth map off, given at the middles of those cells; linear in between, and even beyond them.

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/divide_up.h"
-#include "shaders/shared/cell_change.h"
-
 namespace palpate {
 namespace {
 
@@ -14,9 +11,7 @@ constexpr uint32_t kSmoothing_cells = 2;
 }  // namespace
 
 RestCorrection::RestCorrection(uint32_t width, uint32_t height)
-    : cells_x_(divide_up(width, shared::kCellSide)),
-      cells_y_(divide_up(height, shared::kCellSide)),
-      membrane_(cells_x_, cells_y_) {
+    : cells_x_(cells_along(width)), cells_y_(cells_along(height)), membrane_(cells_x_, cells_y_) {
   for (std::vector<float>* map : {&means_, &levels_, &scratch_, &depth_mm_})
     map->resize(size_t{cells_x_} * cells_y_);
 }

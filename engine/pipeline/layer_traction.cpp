@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/divide_up.h"
 #include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "shaders/shared/confidence.h"
@@ -19,10 +18,6 @@ constexpr double kDeepest = 1.0 / 3;  // of the thickness: a depth by linear the
 constexpr double kShiftSd_px = 0.1;   // of a followed place, where the sensor file says nothing
 constexpr double kSpread = 0.6;       // of the skin's spacing: how far a place's shift is taken to reach
 constexpr float kLeastWeight = 0.3f;
-
-uint32_t cells_along(uint32_t pixels) {
-  return divide_up(pixels, shared::kCellSide);
-}
 
 uint32_t cell_side(uint32_t width) {
   return shared::kCellSide *

@@ -37,10 +37,10 @@ struct Dither {
   }
 };
 
-constexpr int kFraction = 22;  // bits of a gray level behind the point
+constexpr int kFractionBits = 22;  // bits of a gray level behind the point
 
 constexpr int32_t fixed_raise(int threshold) {
-  return (2 * threshold + 1) * (1 << (kFraction - 5));
+  return (2 * threshold + 1) * (1 << (kFractionBits - 5));
 }
 
 /// A row by whole numbers, `raise` of each of four columns included in `offset`.
@@ -64,7 +64,7 @@ struct SteadyRow {
       PALPATE_INDEPENDENT
       for (uint32_t x = 0; x < pixels; ++x) {
         const int32_t gray = in[x];
-        int32_t steady = (gray * times + offsets[x]) >> kFraction;
+        int32_t steady = (gray * times + offsets[x]) >> kFractionBits;
         steady = steady < 0 ? 0 : steady;
         steady = steady > highest ? highest : steady;
         const int32_t keeps = -static_cast<int32_t>(gray >= kept);  // no branch: it would not be vectorised
@@ -288,7 +288,7 @@ void SteadyLight::find_line(uint32_t colour) {
   constexpr int64_t kMost = (int64_t{1} << 31) - (int64_t{1} << 24);
   Line& line = lines_[colour];
   line = {};
-  const double per_gray = (1 << kFraction) / light_[colour].gain;
+  const double per_gray = (1 << kFractionBits) / light_[colour].gain;
   const double offset = -light_[colour].offset_gray * per_gray;
   if (!(std::abs(per_gray) * 255 + std::abs(offset) < static_cast<double>(kMost))) return;
   const auto most = static_cast<int64_t>(most_gray_);
@@ -300,8 +300,8 @@ void SteadyLight::find_line(uint32_t colour) {
       for (uint32_t gray = 0; gray < std::min(saturation_gray_, 256u); ++gray) {
         const int64_t level = curves_[colour][k][gray];
         const int64_t without = int64_t{gray} * line.per_gray + fixed_raise(kThresholds[k / 4][k % 4]);
-        if (level > 0) low = std::max(low, (level << kFraction) - without);
-        if (level < most) high = std::min(high, ((level + 1) << kFraction) - without);
+        if (level > 0) low = std::max(low, (level << kFractionBits) - without);
+        if (level < most) high = std::min(high, ((level + 1) << kFractionBits) - without);
       }
     line.exact = low < high;
     if (line.exact)

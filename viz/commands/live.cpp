@@ -41,8 +41,7 @@ Report live(const Common& common, const Options& options) {
   // Files that are written hold the frames in their order.
   request.replay = common.out.empty() && is_recording(request.input);
   OpenInput opened = open_input(request, interrupted);
-  std::optional<TraceFile> trace;
-  options.trace.start(trace);
+  const std::unique_ptr<TraceFile> trace = options.trace.start();
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);

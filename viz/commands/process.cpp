@@ -64,8 +64,7 @@ Report process(const Common& common, Options options) {
   if (options.all_digits) request.digits = Digits::All;
   if (common.jsonl) request.on_row = print_line;
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
-  std::optional<TraceFile> trace;
-  options.trace.start(trace);
+  const std::unique_ptr<TraceFile> trace = options.trace.start();
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report = facts_of(summary, request, sensor, *context);

@@ -38,8 +38,7 @@ Report record(const Common& common, const Options& options) {
     spdlog::warn("{}; opened anew, the recording goes on", lost.what());
   };
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
-  std::optional<TraceFile> trace;
-  options.trace.start(trace);
+  const std::unique_ptr<TraceFile> trace = options.trace.start();
   std::unique_ptr<gpu::Context> context;
   const auto device = [&]() -> gpu::Context& {
     context = open_device(common);

@@ -68,8 +68,7 @@ Report replay(const Common& common, const Options& options) {
                 "'" + request.input + "'", "palpate live for cameras and simulated scenes");
   OpenInput opened = open_input(request, interrupted);
   if (options.from_s > 0) start_at(*opened.source, options.from_s, request);
-  std::optional<TraceFile> trace;
-  options.trace.start(trace);
+  const std::unique_ptr<TraceFile> trace = options.trace.start();
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);

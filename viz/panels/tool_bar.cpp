@@ -15,77 +15,80 @@ float width_of(const Action& action) {
   return ImGui::CalcTextSize(action.longest, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
 }
 
-/// An action and how much it is wanted: those of low numbers get the room.
-struct Ranked {
-  int rank;
-  Action action;
-};
-
 }  // namespace
 
 std::vector<Action> actions(const Layout& layout, bool has_surface, const LiveStats* live, ViewState& state) {
-  std::vector<Ranked> all;
-  const auto add = [&all](int rank, Action action) { all.push_back({rank, std::move(action)}); };
+  std::vector<Action> all;
   const bool recording = live && live->recording;
-  add(3, {.label = state.paused ? "Continue##pause" : "Pause##pause",
-          .longest = "Continue",
-          .tip = "hold the picture, or go on (Space)",
-          .on = state.paused,
-          .done = [&state] { state.paused = !state.paused; }});
+  all.push_back({.rank = 3,
+                 .label = state.paused ? "Continue##pause" : "Pause##pause",
+                 .longest = "Continue",
+                 .tip = "hold the picture, or go on (Space)",
+                 .on = state.paused,
+                 .done = [&state] { state.paused = !state.paused; }});
   if (live && !live->player)
-    add(2, {.label = recording ? "Stop##record" : "Record##record",
-            .longest = "Record",
-            .tip = "write a session, or end it (W)",
-            .on = recording,
-            .done = [&state] { state.recording_switched_requested = true; }});
-  add(5, {.label = "Snapshot",
-          .longest = "Snapshot",
-          .tip = "picture, frame and numbers of this moment (S)",
-          .done = [&state] { state.snapshot_requested = true; }});
-  add(4,
-      {.label = state.tare.on ? "End zero##zero" : "Zero##zero",
+    all.push_back({.rank = 2,
+                   .label = recording ? "Stop##record" : "Record##record",
+                   .longest = "Record",
+                   .tip = "write a session, or end it (W)",
+                   .on = recording,
+                   .done = [&state] { state.recording_switched_requested = true; }});
+  all.push_back({.rank = 5,
+                 .label = "Snapshot",
+                 .longest = "Snapshot",
+                 .tip = "picture, frame and numbers of this moment (S)",
+                 .done = [&state] { state.snapshot_requested = true; }});
+  all.push_back(
+      {.rank = 4,
+       .label = state.tare.on ? "End zero##zero" : "Zero##zero",
        .longest = "End zero",
        .tip = "force and shear count from here (Z; Shift + Z ends it)",
        .on = state.tare.on,
        .done = [&state] { (state.tare.on ? state.zero_cleared_requested : state.zero_requested) = true; }});
-  add(6, {.label = "Mark", .longest = "Mark", .tip = "mark an event (M)", .done = [&state] {
-            state.mark_requested = true;
-          }});
-  add(9, {.label = "Text",
-          .longest = "Text",
-          .tip = "mark an event with a text (Shift + M)",
-          .on = state.labelling,
-          .done = [&state] { state.labelling = true; }});
+  all.push_back({.rank = 6, .label = "Mark", .longest = "Mark", .tip = "mark an event (M)", .done = [&state] {
+                   state.mark_requested = true;
+                 }});
+  all.push_back({.rank = 9,
+                 .label = "Text",
+                 .longest = "Text",
+                 .tip = "mark an event with a text (Shift + M)",
+                 .on = state.labelling,
+                 .done = [&state] { state.labelling = true; }});
   if (live && live->from_list)
-    add(7, {.label = "Sources",
-            .longest = "Sources",
-            .tip = "back to the list of sources (B)",
-            .last = true,
-            .done = [&state] { state.sources_requested = true; }});
+    all.push_back({.rank = 7,
+                   .label = "Sources",
+                   .longest = "Sources",
+                   .tip = "back to the list of sources (B)",
+                   .last = true,
+                   .done = [&state] { state.sources_requested = true; }});
   if (has_surface)
-    add(10, {.label = "View",
-             .longest = "View",
-             .tip = "all of the surface again (R)",
-             .last = true,
-             .done = [&state] { state.camera = {}; }});
-  add(8, {.label = "Sensor",
-          .longest = "Sensor",
-          .tip = "the sensor and its calibrations (I)",
-          .on = state.sensor_panel,
-          .last = true,
-          .done = [&state] { state.sensor_panel = !state.sensor_panel; }});
-  add(0, {.label = "Settings",
-          .longest = "Settings",
-          .tip = "colours, charts, marks and text (C)",
-          .on = state.controls,
-          .last = true,
-          .done = [&state] { state.controls = !state.controls; }});
-  add(1, {.label = "Help",
-          .longest = "Help",
-          .tip = "all keys (H)",
-          .on = state.help,
-          .last = true,
-          .done = [&state] { state.help = !state.help; }});
+    all.push_back({.rank = 10,
+                   .label = "View",
+                   .longest = "View",
+                   .tip = "all of the surface again (R)",
+                   .last = true,
+                   .done = [&state] { state.camera = {}; }});
+  all.push_back({.rank = 8,
+                 .label = "Sensor",
+                 .longest = "Sensor",
+                 .tip = "the sensor and its calibrations (I)",
+                 .on = state.sensor_panel,
+                 .last = true,
+                 .done = [&state] { state.sensor_panel = !state.sensor_panel; }});
+  all.push_back({.rank = 0,
+                 .label = "Settings",
+                 .longest = "Settings",
+                 .tip = "colours, charts, marks and text (C)",
+                 .on = state.controls,
+                 .last = true,
+                 .done = [&state] { state.controls = !state.controls; }});
+  all.push_back({.rank = 1,
+                 .label = "Help",
+                 .longest = "Help",
+                 .tip = "all keys (H)",
+                 .on = state.help,
+                 .last = true,
+                 .done = [&state] { state.help = !state.help; }});
 
   std::vector<size_t> order(all.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -93,14 +96,11 @@ std::vector<Action> actions(const Layout& layout, bool has_surface, const LiveSt
   const ImGuiStyle& style = ImGui::GetStyle();
   float room = layout.has_tools ? size_of(layout.tools).x - 2 * style.WindowPadding.x : 0;
   for (const size_t i : order) {
-    room -= width_of(all[i].action) + style.ItemSpacing.x;
+    room -= width_of(all[i]) + style.ItemSpacing.x;
     if (room < 0) break;
-    all[i].action.in_bar = true;
+    all[i].in_bar = true;
   }
-  std::vector<Action> out;
-  out.reserve(all.size());
-  for (Ranked& one : all) out.push_back(std::move(one.action));
-  return out;
+  return all;
 }
 
 void tool_bar(const Layout& layout, float scale, bool has_surface, const LiveStats* live, ViewState& state) {

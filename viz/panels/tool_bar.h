@@ -12,6 +12,7 @@ namespace palpate::viz {
 
 /// What a person can do by one click or one key.
 struct Action {
+  int rank;  ///< those of low numbers get the room of the bar
   const char* label;
   const char* longest;  ///< of the words that it has in turn, so that no button moves
   const char* tip;      ///< with its key

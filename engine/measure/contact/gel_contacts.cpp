@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/statistics.h"
+#include "engine/measure/height_rows.h"
 
 namespace palpate {
 namespace {
@@ -36,8 +37,8 @@ double sum_of(const shared::CellChange& cell, uint32_t colour) {
 GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
     : format_(format),
       scale_{std::floor(format.width / 2.0), std::floor(format.height / 2.0), sensor.pitch_mm_per_px},
-      cells_x_((format.width + kCellSide - 1) / kCellSide),
-      cells_y_((format.height + kCellSide - 1) / kCellSide),
+      cells_x_(cells_along(format.width)),
+      cells_y_(cells_along(format.height)),
       estimate_(size_t{cells_x_} * cells_y_) {
   const bool scaled = has_scale(sensor);
   const double reach_px = scaled ? kReach_mm / sensor.pitch_mm_per_px : kWideReach_px * format.width;

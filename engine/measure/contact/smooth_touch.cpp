@@ -5,6 +5,7 @@
 
 #include "engine/base/statistics.h"
 #include "engine/measure/contact/gel_contacts.h"
+#include "engine/measure/height_rows.h"
 #include "engine/sensor/polynomial_normal.h"
 
 namespace palpate {
@@ -18,8 +19,8 @@ constexpr double kLeastNormal = 0.05;
 SmoothTouch::SmoothTouch(const Sensor& sensor, const FrameFormat& format)
     : sensor_(&sensor),
       max_gray_(format.max_gray()),
-      cells_x_((format.width + shared::kCellSide - 1) / shared::kCellSide),
-      cells_y_((format.height + shared::kCellSide - 1) / shared::kCellSide) {
+      cells_x_(cells_along(format.width)),
+      cells_y_(cells_along(format.height)) {
   still_.reserve(cells_x_ * cells_y_);
   changed_.reserve(cells_x_ * cells_y_);
   slopes_.resize(cells_x_ * cells_y_);

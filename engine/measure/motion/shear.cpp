@@ -90,7 +90,7 @@ std::optional<Slip> ShearTracker::judge(const ShearCalibration* c, const Force* 
                        : force->limit_N * 2 / (c->kx_N_per_mm + c->ky_N_per_mm);
   }
   const bool slides = slip_watch_.slides(now);
-  // What touches lightly has no limit that is known: it is taken for what it was.
+  // A light touch has no limit that is known: it is taken for what it was.
   if (now.limit_known && (touch.force_N.validity == Validity::BelowRange ||
                           touch.force_N.value < kForceKnown * touch.force_N.standard_error))
     return std::nullopt;

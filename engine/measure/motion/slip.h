@@ -33,7 +33,7 @@ struct FrictionState {
   bool foot_seen = false;
 };
 
-/// Whether a contact slides. It does where its foot moves by more than the noise; at the friction's limit
+/// Watch over a contact: it slides where its foot moves by more than the noise; at the friction's limit
 /// already where the contact moves on along its pull, or where the limit falls, as it does when a finger
 /// lifts. It has stopped where nothing moves for longer than the way of that noise took before, or where the
 /// load leaves the limit. All times are in seconds, and those of 1/30 s are averaged, so that

@@ -9,9 +9,9 @@ void TraceOption::add_to(CommandLine& command) {
                      "Write what each thread does when, for chrome://tracing or ui.perfetto.dev");
 }
 
-void TraceOption::start(std::optional<TraceFile>& trace) const {
+std::unique_ptr<TraceFile> TraceOption::start() const {
   name_trace_thread("main");
-  if (!file_.empty()) trace.emplace(file_);
+  return file_.empty() ? nullptr : std::make_unique<TraceFile>(file_);
 }
 
 }  // namespace palpate

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <memory>
 
 #include "engine/base/trace.h"
 
@@ -13,8 +13,8 @@ class CommandLine;
 class TraceOption {
  public:
   void add_to(CommandLine& command);
-  /// Begins the file that was asked for, if any; it lasts as long as `trace`. Throws Error(Failure::Output).
-  void start(std::optional<TraceFile>& trace) const;
+  /// Begins the file that was asked for, null where none was. Throws Error(Failure::Output).
+  std::unique_ptr<TraceFile> start() const;
 
  private:
   std::filesystem::path file_;

@@ -41,6 +41,12 @@ struct Ends {
   }
 };
 
+/// Two standard errors to either side of what is known.
+std::optional<Chart::Ends> interval(const Estimate& e) {
+  if (!has_value(e)) return std::nullopt;
+  return Chart::Ends{e.value - 2 * e.standard_error, e.value + 2 * e.standard_error};
+}
+
 constexpr double kLeastDepthAxis_mm = 0.05;  // as the colours of depth
 
 /// The least that the axis of force shows: at rest noise is no event.
@@ -222,26 +228,20 @@ class StripCharts {
 void StripCharts::draw_layer_force() {
   constexpr double kLeastAxis_N = 0.05;
   Chart chart = next();
-  const auto known = [](const Sample& s) { return s.layer_N && has_value(*s.layer_N); };
-  const auto ends_of = [](const Sample& s) {
-    return Chart::Ends{s.layer_N->value - 2 * s.layer_N->standard_error,
-                       s.layer_N->value + 2 * s.layer_N->standard_error};
-  };
+  const auto band = [](const Sample& s) { return s.layer_N ? interval(*s.layer_N) : std::nullopt; };
   Ends ends;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time) && known(s)) {
-      ends.take(ends_of(s).first);
-      ends.take(ends_of(s).second);
+    if (const auto known = band(s); known && chart.visible(s.time)) {
+      ends.take(known->first);
+      ends.take(known->second);
     }
   const double step = ends.round(kLeastAxis_N, ticks_);
   chart.begin(ends.least, ends.most, step);
-  chart.band(
-      samples_, [&](const Sample& s) { return known(s) ? std::optional(ends_of(s)) : std::nullopt; },
-      ink(theme().chosen, kBandAlpha));
+  chart.band(samples_, band, ink(theme().chosen, kBandAlpha));
   chart.line(
       samples_,
       [&](const Sample& s) -> std::optional<double> {
-        if (known(s)) return s.layer_N->value;
+        if (band(s)) return s.layer_N->value;
         return s.contact ? std::nullopt : std::optional(0.0);
       },
       ink(theme().chosen), LineStyle::Solid);
@@ -267,13 +267,7 @@ void StripCharts::draw_force() {
   const double step = ends.round(least_force_axis_N(*sensor_.force), ticks_);
   chart.begin(ends.least, ends.most, step);
   chart.band(
-      samples_,
-      [&](const Sample& s) -> std::optional<Chart::Ends> {
-        const Estimate e = force(s);
-        if (!has_value(e)) return std::nullopt;
-        return Chart::Ends{e.value - 2 * e.standard_error, e.value + 2 * e.standard_error};
-      },
-      ink(theme().chosen, kBandAlpha));
+      samples_, [&](const Sample& s) { return interval(force(s)); }, ink(theme().chosen, kBandAlpha));
   chart.line(
       samples_,
       [&](const Sample& s) -> std::optional<double> {
