@@ -48,14 +48,14 @@ constexpr Arrow kArrows[] = {
     {"engine/lump/fem_inverse", "engine/lump/lump_case engine/lump/network"},
     {"engine/lump", "engine/lump/fem_inverse"},
     {"engine/palpation", "engine/lump engine/pipeline"},
-    {"capture/truth capture/clock", "engine/base"},
+    {"capture/truth", "engine/base"},
     {"capture/source", "capture/truth"},
     {"capture/sensors", "engine/sensor"},
     {"capture/video", "capture/source"},
     {"capture/files/images", "capture/source"},
     {"capture/rectify", "capture/files/images"},
     {"capture/files",
-     "capture/video capture/rectify capture/clock capture/sensors engine/calibrate engine/elasticity/modulus "
+     "capture/video capture/rectify capture/sensors engine/calibrate engine/elasticity/modulus "
      "engine/palpation"},
     {"capture/camera", "capture/files"},
     {"capture/session capture/v4l2 capture/genicam capture/synthetic", "capture/camera"},

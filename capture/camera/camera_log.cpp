@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "capture/clock.h"
+#include "engine/base/clock.h"
 #include "engine/base/text.h"
 
 namespace palpate {

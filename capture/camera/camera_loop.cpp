@@ -3,7 +3,7 @@
 #include <chrono>
 #include <thread>
 
-#include "capture/clock.h"
+#include "engine/base/clock.h"
 #include "palpate/error.h"
 
 namespace palpate {

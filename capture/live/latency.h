@@ -10,8 +10,8 @@
 #include <mutex>
 #include <optional>
 
-#include "capture/clock.h"
 #include "capture/files/output_file.h"
+#include "engine/base/clock.h"
 #include "palpate/frame.h"
 
 namespace palpate {

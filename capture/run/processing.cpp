@@ -6,13 +6,13 @@
 #include <cmath>
 #include <set>
 
-#include "capture/clock.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "capture/run/series.h"
+#include "engine/base/clock.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/surface_map.h"

@@ -7,13 +7,13 @@
 #include <mutex>
 #include <thread>
 
-#include "capture/clock.h"
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "capture/session/info.h"
 #include "capture/session/session.h"
 #include "capture/video/session_video.h"
+#include "engine/base/clock.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;

@@ -7,9 +7,9 @@
 
 #include "capture/camera/camera_loop.h"
 #include "capture/camera/camera_picture.h"
-#include "capture/clock.h"
 #include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/stream.h"
+#include "engine/base/clock.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "capture/clock.h"
+#include "engine/base/clock.h"
 
 #include <chrono>
 #include <ctime>

@@ -2,13 +2,13 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <mutex>
 #include <string>
 #include <utility>
 
+#include "engine/base/clock.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -41,15 +41,9 @@ struct Thread {
 };
 thread_local Thread this_thread;
 
-int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
 // Over the end of the last time, so that the file is whole after each.
 void write_out(Open& open) {
-  open.written_ns = now_ns();
+  open.written_ns = monotonic_ns();
   if (open.held.empty()) return;
   std::fseek(open.file, -static_cast<long>(sizeof kEnd - 1), SEEK_END);
   open.held += kEnd;
@@ -92,7 +86,7 @@ TraceFile::TraceFile(const std::filesystem::path& path) {
     throw Error(Failure::Output, "to write the trace '" + path.string() + "'", std::strerror(why),
                 "a file in a folder that exists and has room");
   }
-  open.start_ns = open.written_ns = now_ns();
+  open.start_ns = open.written_ns = monotonic_ns();
   ++open.number;
   open.threads = 0;
   open.any = false;
@@ -114,11 +108,11 @@ void name_trace_thread(const char* name) {
 
 void TraceSpan::begin(const char* name) {
   name_ = name;
-  start_ns_ = now_ns();
+  start_ns_ = monotonic_ns();
 }
 
 void TraceSpan::end() const {
-  const int64_t end_ns = now_ns();
+  const int64_t end_ns = monotonic_ns();
   Open& open = the_open();
   const std::lock_guard lock(open.mutex);
   // Begun before the file, or ended after it.

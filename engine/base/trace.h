@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 
 namespace palpate {
 
@@ -24,7 +23,7 @@ class TraceFile {
 /// Names the calling thread in traces, for good; `name` stays.
 void name_trace_thread(const char* name);
 
-/// What the calling thread does from here to the end of its scope.
+/// A span: what the calling thread does from here to the end of its scope.
 class TraceSpan {
  public:
   /// `name` stays, and needs no escapes.

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <opencv2/core/version.hpp>
 
-#include "capture/clock.h"
+#include "engine/base/clock.h"
 #include "engine/gpu/context.h"
 
 namespace palpate::perf {

@@ -6,10 +6,10 @@
 #include <exception>
 #include <memory>
 
-#include "capture/clock.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/run/run_recording.h"
+#include "engine/base/clock.h"
 #include "engine/gpu/context.h"
 
 namespace {

@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "capture/camera/camera_clock.h"
-#include "capture/clock.h"
 #include "capture/genicam/camera.h"
 #include "capture/genicam/module.h"
 #include "capture/open_source.h"
+#include "engine/base/clock.h"
 #include "palpate/error.h"
 
 namespace palpate {

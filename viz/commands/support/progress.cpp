@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <string>
 
-#include "capture/clock.h"
+#include "engine/base/clock.h"
 #include "engine/base/text.h"
 #include "viz/commands/support/common.h"
 
