@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <string>
 #include <tuple>
+
+#include "viz/report/html.h"
 
 namespace palpate::viz {
 namespace {
@@ -39,6 +42,17 @@ TEST(Theme, OneIsInUse) {
   EXPECT_EQ(&theme(), &light_theme());
   use_theme(false);
   EXPECT_EQ(&theme(), &dark_theme());
+}
+
+TEST(Theme, PagesHaveBothAndTheReadersScreenChooses) {
+  const std::string page = html_page("a <b> & c", "<p>body</p>\n");
+  EXPECT_NE(page.find("<title>a &lt;b&gt; &amp; c</title>"), std::string::npos);
+  EXPECT_NE(page.find("<body>\n<p>body</p>\n</body>"), std::string::npos);
+  const size_t light = page.find("--text: #161a20"), dark = page.find("--text: #e6ebf0");
+  ASSERT_NE(light, std::string::npos);
+  ASSERT_NE(dark, std::string::npos);
+  EXPECT_LT(light, page.find("prefers-color-scheme: dark"));
+  EXPECT_GT(dark, page.find("prefers-color-scheme: dark"));
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ std::string depth_text(const TouchSpan& span) {
 }
 
 std::string card(const Shown& s) {
-  std::string html = "<section><h2>" + html_escaped(s.entry.title) + "</h2>\n";
+  std::string html = "<section class=\"card\"><h2>" + html_escaped(s.entry.title) + "</h2>\n";
   if (!s.missing.empty())
     return html + "<p class=\"missing\">" + html_escaped(s.missing) + "</p></section>\n";
   html += "<img src=\"" + s.picture + "\" alt=\"" + html_escaped(s.entry.title) + "\">\n<ul>";
@@ -152,26 +152,17 @@ std::string row(const Shown& s) {
 
 std::string page(const std::vector<Shown>& all, const std::string& device) {
   const auto measured = static_cast<size_t>(std::ranges::count(all, std::string(), &Shown::missing));
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta "
-      "charset=\"utf-8\">\n<title>Sensors</title>\n<style>\n"
-      "body { font: 16px sans-serif; margin: 2em auto; max-width: 90em; padding: 0 1em; }\n"
-      "main { display: grid; grid-template-columns: repeat(auto-fill, minmax(34em, 1fr)); gap: 1.5em; }\n"
-      "section { border: 1px solid #bbb; border-radius: 6px; padding: 0 1em 1em; }\n"
-      "img { width: 100%; } table { border-collapse: collapse; margin: 1.5em 0; }\n"
-      "td, th { border: 1px solid #bbb; padding: 0.3em 0.7em; text-align: right; }\n"
-      "td:first-child, th:first-child { text-align: left; } .missing { color: #a00; }\n"
-      "</style>\n</head>\n<body>\n<h1>Sensors, side by side</h1>\n";
+  std::string html = "<h1>Sensors, side by side</h1>\n";
   html += text("<p>%zu of %zu sensors measured on %s; each picture is the frame of the largest touch.</p>\n",
                measured, all.size(), html_escaped(device).c_str());
-  html += "<main>\n";
+  html += "<div class=\"cards\">\n";
   for (const Shown& one : all) html += card(one);
   html +=
-      "</main>\n<table>\n<tr><th>sensor</th><th>frames</th><th>touched</th><th>most contacts</th><th>contact "
+      "</div>\n<table>\n<tr><th>sensor</th><th>frames</th><th>touched</th><th>most contacts</th><th>contact "
       "ids</th>"
       "<th>largest depth, mm (state)</th><th>saturated frames</th><th>frames/s</th></tr>\n";
   for (const Shown& one : all) html += row(one);
-  return html + "</table>\n</body>\n</html>\n";
+  return html_page("Sensors", html + "</table>\n");
 }
 
 Report gallery(const Common& common, const Options& options) {

@@ -7,6 +7,10 @@ namespace palpate {
 
 /// Text as HTML shows it: no tag, entity or attribute can come out of it.
 std::string html_escaped(const std::string& text);
+/// A whole page in the one style of reports: light or dark as the reader's screen is, black on white on
+/// paper, one column where it is narrow. `body` may use the classes answer, notice, warning, small, missing,
+/// number, two (side by side), cards and card.
+std::string html_page(const std::string& title, const std::string& body);
 /// The <svg> element alone, without the XML declaration before it.
 std::string svg_element(const std::string& svg);
 

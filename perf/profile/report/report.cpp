@@ -9,25 +9,6 @@
 namespace palpate::perf {
 namespace {
 
-constexpr const char* kStyle = R"(
-body { font: 15px/1.5 "DejaVu Sans", Verdana, sans-serif; color: #222; background: #fff; max-width: 1120px; margin: 2em auto; padding: 0 1em; }
-h1 { font-size: 1.6em; } h2 { font-size: 1.2em; margin-top: 2.2em; border-bottom: 1px solid #ddd; }
-table { border-collapse: collapse; font-size: 0.86em; margin: 0.8em 0; display: block; overflow-x: auto; }
-th, td { padding: 0.2em 0.7em; text-align: left; white-space: nowrap; }
-th { border-bottom: 2px solid #999; } tr:nth-child(even) td { background: #f6f6f6; }
-td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
-figure { margin: 1.2em 0; } figcaption { color: #555; font-size: 0.9em; }
-svg { max-width: 100%; height: auto; }
-.warning { background: #fff3d6; border-left: 4px solid #e69f00; padding: 0.4em 0.8em; }
-)";
-
-std::string page(const std::string& title, const std::string& body) {
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-         "content=\"width=device-width\">\n<title>" +
-         html_escaped(title) + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n" + body +
-         "</body>\n</html>\n";
-}
-
 std::string heading(const std::string& text) {
   return "<h2>" + html_escaped(text) + "</h2>\n";
 }
@@ -126,7 +107,7 @@ std::string html_report(const Profile& profile, const std::vector<DrawnPlot>& pl
       paragraph("Time budget " + figure(profile.budget_s) + " s, used " + figure(profile.elapsed_s) + " s.");
   body += heading("Pictures") + figures_html(plots);
   for (const Table& table : tables_of(profile)) body += section(table);
-  return page("palpate profile: " + profile.machine.device, body);
+  return html_page("palpate profile: " + profile.machine.device, body);
 }
 
 std::string html_report(const MachineComparison& comparison, const std::vector<DrawnPlot>& plots) {
@@ -138,7 +119,7 @@ std::string html_report(const MachineComparison& comparison, const std::vector<D
     if (comparison.frames[i].ratio) body += paragraph(frame_sentence(comparison, i));
   body += figures_html(plots);
   for (const Table& table : tables_of(comparison)) body += section(table);
-  return page("palpate profile: machines side by side", body);
+  return html_page("palpate profile: machines side by side", body);
 }
 
 }  // namespace palpate::perf

@@ -332,27 +332,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
       "even tissue whose modulus and thickness are as stated within their errors, a plate without "
       "friction. " +
       std::string(kNotice) + "</p>\n";
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>Scan of a tissue "
-         "block</title>\n<style>\n"
-         "body { font: 14px/1.4 'DejaVu Sans', Verdana, sans-serif; color: #222; max-width: 1120px; margin: "
-         "1em auto; padding: 0 1em; }\n"
-         "h1 { font-size: 1.5em; margin: 0.3em 0; } h2 { font-size: 1.05em; margin: 0.8em 0 0.3em; "
-         "border-bottom: 1px solid #ddd; }\n"
-         "table { border-collapse: collapse; font-size: 0.88em; } th, td { text-align: left; padding: 0.1em "
-         "0.8em 0.1em 0; vertical-align: top; "
-         "font-weight: normal; } th { color: #555; white-space: nowrap; }\n"
-         ".notice { background: #e8f0f8; border-left: 4px solid #0072b2; padding: 0.3em 0.8em; margin: 0.3em "
-         "0; }\n"
-         ".warning { background: #fff3d6; border-left: 4px solid #e69f00; padding: 0.3em 0.8em 0.3em 2em; "
-         "margin: 0.3em 0; font-size: 0.88em; }\n"
-         ".answer { font-size: 1.15em; margin: 0.5em 0; }\n"
-         ".two { display: grid; grid-template-columns: 1fr 1fr; gap: 0 2em; } figure { margin: 0.4em 0; } "
-         "svg { max-width: 100%; height: auto; }\n"
-         ".small { color: #555; font-size: 0.85em; }\n"
-         "@page { size: A4; margin: 10mm; }\n"  // all on one page
-         "@media print { body { font-size: 9.5px; margin: 0; padding: 0; print-color-adjust: exact; } "
-         "svg { max-height: 54mm; } }\n</style>\n</head>\n<body>\n" +
-         body + "</body>\n</html>\n";
+  return html_page("Scan of a tissue block", body);
 }
 
 }  // namespace
