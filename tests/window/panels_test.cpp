@@ -16,13 +16,14 @@
 #include "capture/synthetic/synthetic.h"
 #include "engine/measure/quantities.h"
 #include "tests/support/gpu_fixture.h"
+#include "viz/panels/actions/palette.h"
+#include "viz/panels/actions/tool_bar.h"
 #include "viz/panels/charts/chart.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/measurement.h"
 #include "viz/panels/press.h"
 #include "viz/panels/run_panel.h"
-#include "viz/panels/tool_bar.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
@@ -110,29 +111,57 @@ TEST_F(PanelTest, TheToolBarHasTheMostWantedActionsThatFit) {
         ASSERT_NE(bar, nullptr);
         EXPECT_EQ(bar->ScrollMax.x, 0);
         EXPECT_EQ(bar->ScrollMax.y, 0);
-        std::vector<Action> all;
+        std::vector<BarButton> all;
         describe(
-            scale, [&] { all = actions(layout, true, &live, state); }, extent);
+            scale, [&] { all = bar_buttons(layout, true, &live, state); }, extent);
         const auto in_bar = [&](std::string_view label) {
-          return std::ranges::any_of(all, [&](const Action& a) { return a.in_bar && label == a.label; });
+          return std::ranges::any_of(all, [&](const BarButton& b) { return b.in_bar && label == b.label; });
         };
-        EXPECT_TRUE(std::ranges::all_of(all, &Action::in_bar) || static_cast<float>(width) < 1280 * scale);
+        EXPECT_TRUE(std::ranges::all_of(all, &BarButton::in_bar) || static_cast<float>(width) < 1280 * scale);
         EXPECT_TRUE(in_bar("Settings") || static_cast<float>(width) < 480 * scale);
         EXPECT_TRUE(!in_bar("Text") || in_bar("Snapshot")) << "the wanted ones have the room";
       }
 }
 
-TEST_F(PanelTest, AnActionOfTheBarDoesWhatItsKeyDoes) {
+TEST_F(PanelTest, AButtonOfTheBarDoesWhatItsKeyDoes) {
   ViewState state;
   LiveStats live;
   const Layout layout = make_layout({1280, 720}, 1, {320, 240, 1, 8}, true, {.tools = true});
   describe(1, [&] {
-    for (const Action& action : actions(layout, true, &live, state)) action.done();
+    for (const BarButton& button : bar_buttons(layout, true, &live, state)) button.action->run(state);
   });
   // Three pictures: what is switched has been switched three times.
   EXPECT_TRUE(state.paused && state.controls && state.help && state.sensor_panel && state.labelling);
   EXPECT_TRUE(state.snapshot_requested && state.mark_requested && state.zero_requested);
-  EXPECT_TRUE(state.recording_switched_requested);
+  EXPECT_TRUE(state.recording_switched_requested && state.palette);
+}
+
+TEST_F(PanelTest, ThePaletteFitsTheWindowAndShowsWhatIsChosen) {
+  for (const VkExtent2D extent : {VkExtent2D{480, 360}, VkExtent2D{800, 600}, VkExtent2D{3840, 2160}}) {
+    const float scale = extent.width > 3000 ? 2 : 1;
+    ViewState state;
+    state.palette = true;
+    const Circumstances now{.has_surface = true};
+    state.found = 1 << 20;  // beyond the last
+    describe(
+        scale, [&] { palette_window(extent, scale, now, state); }, extent);
+    EXPECT_EQ(state.found, static_cast<int>(actions_named("", now).size()) - 1);
+    const ImGuiWindow* window = ImGui::FindWindowByName("Find an action or a setting");
+    ASSERT_NE(window, nullptr);
+    EXPECT_GE(window->Pos.x, 0);
+    EXPECT_LE(window->Pos.x + window->Size.x, static_cast<float>(extent.width));
+    EXPECT_LE(window->Pos.y + window->Size.y, static_cast<float>(extent.height));
+    const ImGuiWindow* list = nullptr;
+    for (const ImGuiWindow* w : ImGui::GetCurrentContext()->Windows)
+      if (std::string_view(w->Name).find("/found_") != std::string_view::npos) list = w;
+    ASSERT_NE(list, nullptr);
+    EXPECT_GT(list->ScrollMax.y, 0);
+    EXPECT_EQ(list->Scroll.y, list->ScrollMax.y) << "the last one is in sight";
+    std::snprintf(state.searched.text.data(), state.searched.text.size(), "no such thing");
+    describe(
+        scale, [&] { palette_window(extent, scale, now, state); }, extent);
+    EXPECT_TRUE(state.palette);
+  }
 }
 
 TEST_F(PanelTest, ForceByTheLayerHasAChart) {
@@ -173,7 +202,11 @@ TEST_F(PanelTest, TheHelpLetsNothingShowThroughAndFitsTheWindow) {
   bool open = true;
   for (const VkExtent2D extent : {VkExtent2D{800, 600}, VkExtent2D{1280, 720}}) {
     describe(
-        1, [&] { help_window(extent, 1, key_help(true, true), open); }, extent);
+        1,
+        [&] {
+          help_window(extent, 1, key_help({.player = true, .has_surface = true, .section = true}), open);
+        },
+        extent);
     const ImGuiWindow* window = ImGui::FindWindowByName("Keys and mouse");
     ASSERT_NE(window, nullptr);
     EXPECT_LE(window->Size.x, static_cast<float>(extent.width));

@@ -125,6 +125,26 @@ TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   EXPECT_NEAR(kept["text_scale"], 1.15, 1e-3);
 }
 
+TEST_F(WindowTest, AnActionIsFoundByItsName) {
+  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
+  ASSERT_TRUE(drawn(folder_ / "out"));
+  desktop_->key("ctrl+k");
+  EXPECT_TRUE(desktop_->tool("type --delay 40 'map: magma'"));  // no key of the view meanwhile
+  Desktop::rest();
+  desktop_->key("Return");
+  desktop_->key("ctrl+k");
+  EXPECT_TRUE(desktop_->tool("type --delay 40 'text'"));
+  Desktop::rest();
+  desktop_->key("Down Down Return");  // a mark with one, larger text, smaller text
+  desktop_->key("ctrl+k Escape");
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const Json kept = remembered();
+  EXPECT_EQ(kept["colour_map"], "magma");
+  for (const char* on : {"light", "grid", "axes"}) EXPECT_EQ(kept[on], true) << on;
+  EXPECT_NEAR(kept["text_scale"], 1 / 1.15, 1e-3);
+}
+
 TEST_F(WindowTest, TheSectionFollowsTheMouse) {
   fs::create_directories(config().parent_path());
   spill(config(),

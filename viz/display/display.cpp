@@ -12,7 +12,9 @@
 #include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/surface_map.h"
-#include "viz/panels/controls.h"
+#include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/palette.h"
+#include "viz/panels/actions/text_field.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/thumbnails.h"
 
@@ -52,6 +54,7 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
       governor_(!context.is_software(), kDrawBudget_ms) {
   if (shown.settings) scene_.state().choose(shown.settings->view);
   scene_.state().vsync = window_.vsync();
+  scene_.state().replay = options.replay;
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
   scene_.set_timeline({.timed = timed,
@@ -136,16 +139,29 @@ void Display::handle_input() {
   }
   // In the order of the presses, which ImGui does not keep: it sees only keys that are down when a picture
   // begins, and says of a text that is closed for one picture more that it is typed.
-  const bool labelled = std::exchange(labelled_, state.labelling);
-  const bool typing = io.WantTextInput && !state.labelling && !labelled;
+  const bool field = state.labelling || state.palette, closed = std::exchange(field_, field) && !field;
+  const bool typing = io.WantTextInput && !field && !closed;
   for (const KeyPress& press : window_.take_keys()) {
-    if (!state.labelling) {
-      if (!typing) handle_key(press);
-      continue;
-    }
     const bool enter = press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER;
-    if (enter || press.key == GLFW_KEY_ESCAPE) end_labelling(state, enter);
+    if (state.palette) {
+      palette_key(press, circumstances(&stats_, has_surface(), state), state);
+    } else if (!state.labelling) {
+      if (!typing) handle_key(press);
+    } else if (enter || press.key == GLFW_KEY_ESCAPE) {
+      end_labelling(state, enter);
+    }
   }
+}
+
+void Display::handle_key(const KeyPress& press) {
+  ViewState& state = scene_.state();
+  const Circumstances now = circumstances(&stats_, has_surface(), state);
+  const Action* action = action_of(press, now);
+  if (!action) return;
+  if (action->possible(now))
+    action->run(state);
+  else
+    stats_.note = reason_against(action->needs);
 }
 
 /// The list of sources shows the frame with the largest contact; without one the first.

@@ -13,6 +13,7 @@
 #include "capture/live/live_options.h"
 #include "capture/live/session.h"
 #include "engine/base/background_work.h"
+#include "engine/pipeline/surface_map.h"
 #include "viz/display/scene.h"
 #include "viz/display/window_run.h"
 #include "viz/render/window.h"
@@ -68,9 +69,8 @@ class Display {
   void retire(const Finished& finished);
   void handle_input();
   void handle_key(const KeyPress& press);
-  void handle_view_key(const KeyPress& press);
-  bool handle_section_key(const KeyPress& press);
-  void handle_player_key(const KeyPress& press);
+  bool has_surface() const { return current_ && surface_of(current_->result).buffer; }
+  void go_on_playing();
   void jump(double seconds);
   void carry_out_requests();
   void switch_recording();
@@ -105,8 +105,8 @@ class Display {
   Clock::time_point stats_due_{};
   RecentDurations recent_to_measured_, recent_to_shown_;
   Durations draw_;
-  bool labelled_ = false;  ///< the picture before asked for the text of an event
-  int restless_ = 3;       ///< pictures still to draw after an input: ImGui settles over two
+  bool field_ = false;  ///< letters were typed in a field in the picture before
+  int restless_ = 3;    ///< pictures still to draw after an input: ImGui settles over two
   std::pair<double, double> last_mouse_{-1, -1};
   std::pair<int, int> last_size_{0, 0};
   std::optional<RgbImage> thumbnail_;  ///< of the frame with the largest contact so far

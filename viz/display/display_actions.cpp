@@ -1,5 +1,10 @@
-// Actions of the live window beyond the view: recording, snapshots, zeros, events.
+// What the live window does beyond the view when a person asks for it: recording, snapshots, zeros, events,
+// places of a replay.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "capture/files/event_log.h"
@@ -104,8 +109,8 @@ void Display::finish_presses() {
 void Display::mark_event() {
   ViewState& state = scene_.state();
   ++marks_;
-  const std::string typed = state.label.data();
-  state.label = {};
+  const std::string typed = state.label.text.data();
+  state.label.text = {};
   log_event("mark", typed.empty() ? std::to_string(marks_) : typed);
 }
 
@@ -126,9 +131,43 @@ void Display::switch_zero(bool on) {
   log_event("zero", state.tare.words());
 }
 
+/// In a replay: to `seconds` before or after the present frame.
+void Display::jump(double seconds) {
+  const std::shared_ptr<Source> source = session_.source();
+  const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : 10;
+  Transport& transport = session_.transport;
+  const auto position = static_cast<int64_t>(transport.position);
+  int64_t to = position + std::llround(seconds * rate_Hz);
+  const std::vector<double> times_s = source->uneven_times_s();
+  if (position < static_cast<int64_t>(times_s.size()))
+    to =
+        std::ranges::lower_bound(times_s, times_s[static_cast<size_t>(position)] + seconds) - times_s.begin();
+  transport.steps = 0;  // those asked for before it are not taken from there
+  transport.seek_to = std::max<int64_t>(0, to);
+}
+
+/// In a replay: to where the person wants it.
+void Display::go_on_playing() {
+  ViewState& state = scene_.state();
+  Transport& transport = session_.transport;
+  const PlayRequest play = std::exchange(state.play, {});
+  if (const auto frame = std::exchange(state.seek_to, {})) {
+    const uint64_t frames = session_.source()->frame_count().value_or(0);
+    transport.steps = 0;
+    transport.seek_to = static_cast<int64_t>(frames > 0 ? std::min(*frame, frames - 1) : *frame);
+  }
+  if (play.seconds != 0) jump(play.seconds);
+  if (play.frames != 0) transport.steps += play.frames;
+  if (play.speed != 1)
+    transport.speed = std::clamp(transport.speed * play.speed, LiveOptions::kSlowest, LiveOptions::kFastest);
+}
+
 /// Between two pictures.
 void Display::carry_out_requests() {
   ViewState& state = scene_.state();
+  if (std::exchange(state.next_vsync_requested, false)) do {
+      state.vsync = static_cast<Vsync>((static_cast<int>(state.vsync) + 1) % 3);
+    } while (!window_.offers(state.vsync));  // On is always offered
   window_.set_vsync(state.vsync);
   state.vsync = window_.vsync();
   const auto requested = [this](bool& request) {
@@ -157,12 +196,13 @@ void Display::carry_out_requests() {
     sources_requested_ = shown_.from_list;
     if (!shown_.from_list) stats_.note = "the list of sources is that of palpate without a command";
   }
-  if (state.seek_to) session_.transport.seek_to = static_cast<int64_t>(*std::exchange(state.seek_to, {}));
   if (state.paused != session_.paused) {
     session_.paused = state.paused;
     stats_.note = state.paused ? "paused" : "";
     restless_ = 3;
   }
+  if (options_.replay) go_on_playing();
+  if (state.close_requested) glfwSetWindowShouldClose(window_.handle(), GLFW_TRUE);
 }
 
 }  // namespace palpate::viz

@@ -7,14 +7,12 @@
 #include <string>
 #include <variant>
 
-#include "viz/panels/tool_bar.h"
+#include "viz/panels/actions/tool_bar.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {
-
-using Where = KeyHelp::Where;
 
 /// Buttons and boxes side by side; what has no room begins the next row.
 class Rows {
@@ -129,60 +127,7 @@ void switches(bool has_surface, ViewState& state) {
   }
 }
 
-/// The help of a key that switches a setting.
-KeyHelp of(char key) {
-  const ViewSetting& setting = view_setting(key);
-  return {setting.key, setting.sentence, setting.on_surface ? Where::WithSurface : Where::Always};
-}
-
 }  // namespace
-
-const std::vector<KeyHelp>& key_help() {
-  static const std::vector<KeyHelp> lines{
-      {"drag", "orbit", Where::WithSurface},
-      {"right drag, Shift + drag", "pan", Where::WithSurface},
-      {"wheel", "zoom", Where::WithSurface},
-      {"R, T", "reset the view, view from the top", Where::WithSurface},
-      of('D'),
-      of('O'),
-      {"A", "automatic colour range", Where::WithSurface},
-      {"Page up, down", "wider, narrower colour range", Where::WithSurface},
-      {"E", "automatic vertical exaggeration", Where::WithSurface},
-      {"+  -", "exaggerate more, less", Where::WithSurface},
-      of('L'),
-      of('G'),
-      of('Y'),
-      of('X'),
-      {"Ctrl + arrows", "move the section", Where::WithSurface},
-      {"Ctrl + Shift + Left, Right", "turn the section", Where::WithSurface},
-      of('P'),
-      {"[  ]", "shorter, longer time axis"},
-      of('K'),
-      of('J'),
-      of('N'),
-      {"Space", "pause"},
-      {"Left, Right", "1 s back, on (Shift: 10 s)", Where::InReplay},
-      {"click in the charts", "go there", Where::InReplay},
-      {",  .", "pause, and one frame back, on", Where::InReplay},
-      {"Up, Down", "twice, half the speed", Where::InReplay},
-      {"Home, End", "first, last frame", Where::InReplay},
-      {"Z, Shift + Z", "zero force and shear, end that"},
-      {"W", "write a session: start, stop", Where::NotInReplay},
-      {"S", "snapshot: picture, frame, numbers"},
-      {"M, Shift + M", "mark an event, with a text"},
-      {"I", "sensor and its calibrations"},
-      of('F'),
-      {"V", "vsync: on, mailbox, off"},
-      {"Ctrl + plus, minus", "larger, smaller text"},
-      {"F11", "full screen"},
-      of('U'),
-      of('C'),
-      {"B", "back to the list of sources"},
-      {"H, F1", "this help"},
-      {"Esc, Q", "close what is open; quit"},
-  };
-  return lines;
-}
 
 void control_window(const Layout& layout, float scale, bool has_surface, const LiveStats* live,
                     ViewState& state) {
@@ -225,8 +170,8 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
   ImGui::PopItemWidth();
   Rows rows;
-  for (const Action& action : actions(layout, has_surface, live, state))
-    if (!action.in_bar && rows.button(action.label)) action.done();
+  for (const BarButton& button : bar_buttons(layout, has_surface, live, state))
+    if (!button.in_bar && rows.button(button.label)) button.action->run(state);
   ImGui::Text("text");
   ImGui::SameLine();
   if (ImGui::SmallButton(" - ##text")) state.enlarge_text(false);
@@ -242,79 +187,6 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
       ImGui::TextDisabled("snapshots and marks go to %s", live->notes.c_str());
     ImGui::PopTextWrapPos();
   }
-  ImGui::End();
-}
-
-void help_window(VkExtent2D extent, float scale, const std::vector<KeyHelp>& lines, bool& open) {
-  const auto width = static_cast<float>(extent.width), height = static_cast<float>(extent.height);
-  ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowSizeConstraints({0, 0}, {width - 8, height - 8});
-  ImGui::SetNextWindowFocus();     // over all other panels
-  ImGui::SetNextWindowBgAlpha(1);  // and nothing of them shows through
-  ImGui::Begin("Keys and mouse", &open,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
-  const bool two = width > 700 * scale && lines.size() > 12;
-  const size_t rows = two ? (lines.size() + 1) / 2 : lines.size();
-  if (ImGui::BeginTable("keys", two ? 4 : 2, ImGuiTableFlags_SizingFixedFit)) {
-    for (size_t i = 0; i < rows; ++i) {
-      ImGui::TableNextRow();
-      for (size_t at = i; at < lines.size(); at += rows) {
-        ImGui::TableNextColumn();
-        ImGui::TextUnformatted(lines[at].keys);
-        ImGui::TableNextColumn();
-        ImGui::TextDisabled("%s", lines[at].what);
-      }
-    }
-    ImGui::EndTable();
-  }
-  ImGui::Dummy({1, 2 * scale});
-  ImGui::End();
-}
-
-std::vector<KeyHelp> key_help(bool player, bool has_surface) {
-  std::vector<KeyHelp> lines;
-  for (const KeyHelp& line : key_help()) {
-    const bool fits = line.where == Where::Always || (line.where == Where::InReplay && player) ||
-                      (line.where == Where::NotInReplay && !player) ||
-                      (line.where == Where::WithSurface && has_surface);
-    if (fits) lines.push_back(line);
-  }
-  return lines;
-}
-
-void end_labelling(ViewState& state, bool mark) {
-  if (mark)
-    state.mark_requested = true;
-  else
-    state.label = {};
-  state.labelling = state.label_takes_letters = false;
-  state.early_letters.clear();
-}
-
-void label_window(const ViewRect& around, float scale, ViewState& state) {
-  ImGui::SetNextWindowPos(middle(around), ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowFocus();
-  ImGui::Begin("Text of the event", nullptr,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
-  ImGui::SetNextItemWidth(260 * scale);
-  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
-  // The field takes letters two pictures from now: what is typed until then waits, in its order.
-  ImVector<ImWchar>& letters = ImGui::GetIO().InputQueueCharacters;
-  if (!state.label_takes_letters) {
-    state.early_letters.insert(state.early_letters.end(), letters.begin(), letters.end());
-    letters.resize(0);
-  } else {
-    for (auto letter = state.early_letters.rbegin(); letter != state.early_letters.rend(); ++letter)
-      letters.insert(letters.begin(), *letter);
-    state.early_letters.clear();
-  }
-  ImGui::InputText("##label", state.label.data(), state.label.size());
-  state.label_takes_letters = ImGui::IsItemActive();
-  if (ImGui::Button("Mark")) end_labelling(state, true);
-  ImGui::SameLine();
-  if (ImGui::Button("Cancel")) end_labelling(state, false);
   ImGui::End();
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "viz/panels/controls.h"
+#include "viz/panels/actions/help.h"
 #include "viz/render/hud_frame.h"
 #include "viz/render/render_target.h"
 #include "viz/render/view_settings.h"

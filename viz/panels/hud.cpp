@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/palette.h"
+#include "viz/panels/actions/text_field.h"
+#include "viz/panels/actions/tool_bar.h"
 #include "viz/panels/banners.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/sensor.h"
-#include "viz/panels/tool_bar.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
 
@@ -112,8 +115,10 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (content.live) banner(layout, *content.live, scale);
   if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
   if (state.labelling) label_window(layout.surface, scale, state);
+  const Circumstances now = circumstances(content.live, content.has_surface, state);
+  if (state.palette) palette_window(extent, scale, now, state);
   if (state.help) {
-    help_window(extent, scale, key_help(player, content.has_surface), state.help);
+    help_window(extent, scale, key_help(now), state.help);
   } else if (content.has_surface) {  // a large image has its states there
     const ImVec2 at{corner(layout.surface).x + 14 * scale, far_corner(layout.surface).y - 20 * scale};
     under->AddText(at, ink(theme().faint), "drag: orbit   wheel: zoom");

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "viz/panels/controls.h"
+#include "viz/panels/actions/help.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/start_list.h"

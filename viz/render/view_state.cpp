@@ -112,7 +112,7 @@ void ViewState::widen_range(double factor) {
   }
 }
 
-void ViewState::change_chart_span(int steps, bool replay) {
+void ViewState::change_chart_span(int steps) {
   if (replay && whole_recording) {
     whole_recording = steps >= 0;
     return;

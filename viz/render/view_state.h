@@ -26,6 +26,20 @@ double scale_ceiling(double value);
 /// Seconds of the strip charts' time axis that the user can choose.
 inline constexpr std::array<double, 4> kChartSpans_s{5, 10, 30, 60};
 
+/// Words that a person types in a field of the window.
+struct TypedText {
+  std::array<char, 64> text{};
+  bool takes_letters = false;   ///< the field has the keyboard
+  std::vector<uint16_t> early;  ///< letters typed before that
+};
+
+/// Where a person wants a replay to go, from where it is.
+struct PlayRequest {
+  double seconds = 0;
+  int frames = 0;
+  double speed = 1;  ///< times the present one
+};
+
 struct ViewState : ViewSettings {
   static constexpr double kLeastRange_mm = 0.02, kMostRange_mm = 10;
   static constexpr double kLeastRange_MPa = 1e-4, kMostRange_MPa = 10;
@@ -52,11 +66,14 @@ struct ViewState : ViewSettings {
   bool paused = false;
   Vsync vsync = Vsync::On;
   Tare tare;
-  bool labelling = false;        ///< a text for an event is being typed
-  bool mouse_taken = false;      ///< by something that is dragged: the camera stays
-  std::array<char, 64> label{};  ///< that text
-  bool label_takes_letters = false;
-  std::vector<uint16_t> early_letters;  ///< typed before the field took letters
+  bool replay = false;       ///< a recording is played
+  double frame_aspect = 1;   ///< width over height
+  bool labelling = false;    ///< a text for an event is being typed
+  TypedText label;           ///< that text
+  bool palette = false;      ///< an action is searched by name
+  TypedText searched;        ///< that name
+  int found = 0;             ///< the one of those found that Enter takes
+  bool mouse_taken = false;  ///< by something that is dragged: the camera stays
 
   // Requests of the person, each cleared by the code that carries it out.
   bool snapshot_requested = false;
@@ -66,9 +83,12 @@ struct ViewState : ViewSettings {
   bool mark_requested = false;     ///< with the text in `label`, which may be empty
   bool sources_requested = false;  ///< back to the list
   bool full_screen_requested = false;
+  bool next_vsync_requested = false;
+  bool close_requested = false;
+  PlayRequest play;
   std::optional<BlockSetting> block_draft;  ///< as typed, while it is
   std::optional<BlockSetting> block_requested;
-  std::optional<uint64_t> seek_to;   ///< frame of a replay
+  std::optional<uint64_t> seek_to;   ///< frame of a replay; beyond its end: the last
   std::optional<uint64_t> bar_held;  ///< frame at which its bar is held
 
   /// Those of an earlier run; views that this sensor cannot show are replaced.
@@ -82,7 +102,7 @@ struct ViewState : ViewSettings {
   /// automatic.
   void widen_range(double factor);
   /// Longer or shorter strip charts; of a replay the longest is the whole recording.
-  void change_chart_span(int steps, bool replay);
+  void change_chart_span(int steps);
   /// Whether the colours' range follows the touch; null for what is set by hand.
   bool* automatic();
   /// Views that this sensor cannot show are replaced.

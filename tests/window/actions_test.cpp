@@ -1,0 +1,120 @@
+// Actions of the live window: their names, their keys, and how they are found.
+#include <gtest/gtest.h>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <string>
+
+#include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/palette.h"
+
+namespace palpate::viz {
+namespace {
+
+const Circumstances kEverything{.player = true,
+                                .has_surface = true,
+                                .section = true,
+                                .pressure = true,
+                                .strain = true,
+                                .friction = true,
+                                .skin = true,
+                                .from_list = true};
+
+TEST(Actions, EachHasANameAndKeysOfItsOwn) {
+  std::set<std::string> names, chords;
+  for (const Action& action : actions()) {
+    EXPECT_TRUE(names.insert(action.name).second) << action.name;
+    std::set<std::string> own;  // the number pad's signs are called like the others
+    for (const KeyPress& chord : action.chords) own.insert(words_of(chord));
+    for (const std::string& chord : own) EXPECT_TRUE(chords.insert(chord).second) << chord;
+    EXPECT_TRUE(action.run) << action.name;
+  }
+  for (const ViewSetting& setting : view_settings())
+    EXPECT_TRUE(*setting.key == 0 || chords.contains(setting.key)) << setting.key;
+}
+
+TEST(Actions, EveryKeyOfTheHelpDoesWhatTheHelpSays) {
+  size_t with_keys = 0;
+  for (const Action& action : actions()) {
+    for (const KeyPress& chord : action.chords) {
+      const bool in_replay = action.needs != Needs::NoPlayer;
+      Circumstances now = kEverything;
+      now.player = in_replay;
+      EXPECT_EQ(action_of(chord, now), &action) << action.name;
+    }
+    with_keys += !action.chords.empty();
+  }
+  // Recording a session is not offered in a replay; mouse movements have four lines.
+  EXPECT_EQ(key_help(kEverything).size(), with_keys - 1 + 4);
+  std::string all;
+  for (const KeyHelp& line : key_help(Circumstances{})) all += line.what + "; ";
+  for (const char* absent : {"section", "frame back", "colour", "zoom", "list of sources", "skin, "})
+    EXPECT_EQ(all.find(absent), std::string::npos) << absent << " in " << all;
+}
+
+TEST(Actions, AKeyHeldWithAnotherIsItselfWhereNothingElseIsMeant) {
+  ViewState state;
+  action_of({'Z', true}, kEverything)->run(state);
+  EXPECT_TRUE(state.zero_cleared_requested);
+  EXPECT_FALSE(state.zero_requested);
+  EXPECT_EQ(action_of({'L', true, true}, kEverything), action_of({'L'}, kEverything));
+  const KeyPress left{GLFW_KEY_LEFT, false, true};  // with Ctrl
+  EXPECT_EQ(action_of(left, kEverything)->needs, Needs::Section);
+  EXPECT_EQ(action_of(left, {.player = true})->needs, Needs::Player);
+  const Action* refused = action_of(left, {});
+  ASSERT_NE(refused, nullptr);
+  EXPECT_FALSE(refused->possible({}));
+  EXPECT_STRNE(reason_against(refused->needs), "");
+}
+
+TEST(Actions, AreFoundByWordsOfTheirNames) {
+  for (const Action& action : actions()) {
+    Circumstances now = kEverything;
+    now.player = action.needs != Needs::NoPlayer;
+    const std::vector<const Action*> named = actions_named(action.name, now);
+    EXPECT_NE(std::ranges::find(named, &action), named.end()) << action.name;
+  }
+  const auto first = [](const char* typed) {
+    const auto named = actions_named(typed, kEverything);
+    return named.empty() ? std::string() : named.front()->name;
+  };
+  EXPECT_EQ(first("CIVIDIS map"), "colour map: viridis, cividis, magma");
+  EXPECT_EQ(first("map: cividis"), "colour map: cividis");
+  EXPECT_EQ(first("last"), "last frame");
+  EXPECT_EQ(first("no such thing"), "");
+  EXPECT_EQ(actions_named("", {}).size(), static_cast<size_t>(std::ranges::count_if(
+                                              actions(), [](const Action& a) { return a.possible({}); })));
+}
+
+TEST(Palette, ArrowsChooseEnterRunsAndEscapeCloses) {
+  ViewState state;
+  const auto search = [&](const char* typed) {
+    state.palette = true;
+    std::snprintf(state.searched.text.data(), state.searched.text.size(), "%s", typed);
+  };
+  search("colour map:");
+  const auto named = actions_named("colour map:", kEverything);
+  ASSERT_GE(named.size(), 4u);  // the key's own and each map
+  for (const int key : {GLFW_KEY_DOWN, GLFW_KEY_DOWN, GLFW_KEY_DOWN, GLFW_KEY_UP})
+    palette_key({key}, kEverything, state);
+  palette_key({GLFW_KEY_ENTER}, kEverything, state);
+  EXPECT_FALSE(state.palette);
+  EXPECT_EQ(named[2]->name, std::string("colour map: ") + to_string(state.map));
+  EXPECT_EQ(state.searched.text[0], 0);
+
+  const ViewState before = state;
+  search("no such thing");
+  palette_key({GLFW_KEY_ENTER}, kEverything, state);
+  EXPECT_FALSE(state.palette);
+  EXPECT_EQ(state.map, before.map);
+  search("quit");
+  palette_key({GLFW_KEY_ESCAPE}, kEverything, state);
+  EXPECT_FALSE(state.palette || state.close_requested);
+}
+
+}  // namespace
+}  // namespace palpate::viz

@@ -1,0 +1,405 @@
+#include "viz/panels/actions/actions.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <tuple>
+#include <utility>
+#include <variant>
+
+#include "viz/render/format.h"
+
+namespace palpate::viz {
+namespace {
+
+using S = ViewState;
+
+constexpr KeyPress control(int key, bool shift = false) {
+  return {key, shift, true};
+}
+constexpr KeyPress with_shift(int key) {
+  return {key, true, false};
+}
+std::vector<KeyPress> keys(std::initializer_list<int> codes) {
+  std::vector<KeyPress> all;
+  for (const int code : codes) all.push_back({code});
+  return all;
+}
+
+void exaggerate(S& state, double factor) {
+  state.automatic_exaggeration = false;
+  state.exaggeration = std::clamp(state.exaggeration * factor, 1.0, 200.0);
+}
+
+void view_from_the_top(S& state) {
+  state.camera = {};
+  state.camera.azimuth_rad = 0;
+  state.camera.elevation_rad = Camera::kMaxElevation_rad;
+}
+
+void close_or_quit(S& state) {
+  const bool closed = state.help || state.sensor_panel;
+  state.help = state.sensor_panel = false;
+  state.close_requested = !closed;
+}
+
+/// Of a setting that has a key: the next of its values.
+void next_value(const ViewSetting& setting, S& state) {
+  if (const auto* flag = std::get_if<bool ViewSettings::*>(&setting.member))
+    state.** flag = !(state.**flag);
+  else if (std::holds_alternative<Quantity ViewSettings::*>(setting.member))
+    state.next_quantity();
+  else if (std::holds_alternative<ColourMap ViewSettings::*>(setting.member))
+    state.map = static_cast<ColourMap>((static_cast<int>(state.map) + 1) % kColourMaps);
+  else if (std::holds_alternative<SkinStrain ViewSettings::*>(setting.member))
+    state.skin_strain = static_cast<SkinStrain>((static_cast<int>(state.skin_strain) + 1) % kSkinStrains);
+}
+
+Needs needs_of(Quantity colours) {
+  switch (colours) {
+    case Quantity::Pressure:
+      return Needs::Pressure;
+    case Quantity::Strain:
+      return Needs::Strain;
+    case Quantity::Friction:
+      return Needs::Friction;
+    default:
+      return Needs::Surface;
+  }
+}
+
+class Actions {
+ public:
+  Actions() {
+    surface();
+    section_and_charts();
+    player();
+    session();
+    window();
+    choices();
+  }
+  std::vector<Action> all;
+
+ private:
+  void add(std::string name, std::vector<KeyPress> chords, std::function<void(S&)> run,
+           Needs needs = Needs::Nothing) {
+    all.push_back({std::move(name), std::move(chords), needs, std::move(run)});
+  }
+  void setting(char key, Needs needs = Needs::Nothing) {
+    const ViewSetting& setting = view_setting(key);
+    if (setting.on_surface) needs = Needs::Surface;
+    add(
+        setting.sentence, {{key}}, [&setting](S& state) { next_value(setting, state); }, needs);
+  }
+
+  void surface() {
+    constexpr Needs kSurface = Needs::Surface;
+    add(
+        "all of the surface again", keys({GLFW_KEY_R}), [](S& state) { state.camera = {}; }, kSurface);
+    add("view from the top", keys({GLFW_KEY_T}), view_from_the_top, kSurface);
+    setting('D');
+    setting('O');
+    add(
+        "automatic colour range", keys({GLFW_KEY_A}),
+        [](S& state) {
+          if (bool* follows = state.automatic()) *follows = !*follows;
+        },
+        kSurface);
+    add(
+        "wider colour range", keys({GLFW_KEY_PAGE_UP}), [](S& state) { state.widen_range(1.25); }, kSurface);
+    add(
+        "narrower colour range", keys({GLFW_KEY_PAGE_DOWN}), [](S& state) { state.widen_range(0.8); },
+        kSurface);
+    add(
+        "automatic vertical exaggeration", keys({GLFW_KEY_E}),
+        [](S& state) { state.automatic_exaggeration = !state.automatic_exaggeration; }, kSurface);
+    add(
+        "exaggerate more", keys({GLFW_KEY_EQUAL, GLFW_KEY_KP_ADD}), [](S& state) { exaggerate(state, 1.25); },
+        kSurface);
+    add(
+        "exaggerate less", keys({GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT}),
+        [](S& state) { exaggerate(state, 0.8); }, kSurface);
+    for (const char key : {'L', 'G', 'Y', 'X'}) setting(key);
+  }
+
+  void section_and_charts() {
+    constexpr double kStep = 0.01, kTurn_rad = 0.05;  // of the frame
+    const std::array<std::tuple<const char*, int, double, double>, 4> moves{{
+        {"move the section left", GLFW_KEY_LEFT, -kStep, 0.0},
+        {"move the section right", GLFW_KEY_RIGHT, kStep, 0.0},
+        {"move the section up", GLFW_KEY_UP, 0.0, -kStep},
+        {"move the section down", GLFW_KEY_DOWN, 0.0, kStep},
+    }};
+    for (const auto& [name, key, x, y] : moves)
+      add(
+          name, {control(key)}, [x = x, y = y](S& state) { state.line.move(x, y); }, Needs::Section);
+    add(
+        "turn the section left", {control(GLFW_KEY_LEFT, true)},
+        [](S& state) { state.line.turn(-kTurn_rad, state.frame_aspect); }, Needs::Section);
+    add(
+        "turn the section right", {control(GLFW_KEY_RIGHT, true)},
+        [](S& state) { state.line.turn(kTurn_rad, state.frame_aspect); }, Needs::Section);
+    setting('P');
+    add("shorter time axis", keys({GLFW_KEY_LEFT_BRACKET}), [](S& state) { state.change_chart_span(-1); });
+    add("longer time axis", keys({GLFW_KEY_RIGHT_BRACKET}), [](S& state) { state.change_chart_span(1); });
+    setting('K');
+    setting('J');
+    setting('N', Needs::Skin);
+  }
+
+  void player() {
+    add("pause, or go on", keys({GLFW_KEY_SPACE}), [](S& state) { state.paused = !state.paused; });
+    const std::array<std::tuple<const char*, KeyPress, double>, 4> jumps{{
+        {"1 s back", {GLFW_KEY_LEFT}, -1.0},
+        {"1 s on", {GLFW_KEY_RIGHT}, 1.0},
+        {"10 s back", with_shift(GLFW_KEY_LEFT), -10.0},
+        {"10 s on", with_shift(GLFW_KEY_RIGHT), 10.0},
+    }};
+    for (const auto& [name, chord, seconds] : jumps)
+      add(
+          name, {chord}, [s = seconds](S& state) { state.play.seconds += s; }, Needs::Player);
+    const auto step = [](int frames) {
+      return [frames](S& state) {
+        state.paused = true;
+        state.play.frames += frames;
+      };
+    };
+    add("pause, and one frame back", keys({GLFW_KEY_COMMA}), step(-1), Needs::Player);
+    add("pause, and one frame on", keys({GLFW_KEY_PERIOD}), step(1), Needs::Player);
+    add(
+        "twice the speed", keys({GLFW_KEY_UP}), [](S& state) { state.play.speed *= 2; }, Needs::Player);
+    add(
+        "half the speed", keys({GLFW_KEY_DOWN}), [](S& state) { state.play.speed /= 2; }, Needs::Player);
+    add(
+        "first frame", keys({GLFW_KEY_HOME}), [](S& state) { state.seek_to = 0; }, Needs::Player);
+    add(
+        "last frame", keys({GLFW_KEY_END}),
+        [](S& state) { state.seek_to = std::numeric_limits<uint64_t>::max(); }, Needs::Player);
+  }
+
+  void session() {
+    add("zero force and shear", keys({GLFW_KEY_Z}), [](S& state) { state.zero_requested = true; });
+    add("end that zero", {with_shift(GLFW_KEY_Z)}, [](S& state) { state.zero_cleared_requested = true; });
+    add(
+        "record a session, or end it", keys({GLFW_KEY_W}),
+        [](S& state) { state.recording_switched_requested = true; }, Needs::NoPlayer);
+    add("snapshot: picture, frame and numbers of this moment", keys({GLFW_KEY_S}),
+        [](S& state) { state.snapshot_requested = true; });
+    add("mark an event", keys({GLFW_KEY_M}), [](S& state) { state.mark_requested = true; });
+    add("mark an event with a text", {with_shift(GLFW_KEY_M)}, [](S& state) { state.labelling = true; });
+  }
+
+  void window() {
+    add("sensor and its calibrations", keys({GLFW_KEY_I}),
+        [](S& state) { state.sensor_panel = !state.sensor_panel; });
+    setting('F');
+    add("vsync: on, mailbox, off", keys({GLFW_KEY_V}), [](S& state) { state.next_vsync_requested = true; });
+    add("larger text", {control(GLFW_KEY_EQUAL), control(GLFW_KEY_KP_ADD)},
+        [](S& state) { state.enlarge_text(true); });
+    add("smaller text", {control(GLFW_KEY_MINUS), control(GLFW_KEY_KP_SUBTRACT)},
+        [](S& state) { state.enlarge_text(false); });
+    add("full screen", keys({GLFW_KEY_F11}), [](S& state) { state.full_screen_requested = true; });
+    setting('U');
+    setting('C');
+    add(
+        "back to the list of sources", keys({GLFW_KEY_B}), [](S& state) { state.sources_requested = true; },
+        Needs::List);
+    add("find an action or a setting by its name", {control(GLFW_KEY_K)}, [](S& state) {
+      state.palette = true;
+      state.help = false;
+    });
+    add("keys and mouse", keys({GLFW_KEY_H, GLFW_KEY_F1}), [](S& state) { state.help = !state.help; });
+    add("close what is open, else quit", keys({GLFW_KEY_ESCAPE}), close_or_quit);
+    add("quit", keys({GLFW_KEY_Q}), [](S& state) { state.close_requested = true; });
+  }
+
+  /// Values that can be gone to at once; by their names alone.
+  void choices() {
+    for (int i = 0; i < kQuantities; ++i) {
+      const auto quantity = static_cast<Quantity>(i);
+      add(
+          std::string("colours: ") + to_string(quantity), {},
+          [quantity](S& state) { state.quantity = quantity; }, needs_of(quantity));
+    }
+    for (int i = 0; i < kColourMaps; ++i)
+      add(
+          std::string("colour map: ") + to_string(static_cast<ColourMap>(i)), {},
+          [map = static_cast<ColourMap>(i)](S& state) { state.map = map; }, Needs::Surface);
+    for (const double span_s : kChartSpans_s)
+      add(text("time axis: %g s", span_s), {}, [span_s](S& state) {
+        state.chart_span_s = span_s;
+        state.whole_recording = false;
+      });
+    add(
+        "time axis: whole recording", {}, [](S& state) { state.whole_recording = true; }, Needs::Player);
+    for (const ViewSetting& setting : view_settings())  // those without a key
+      if (std::holds_alternative<bool ViewSettings::*>(setting.member) && *setting.key == 0)
+        add(setting.sentence, {}, [&setting](S& state) { next_value(setting, state); });
+  }
+};
+
+constexpr std::array<std::pair<int, const char*>, 18> kKeyNames{{
+    {GLFW_KEY_SPACE, "Space"},
+    {GLFW_KEY_ESCAPE, "Esc"},
+    {GLFW_KEY_LEFT, "Left"},
+    {GLFW_KEY_RIGHT, "Right"},
+    {GLFW_KEY_UP, "Up"},
+    {GLFW_KEY_DOWN, "Down"},
+    {GLFW_KEY_PAGE_UP, "Page up"},
+    {GLFW_KEY_PAGE_DOWN, "Page down"},
+    {GLFW_KEY_HOME, "Home"},
+    {GLFW_KEY_END, "End"},
+    {GLFW_KEY_F1, "F1"},
+    {GLFW_KEY_F11, "F11"},
+    {GLFW_KEY_EQUAL, "+"},
+    {GLFW_KEY_KP_ADD, "+"},
+    {GLFW_KEY_MINUS, "-"},
+    {GLFW_KEY_KP_SUBTRACT, "-"},
+    {GLFW_KEY_LEFT_BRACKET, "["},
+    {GLFW_KEY_RIGHT_BRACKET, "]"},
+}};
+
+std::string in_small_letters(std::string_view words) {
+  std::string small(words);
+  std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
+  return small;
+}
+
+/// How far a name is from the typed words: 0 where it has them one after the other, else more by each that
+/// begins no word of it; none where one is missing.
+std::optional<int> distance(const std::string& name, const std::string& typed) {
+  if (name.find(typed) != std::string::npos) return 0;
+  int far = 1;
+  std::istringstream words(typed);
+  for (std::string word; words >> word;) {
+    const size_t anywhere = name.find(word);
+    if (anywhere == std::string::npos) return std::nullopt;
+    far += anywhere != 0 && name.find(" " + word) == std::string::npos;
+  }
+  return far;
+}
+
+}  // namespace
+
+Circumstances circumstances(const LiveStats* live, bool has_surface, const ViewState& state) {
+  return {.player = live && live->player,
+          .has_surface = has_surface,
+          .section = has_surface && state.section,
+          .pressure = has_surface && state.can_show(Quantity::Pressure),
+          .strain = has_surface && state.can_show(Quantity::Strain),
+          .friction = has_surface && state.can_show(Quantity::Friction),
+          .skin = state.can_show_skin,
+          .from_list = live && live->from_list};
+}
+
+bool Action::possible(const Circumstances& now) const {
+  switch (needs) {
+    case Needs::NoPlayer:
+      return !now.player;
+    case Needs::Player:
+      return now.player;
+    case Needs::Surface:
+      return now.has_surface;
+    case Needs::Section:
+      return now.section;
+    case Needs::Pressure:
+      return now.pressure;
+    case Needs::Strain:
+      return now.strain;
+    case Needs::Friction:
+      return now.friction;
+    case Needs::Skin:
+      return now.skin;
+    case Needs::List:
+      return now.from_list;
+    default:
+      return true;
+  }
+}
+
+const char* reason_against(Needs needs) {
+  switch (needs) {
+    case Needs::NoPlayer:
+      return "a replay cannot be recorded";
+    case Needs::Player:
+      return "only a recording goes back and on";
+    case Needs::Surface:
+      return "this sensor has no surface to look at";
+    case Needs::Section:
+      return "no section line is shown (X)";
+    case Needs::Pressure:
+    case Needs::Strain:
+    case Needs::Friction:
+      return "this sensor does not have these colours";
+    case Needs::Skin:
+      return "no strain of the skin: this sensor does not follow its skin";
+    case Needs::List:
+      return "the list of sources is that of palpate without a command";
+    default:
+      return "";
+  }
+}
+
+std::span<const Action> actions() {
+  static const Actions list;
+  return list.all;
+}
+
+const Action* action_of(const KeyPress& press, const Circumstances& now) {
+  const std::array<KeyPress, 4> tried{{{press.key, press.shift, press.control},
+                                       {press.key, false, press.control},
+                                       {press.key, press.shift, false},
+                                       {press.key, false, false}}};
+  const Action* impossible = nullptr;
+  for (const KeyPress& chord : tried)
+    for (const Action& action : actions())
+      if (std::ranges::find(action.chords, chord) != action.chords.end()) {
+        if (action.possible(now)) return &action;
+        if (!impossible) impossible = &action;
+      }
+  return impossible;
+}
+
+std::vector<const Action*> actions_named(std::string_view typed, const Circumstances& now) {
+  const std::string words = in_small_letters(typed);
+  std::vector<std::pair<int, const Action*>> found;
+  for (const Action& action : actions())
+    if (const auto far = distance(in_small_letters(action.name), words); far && action.possible(now))
+      found.emplace_back(*far, &action);
+  std::ranges::stable_sort(found, {}, &std::pair<int, const Action*>::first);
+  std::vector<const Action*> named;
+  for (const auto& [far, action] : found) named.push_back(action);
+  return named;
+}
+
+std::string words_of(const KeyPress& chord) {
+  std::string words = std::string(chord.control ? "Ctrl + " : "") + (chord.shift ? "Shift + " : "");
+  const auto* const named = std::ranges::find(kKeyNames, chord.key, &std::pair<int, const char*>::first);
+  if (named != kKeyNames.end()) return words + named->second;
+  return words + static_cast<char>(chord.key);  // letters and signs are their own codes
+}
+
+std::vector<KeyHelp> key_help(const Circumstances& now) {
+  std::vector<KeyHelp> lines;
+  if (now.has_surface) lines = {{"drag", "orbit"}, {"right drag, Shift + drag", "pan"}, {"wheel", "zoom"}};
+  if (now.player) lines.push_back({"click in the charts", "go there"});
+  for (const Action& action : actions()) {
+    if (action.chords.empty() || !action.possible(now)) continue;
+    KeyHelp line{words_of(action.chords.front()), action.name};
+    for (const KeyPress& chord : action.chords)  // those of the number pad have the same names
+      if (const std::string also = words_of(chord); also != words_of(action.chords.front()))
+        line.keys += ", " + also;
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+}  // namespace palpate::viz
