@@ -24,6 +24,7 @@
 #include "viz/panels/measurement.h"
 #include "viz/panels/press.h"
 #include "viz/panels/run_panel.h"
+#include "viz/panels/start/cards.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
@@ -162,6 +163,40 @@ TEST_F(PanelTest, ThePaletteFitsTheWindowAndShowsWhatIsChosen) {
         scale, [&] { palette_window(extent, scale, now, state); }, extent);
     EXPECT_TRUE(state.palette);
   }
+}
+
+TEST_F(PanelTest, CardsFillTheWidthAndAreReachedByArrows) {
+  for (const float width : {200.0f, 640.0f, 900.0f, 2400.0f})
+    for (const float scale : {1.0f, 1.6f}) {
+      const float card = CardGrid::width_for(width, scale);
+      const float columns = std::floor((width + 8 * scale) / (card + 8 * scale));
+      EXPECT_LE(columns * card + (columns - 1) * 8 * scale, width);
+      EXPECT_TRUE(card >= 150 * scale || width < 150 * scale);
+      EXPECT_LT(card, 2 * (150 + 8) * scale) << "no room for another";
+    }
+  CardGrid grid;
+  describe(1, [&] {
+    ImGui::SetNextWindowSize({700, 1500});
+    ImGui::Begin("page");
+    grid.begin(*frame_, 640);  // four columns
+    grid.heading("first");
+    for (int i = 0; i < 6; ++i) grid.add({"card", "detail", {}}, false, false, "");
+    grid.heading("second");
+    grid.remark("no camera found");
+    grid.heading("third");
+    for (int i = 0; i < 2; ++i) grid.add({"card", "detail", {}}, false, false, "");
+    ImGui::End();
+  });
+  ASSERT_EQ(grid.size(), 8u);
+  EXPECT_EQ(grid.neighbour(0, 1, 0), 1u);
+  EXPECT_EQ(grid.neighbour(0, -1, 0), 0u);
+  EXPECT_EQ(grid.neighbour(3, 1, 0), 4u) << "on to the next row";
+  EXPECT_EQ(grid.neighbour(1, 0, 1), 5u);
+  EXPECT_EQ(grid.neighbour(3, 0, 1), 5u) << "the nearest of a shorter row";
+  EXPECT_EQ(grid.neighbour(4, 0, 1), 6u) << "over what is no card";
+  EXPECT_EQ(grid.neighbour(2, 0, 2), 7u);
+  EXPECT_EQ(grid.neighbour(7, 0, 3), 7u);
+  EXPECT_EQ(grid.neighbour(7, 0, -9), 1u);
 }
 
 TEST_F(PanelTest, ForceByTheLayerHasAChart) {

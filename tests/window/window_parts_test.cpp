@@ -22,7 +22,7 @@
 #include "viz/panels/section.h"
 #include "viz/panels/sensor.h"
 #include "viz/panels/setup_view.h"
-#include "viz/panels/start_view.h"
+#include "viz/panels/start/start_view.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/format.h"
 #include "viz/render/layout.h"

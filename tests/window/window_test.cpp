@@ -28,7 +28,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   ASSERT_TRUE(titled("^palpate$"));
   Desktop::rest();
   // A file that is not there: one line in the window, and the list goes on.
-  const int typed_y = 646, first_recent_y = 98;
+  const int typed_y = 636, first_recent_y = 130;
   desktop_->click(300, typed_y);
   EXPECT_TRUE(desktop_->tool("type --delay 20 /nowhere/touch.avi"));
   Desktop::rest();
@@ -45,7 +45,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   Desktop::rest();
   EXPECT_TRUE(desktop_->tool("search --name '^palpate$'"));
   desktop_->click(1200, 500);
-  desktop_->key("Down Return");  // the second simulated touch
+  desktop_->key("Right Return");  // the second simulated touch
   ASSERT_TRUE(titled("palpate: synthetic:press"));
   const fs::path place = home() / "palpate" / "synthetic-press";
   EXPECT_TRUE(drawn(place));
@@ -60,7 +60,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   desktop_->key("b");
   ASSERT_TRUE(titled("^palpate$"));
   Desktop::rest();
-  desktop_->click(200, first_recent_y);  // now with one line
+  desktop_->click(100, first_recent_y);  // now with one card
   EXPECT_TRUE(titled("palpate: synthetic:press"));
   const Ended done = quit("Escape");
   EXPECT_EQ(done.exit_code, 0) << done.err;
@@ -71,7 +71,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   int thumbnails = 0;
   for (const auto& file : fs::directory_iterator(config().parent_path() / "thumbnails")) {
     const cv::Mat picture_of_source = cv::imread(file.path().string());
-    EXPECT_EQ(picture_of_source.cols, 96);
+    EXPECT_EQ(picture_of_source.cols, 192);
     EXPECT_GT(cv::mean(picture_of_source)[1], 10) << "not black";
     ++thumbnails;
   }

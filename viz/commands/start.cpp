@@ -13,7 +13,7 @@
 #include "viz/commands/support/progress.h"
 #include "viz/commands/workflow/live_run.h"
 #include "viz/commands/workflow/setup_window.h"
-#include "viz/panels/start_view.h"
+#include "viz/panels/start/start_view.h"
 #include "viz/render/desktop.h"
 #include "viz/render/window.h"
 

@@ -16,7 +16,7 @@
 #include "viz/panels/actions/palette.h"
 #include "viz/panels/actions/text_field.h"
 #include "viz/panels/settings.h"
-#include "viz/panels/thumbnails.h"
+#include "viz/panels/start/thumbnails.h"
 
 namespace palpate::viz {
 namespace {
@@ -42,7 +42,8 @@ double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
 
 Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
                  const WindowRun& shown, LiveSession& session, LatencyLog& latency)
-    : options_(options),
+    : context_(context),
+      options_(options),
       shown_(shown),
       session_(session),
       latency_(latency),
@@ -164,12 +165,21 @@ void Display::handle_key(const KeyPress& press) {
     stats_.note = reason_against(action->needs);
 }
 
-/// The list of sources shows the frame with the largest contact; without one the first.
+/// The list of sources shows the largest force, and the largest contact: its depth, else its frame. Without a
+/// contact it shows the first frame.
 void Display::follow_thumbnail() {
   const Touch& touch = current_->result.touch;
+  const bool by_layer = touch.traction && touch.force_N.validity == Validity::NotCalibrated;
+  const Estimate& force = by_layer ? touch.traction->fz_N : touch.force_N;
+  if (force.validity == Validity::Valid) largest_N_ = std::max(largest_N_, force.value);
   const double area_px = touch.contact ? static_cast<double>(touch.area_px) : 0;
   if (!shown_.settings || area_px <= 1.2 * thumbnail_px_) return;
-  thumbnail_ = thumbnail_of(current_->captured->frame);
+  const ViewState& state = scene_.state();
+  if (touch.contact && has_surface())
+    thumbnail_ = depth_thumbnail(context_, surface_of(current_->result), touch.surface->depth_offset_mm,
+                                 state.map, std::max(touch.surface->depth_max_mm, ViewState::kLeastRange_mm));
+  else
+    thumbnail_ = thumbnail_of(current_->captured->frame);
   thumbnail_px_ = area_px;
 }
 
@@ -228,8 +238,11 @@ LiveReport Display::run() {
   }
   if (shown_.settings) {
     shown_.settings->view = scene_.state().chosen(shown_.settings->view);
-    if (thumbnail_ && !shown_.settings->recent.empty())
-      keep_thumbnail(shown_.settings->recent.front().input, *thumbnail_, *shown_.settings);
+    if (!shown_.settings->recent.empty()) {
+      Settings::Recent& recent = shown_.settings->recent.front();
+      if (started_) recent.largest_N = largest_N_;
+      if (thumbnail_) keep_thumbnail(recent.input, *thumbnail_, *shown_.settings);
+    }
     std::tie(shown_.settings->width, shown_.settings->height) = window_.size();
   }
   background_.finish();

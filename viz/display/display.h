@@ -86,6 +86,7 @@ class Display {
   void update_player();
   void give_back(Measured& m) { session_.give_back(m); }
 
+  gpu::Context& context_;
   const LiveOptions& options_;
   const WindowRun& shown_;
   LiveSession& session_;
@@ -109,8 +110,9 @@ class Display {
   int restless_ = 3;    ///< pictures still to draw after an input: ImGui settles over two
   std::pair<double, double> last_mouse_{-1, -1};
   std::pair<int, int> last_size_{0, 0};
-  std::optional<RgbImage> thumbnail_;  ///< of the frame with the largest contact so far
+  std::optional<RgbImage> thumbnail_;  ///< of the largest contact so far
   double thumbnail_px_ = -1;           ///< area of that contact
+  double largest_N_ = 0;               ///< of valid forces
   int snapshots_ = 0;
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen

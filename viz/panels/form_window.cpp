@@ -32,16 +32,19 @@ FormWindow::~FormWindow() {
 }
 
 void FormWindow::set_pictures(std::vector<RgbImage> pictures) {
-  while (window_.poll_finished(true)) {
-  }
-  frame_.reset();
-  pictures_ = std::move(pictures);
+  next_pictures_ = std::move(pictures);
 }
 
 /// One picture; false where there is nothing to draw to.
 bool FormWindow::draw(const std::function<void()>& content) {
   use_theme(settings_.light_theme);
   const float scale = window_.scale() * settings_.text_scale;
+  if (next_pictures_ && !(frame_ && ImGui::GetIO().WantTextInput)) {
+    while (window_.poll_finished(true)) {
+    }
+    frame_.reset();
+    pictures_ = *std::exchange(next_pictures_, {});
+  }
   if (!frame_ || std::abs(frame_->scale() / scale - 1) > 1e-3f) {
     frame_.reset();
     frame_ = std::make_unique<HudFrame>(context_, window_.pass(), Window::kPicturesInFlight, window_.handle(),

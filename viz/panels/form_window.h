@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ class FormWindow {
   FormWindow(const FormWindow&) = delete;
   FormWindow& operator=(const FormWindow&) = delete;
 
-  /// For HudFrame::draw_picture; the page is made anew, and no text of it is being typed then.
+  /// For HudFrame::draw_picture, from the next picture on in which no text is being typed.
   void set_pictures(std::vector<RgbImage> pictures);
   /// Describes the page to ImGui by `content` until `done`, the window's close or `interrupted`. `changed` is
   /// asked ten times a second whether there is something new to show.
@@ -48,6 +49,7 @@ class FormWindow {
   Window& window_;
   const ViewSettings& settings_;
   std::vector<RgbImage> pictures_;
+  std::optional<std::vector<RgbImage>> next_pictures_;
   std::unique_ptr<HudFrame> frame_;
 };
 

@@ -128,11 +128,13 @@ std::string trouble_of(const Json& json, Settings& s) {
   if (const Json* recent = r.list("recent")) {
     for (const Json& one : *recent) {
       const bool good = one.is_object() && one.contains("input") && one["input"].is_string() &&
-                        (!one.contains("sensor") || one["sensor"].is_string());
+                        (!one.contains("sensor") || one["sensor"].is_string()) &&
+                        (!one.contains("largest_N") || one["largest_N"].is_number());
       if (!good)
         r.complain("recent");
       else if (s.recent.size() < Settings::kMostRecent)
-        s.recent.push_back({one["input"].text(), one.contains("sensor") ? one["sensor"].text() : ""});
+        s.recent.push_back({one["input"].text(), one.contains("sensor") ? one["sensor"].text() : "",
+                            one.contains("largest_N") ? one["largest_N"].get<double>() : 0});
     }
   }
   if (const Json* sensors = r.list("sensors")) {
@@ -151,7 +153,9 @@ std::string trouble_of(const Json& json, Settings& s) {
 
 void Settings::remember(const std::string& input, const fs::path& sensor) {
   const std::string file = sensor.empty() ? std::string() : absolute_input(sensor.string());
-  const Recent now{absolute_input(input), file};
+  Recent now{absolute_input(input), file};
+  for (const Recent& r : recent)
+    if (r.input == now.input) now.largest_N = r.largest_N;
   forget(now);
   recent.insert(recent.begin(), now);
   if (recent.size() > kMostRecent) recent.resize(kMostRecent);
@@ -207,7 +211,8 @@ LoadedSettings load_settings(const fs::path& file) {
 void save_settings(const Settings& s, const fs::path& file) {
   if (file.empty()) return;
   Json recent = Json::array();
-  for (const Settings::Recent& r : s.recent) recent.push_back(Json{{"input", r.input}, {"sensor", r.sensor}});
+  for (const Settings::Recent& r : s.recent)
+    recent.push_back(Json{{"input", r.input}, {"sensor", r.sensor}, {"largest_N", r.largest_N}});
   Json json = {{"palpate_window", kVersion}, {"width", s.width}, {"height", s.height}};
   for (const ViewSetting& setting : view_settings())
     std::visit([&](auto member) { json[setting.name] = written(s.view.*member); }, setting.member);

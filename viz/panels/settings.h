@@ -19,6 +19,7 @@ struct Settings {
   struct Recent {
     std::string input;
     std::string sensor;
+    double largest_N = 0;  ///< force when it was open last; 0: none was measured
     bool operator==(const Recent&) const = default;
   };
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "viz/panels/thumbnails.h"
+#include "viz/panels/start/thumbnails.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 

@@ -162,6 +162,7 @@ void HudFrame::begin(VkExtent2D extent) {
 }
 
 void HudFrame::draw_picture(size_t index, std::array<float, 2> low, std::array<float, 2> high) const {
+  if (index >= pictures_.size()) return;
   const ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   const ImFontAtlasCustomRect& rect = *const_cast<ImFontAtlas&>(atlas).GetCustomRectByIndex(pictures_[index]);
   ImVec2 from, to;

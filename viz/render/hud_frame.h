@@ -32,7 +32,7 @@ class HudFrame {
   /// Draws what was described since begin; inside the render pass.
   void draw(VkCommandBuffer cmd);
 
-  /// Picture `index` from `low` to `high`, px, in ImGui's present window.
+  /// Picture `index`, where there is one, from `low` to `high`, px, in ImGui's present window.
   void draw_picture(size_t index, std::array<float, 2> low, std::array<float, 2> high) const;
 
   ImFont* body() const { return body_; }

@@ -8,7 +8,7 @@
 #include "viz/commands/workflow/sensor_setup.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/setup_view.h"
-#include "viz/panels/start_view.h"
+#include "viz/panels/start/start_view.h"
 #include "viz/render/window.h"
 
 namespace palpate {

@@ -1,23 +1,27 @@
 // List of sources: recent ones, cameras of this machine, simulated touches; and the sensor files for them.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <future>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "viz/panels/settings.h"
+#include "viz/render/render_target.h"
 
 namespace palpate::viz {
 
 /// One line of the list.
 struct SourceEntry {
   enum class Group { Recent, Cameras, Synthetic } group = Group::Recent;
-  std::string input;     ///< as open_source takes it; empty: a remark that cannot be opened
-  std::string name;      ///< what a person reads first
-  std::string detail;    ///< and after it
-  std::string sensor;    ///< sensor file that was used with it; empty: none
-  bool missing = false;  ///< a recording that is no longer where it was
+  std::string input;       ///< as open_source takes it; empty: a remark that cannot be opened
+  std::string name;        ///< what a person reads first
+  std::string detail;      ///< and below it
+  std::string sensor;      ///< sensor file that was used with it; empty: none
+  bool missing = false;    ///< a recording that is no longer where it was
+  std::string whole = {};  ///< all that is known, where there is room for it
 
   /// Whether the arrows stop here.
   bool can_be_chosen() const { return !input.empty(); }
@@ -37,6 +41,7 @@ class StartList {
   /// Looks for cameras and sensor files on threads of their own: those that `settings` remembers, and those
   /// in the working folder.
   explicit StartList(const Settings& settings);
+  ~StartList() { ends_ = true; }
 
   /// Looks again.
   void refresh(const Settings& settings);
@@ -45,7 +50,11 @@ class StartList {
 
   const std::vector<SourceEntry>& sources() const { return sources_; }
   const std::vector<SensorEntry>& sensors() const { return sensors_; }
-  bool looking() const { return cameras_.valid() || files_.valid(); }
+  /// Pictures of simulated touches by their input, once they are made.
+  const std::vector<std::pair<std::string, RgbImage>>& simulated() const { return simulated_; }
+  bool looking() const { return cameras_.valid() || files_.valid() || pictures_.valid(); }
+  /// The sensor file that the source would be opened with if `sensor` is the one that is chosen, and why.
+  std::string opened_with(size_t source, size_t sensor) const;
 
   /// A source that the user typed or dropped: a session, a recording, camera:..., synthetic:...
   static SourceEntry from_text(const std::string& text);
@@ -61,6 +70,9 @@ class StartList {
   std::vector<SensorEntry> sensors_;
   std::future<std::vector<SourceEntry>> cameras_;
   std::future<std::vector<SensorEntry>> files_;
+  std::vector<std::pair<std::string, RgbImage>> simulated_;
+  std::atomic<bool> ends_{false};  ///< no further picture is wanted
+  std::future<std::vector<std::pair<std::string, RgbImage>>> pictures_;
 };
 
 /// A message as it is said in the window, where nobody has given options: by the names of what is seen there.

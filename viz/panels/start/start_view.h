@@ -6,12 +6,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "viz/panels/actions/help.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
-#include "viz/panels/start_list.h"
+#include "viz/panels/start/cards.h"
+#include "viz/panels/start/start_list.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {
@@ -49,8 +51,9 @@ class StartView {
   void describe();
   void describe_sources(float scale);
   void describe_sensors(float scale);
+  void describe_foot(float scale);
   void handle_keys();
-  void step(int by);
+  void step(int right, int down);
   void open_selected();
   void open_text();
   void take_drops();
@@ -61,7 +64,10 @@ class StartView {
   Settings& settings_;
   FormWindow page_;
   StartList list_;
-  std::map<std::string, size_t> thumbnail_of_;  ///< input: its place among the page's pictures
+  CardGrid grid_;
+  std::vector<size_t> cards_;  ///< for each card its place in list_.sources()
+  /// By group and input its place among the page's pictures.
+  std::map<std::pair<SourceEntry::Group, std::string>, size_t> thumbnail_of_;
   std::string message_;
   bool trouble_ = false;  ///< the message is about something that went wrong
   std::string folder_;

@@ -1,4 +1,4 @@
-#include "viz/panels/start_view.h"
+#include "viz/panels/start/start_view.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -10,8 +10,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "capture/synthetic/tissue.h"
 #include "viz/panels/run_panel.h"
-#include "viz/panels/thumbnails.h"
+#include "viz/panels/start/thumbnails.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
@@ -33,39 +34,27 @@ const char* title_of(SourceEntry::Group group) {
 struct LineLook {
   bool selected = false;  ///< the one that Enter takes
   bool usable = true;
-  float name_width = 100, height = 0;  ///< px; 0: of one row of text
-  float indent = 0;                    ///< room in front of the name, px
-  bool tips = true;                    ///< what has no room is shown where the mouse is
+  float indent = 0;  ///< room in front of the name, px
+  bool tips = true;  ///< the rest is shown where the mouse is
 };
 
-/// One line of a list, its name in front and the rest faint, below the name in a high one; true where it was
-/// clicked.
+/// One line of a list; true where it was clicked.
 bool list_line(const char* id, const std::string& name, const std::string& detail, const LineLook& look) {
   ImGui::PushID(id);
   const float from = ImGui::GetCursorPosX() + look.indent, top = ImGui::GetCursorPosY();
-  const bool clicked = ImGui::Selectable("##line", look.selected, 0, {0, look.height});
+  const bool clicked = ImGui::Selectable("##line", look.selected);
   const bool pointed_at = ImGui::IsItemHovered();
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   if (look.selected) ImGui::GetWindowDrawList()->AddRectFilled(low, {low.x + 3, high.y}, ink(theme().chosen));
   const float bottom = ImGui::GetCursorPosY();
-  const bool high_row = look.height > 1.9f * ImGui::GetTextLineHeight();
-  const float y = high_row ? top + look.height / 2 - ImGui::GetTextLineHeight() : top;
-  ImGui::SetCursorPos({from, y});
-  const float room = ImGui::GetContentRegionAvail().x;
-  const std::string shown = shortened(name, high_row ? room : look.name_width - 8);
-  if (look.usable)
-    ImGui::TextUnformatted(shown.c_str());
-  else
-    ImGui::TextDisabled("%s", shown.c_str());
-  ImGui::SetCursorPos(high_row ? ImVec2{from, y + ImGui::GetTextLineHeight()}
-                               : ImVec2{from + look.name_width, y});
-  const std::string rest = shortened(detail, ImGui::GetContentRegionAvail().x);
-  ImGui::TextDisabled("%s", rest.c_str());
+  ImGui::SetCursorPos({from, top});
+  const std::string shown = shortened(name, ImGui::GetContentRegionAvail().x);
+  ImGui::TextColored(tint(look.usable ? theme().text : theme().faint), "%s", shown.c_str());
   ImGui::SetCursorPosY(bottom);
-  if (look.tips && pointed_at && (shown != name || rest != detail)) {  // what had no room
+  if (look.tips && pointed_at) {
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(0.9f * ImGui::GetIO().DisplaySize.x);
-    ImGui::Text("%s   %s", name.c_str(), detail.c_str());
+    ImGui::Text("%s\n%s", name.c_str(), detail.c_str());
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();
   }
@@ -94,9 +83,13 @@ void StartView::load_thumbnails() {
   std::vector<RgbImage> pictures;
   for (const Settings::Recent& recent : settings_.recent)
     if (auto picture = load_thumbnail(recent.input)) {
-      thumbnail_of_[recent.input] = pictures.size();
+      thumbnail_of_[{SourceEntry::Group::Recent, recent.input}] = pictures.size();
       pictures.push_back(std::move(*picture));
     }
+  for (const auto& [input, picture] : list_.simulated()) {
+    thumbnail_of_[{SourceEntry::Group::Synthetic, input}] = pictures.size();
+    pictures.push_back(picture);
+  }
   page_.set_pictures(std::move(pictures));
 }
 
@@ -107,7 +100,14 @@ std::optional<Choice> StartView::choose(const std::function<bool()>& interrupted
         handle_keys();
         describe();
       },
-      [this] { return chosen_.has_value(); }, [this] { return list_.update() || list_.looking(); },
+      [this] { return chosen_.has_value(); },
+      [this] {
+        const size_t pictures = list_.simulated().size();
+        const bool changed = list_.update();
+        if (list_.simulated().size() != pictures) load_thumbnails();
+        return changed || list_.looking();
+      },
+
       interrupted);
   return std::exchange(chosen_, {});
 }
@@ -116,27 +116,17 @@ bool StartView::wait(const std::string& what, const std::function<bool()>& done)
   return page_.wait("opening " + what, done);
 }
 
-void StartView::step(int by) {
+void StartView::step(int right, int down) {
   settled_ = scroll_ = true;
   if (in_sensors_) {
     const auto last = static_cast<int>(list_.sensors().size()) - 1;
-    sensor_ = static_cast<size_t>(std::clamp(static_cast<int>(sensor_) + by, 0, std::max(last, 0)));
+    sensor_ = static_cast<size_t>(std::clamp(static_cast<int>(sensor_) + down, 0, std::max(last, 0)));
     return;
   }
-  // Remarks are passed over.
-  const auto& sources = list_.sources();
-  const int direction = by < 0 ? -1 : 1;
-  auto at = static_cast<int>(source_);
-  for (int left = std::abs(by); left > 0;) {
-    int next = at + direction;
-    while (next >= 0 && next < static_cast<int>(sources.size()) &&
-           !sources[static_cast<size_t>(next)].can_be_chosen())
-      next += direction;
-    if (next < 0 || next >= static_cast<int>(sources.size())) break;
-    at = next;
-    --left;
-  }
-  source_ = static_cast<size_t>(at);
+  const auto at = std::ranges::find(cards_, source_);
+  if (at == cards_.end()) return;
+  const size_t card = grid_.neighbour(static_cast<size_t>(at - cards_.begin()), right, down);
+  source_ = cards_[std::min(card, cards_.size() - 1)];
 }
 
 void StartView::handle_keys() {
@@ -154,20 +144,24 @@ void StartView::handle_keys() {
     }
     switch (press.key) {
       case GLFW_KEY_UP:
-        step(-1);
+        step(0, -1);
         break;
       case GLFW_KEY_DOWN:
-        step(1);
+        step(0, 1);
+        break;
+      case GLFW_KEY_LEFT:
+        step(-1, 0);
+        break;
+      case GLFW_KEY_RIGHT:
+        step(1, 0);
         break;
       case GLFW_KEY_PAGE_UP:
-        step(-8);
+        step(0, in_sensors_ ? -8 : -3);
         break;
       case GLFW_KEY_PAGE_DOWN:
-        step(8);
+        step(0, in_sensors_ ? 8 : 3);
         break;
       case GLFW_KEY_TAB:
-      case GLFW_KEY_LEFT:
-      case GLFW_KEY_RIGHT:
         in_sensors_ = !in_sensors_;
         scroll_ = true;
         break;
@@ -207,9 +201,9 @@ void StartView::handle_keys() {
 const std::vector<KeyHelp>& start_key_help() {
   static const std::vector<KeyHelp> lines{
       {"click", "open a source, choose a sensor file"},
-      {"Up, Down, Page up, down", "move the selection"},
+      {"arrows, Page up, down", "move the selection"},
       {"Enter", "open the selected source"},
-      {"Tab, Left, Right", "from the sources to the sensor files and back"},
+      {"Tab", "from the sources to the sensor files and back"},
       {"drop a file", "open it; a sensor file is chosen"},
       {"F5", "search again for cameras and sensor files"},
       {"Del", "forget a recent source"},
@@ -263,49 +257,41 @@ void StartView::take_drops() {
 
 void StartView::describe_sources(float scale) {
   const auto& sources = list_.sources();
-  // The first line that can be opened, until the person chooses.
+  // The first card that can be opened, until the person chooses.
   if (!settled_ || source_ >= sources.size())
     for (source_ = 0; source_ + 1 < sources.size() && sources[source_].input.empty();) ++source_;
-  const float name_width = std::min(0.45f * ImGui::GetContentRegionAvail().x, 260 * scale);
+  grid_.begin(page_.frame(), ImGui::GetContentRegionAvail().x);
+  cards_.clear();
   for (size_t i = 0; i < sources.size(); ++i) {
     const SourceEntry& e = sources[i];
-    if (i == 0 || sources[i - 1].group != e.group) {
-      if (i > 0) ImGui::Dummy({1, 4 * scale});
-      ImGui::TextColored(tint(theme().chosen), "%s", title_of(e.group));
+    if (i == 0 || sources[i - 1].group != e.group) grid_.heading(title_of(e.group));
+    if (!e.can_be_chosen()) {
+      grid_.remark(e.name + (e.detail.empty() ? "" : ": " + e.detail));
+      continue;
     }
-    LineLook look{.selected = i == source_ && e.can_be_chosen() && !in_sensors_,
-                  .usable = !e.input.empty() && !e.missing,
-                  .name_width = name_width,
-                  .tips = !help_};
-    const auto picture =
-        e.group == SourceEntry::Group::Recent ? thumbnail_of_.find(e.input) : thumbnail_of_.end();
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    if (e.group == SourceEntry::Group::Recent && !e.input.empty()) {
-      look.height = 40 * scale;
-      look.indent = 60 * scale;
-    }
-    const bool clicked = list_line(std::to_string(i).c_str(), e.name, e.detail, look);
-    if (picture != thumbnail_of_.end())
-      page_.frame().draw_picture(picture->second, {at.x + 5 * scale, at.y + scale},
-                                 {at.x + 5 * scale + 50.7f * scale, at.y + 39 * scale});
-    if (i == source_ && scroll_ && !in_sensors_) ImGui::SetScrollHereY();
-    if (!clicked || !e.can_be_chosen()) continue;
+    Card card{e.name, e.detail, {}, is_tissue(e.input), !e.missing};
+    if (const auto at = thumbnail_of_.find({e.group, e.input}); at != thumbnail_of_.end())
+      card.picture = at->second;
+    cards_.push_back(i);
+    const bool clicked =
+        grid_.add(card, i == source_ && !in_sensors_, i == source_ && scroll_ && !in_sensors_,
+                  help_ ? "" : e.name + "\n" + e.whole);
+    if (!clicked) continue;
     source_ = i;
     settled_ = true;
     in_sensors_ = false;
     open_selected();  // one click is enough
   }
+  ImGui::Dummy({1, 2 * scale});
 }
 
 void StartView::describe_sensors(float scale) {
   const auto& sensors = list_.sensors();
-  const float name_width = std::min(0.62f * ImGui::GetContentRegionAvail().x, 300 * scale);
   for (size_t i = 0; i < sensors.size(); ++i) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     if (list_line(std::to_string(i).c_str(), sensors[i].name, sensors[i].detail,
                   {.selected = i == sensor_ && in_sensors_,
                    .usable = sensors[i].usable,
-                   .name_width = name_width,
                    .indent = 22 * scale,
                    .tips = !help_})) {
       sensor_ = i;
@@ -320,32 +306,9 @@ void StartView::describe_sensors(float scale) {
   }
 }
 
-void StartView::describe() {
-  const float scale = page_.frame().scale();
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  page_.begin_page("start", "what is to be touched?", message_, trouble_);
-  const float foot = 3.2f * ImGui::GetFrameHeightWithSpacing();
-  const float height = std::max(ImGui::GetContentRegionAvail().y - foot, 60 * scale);
-  const bool side_by_side = size.x > 760 * scale;
-  const float list_width = side_by_side ? 0.62f * ImGui::GetContentRegionAvail().x : 0;
-  const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border);
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : tint(theme().chosen));
-  ImGui::BeginChild("sources", {list_width, side_by_side ? height : 0.62f * height}, true,
-                    ImGuiWindowFlags_NoNav);
-  describe_sources(scale);
-  ImGui::EndChild();
-  ImGui::PopStyleColor();
-  if (side_by_side) ImGui::SameLine();
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? tint(theme().chosen) : border);
-  ImGui::BeginChild("sensors", {0, side_by_side ? height : 0.36f * height}, true, ImGuiWindowFlags_NoNav);
-  ImGui::TextColored(tint(theme().chosen), "Sensor file");
-  describe_sensors(scale);
-  run_panel(settings_.run, scale);
-  ImGui::EndChild();
-  ImGui::PopStyleColor();
-  scroll_ = false;
-
-  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 300 * scale);
+/// Where anything can be typed, and where things go.
+void StartView::describe_foot(float scale) {
+  ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - 200 * scale, 80 * scale));
   ImGui::InputTextWithHint(
       "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
       typed_.data(), typed_.size());
@@ -354,15 +317,47 @@ void StartView::describe() {
   if (ImGui::Button("Open")) open_text();
   ImGui::SameLine();
   if (ImGui::Button("Search again")) list_.refresh(settings_);
-  ImGui::SameLine();
-  if (ImGui::Button("New sensor")) chosen_ = Choice{{}, {}, typed_.data(), true};
-  ImGui::TextDisabled("%s", shortened("Click, or arrows and Enter; Tab: sensor files; H: all keys; Esc: quit",
-                                      ImGui::GetContentRegionAvail().x)
-                                .c_str());
-  ImGui::TextDisabled("%s", shortened(folder_.empty() ? "recordings and snapshots: nowhere to write"
-                                                      : "recordings and snapshots go to " + folder_,
-                                      ImGui::GetContentRegionAvail().x)
-                                .c_str());
+  const auto line = [](const std::string& words) {
+    ImGui::TextDisabled("%s", shortened(words, ImGui::GetContentRegionAvail().x).c_str());
+  };
+  line("Click, or arrows and Enter; Tab: sensor files; H: all keys; Esc: quit");
+  if (source_ < list_.sources().size()) line(list_.opened_with(source_, sensor_));
+  line(folder_.empty() ? "recordings and snapshots: nowhere to write"
+                       : "recordings and snapshots go to " + folder_);
+}
+
+void StartView::describe() {
+  const float scale = page_.frame().scale();
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  page_.begin_page("start", "what is to be touched?", message_, trouble_);
+  const float foot = ImGui::GetFrameHeightWithSpacing() + 3.4f * ImGui::GetTextLineHeightWithSpacing();
+  const float height = std::max(ImGui::GetContentRegionAvail().y - foot, 60 * scale);
+  const bool side_by_side = size.x > 760 * scale;
+  const float list_width = side_by_side ? 0.7f * ImGui::GetContentRegionAvail().x : 0;
+  const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : tint(theme().chosen));
+  ImGui::BeginChild("sources", {list_width, side_by_side ? height : 0.62f * height}, true,
+                    ImGuiWindowFlags_NoNav | ImGuiWindowFlags_AlwaysVerticalScrollbar);
+  describe_sources(scale);
+  ImGui::EndChild();
+  ImGui::PopStyleColor();
+  if (side_by_side) ImGui::SameLine();
+  ImGui::BeginGroup();
+  const float top = ImGui::GetCursorPosY();
+  if (ImGui::Button("Set up a new sensor", {-1, 2 * ImGui::GetFrameHeight()}))
+    chosen_ = Choice{{}, {}, typed_.data(), true};
+  const float taken = ImGui::GetCursorPosY() - top;
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? tint(theme().chosen) : border);
+  ImGui::BeginChild("sensors", {0, (side_by_side ? height : 0.36f * height) - taken}, true,
+                    ImGuiWindowFlags_NoNav);
+  ImGui::TextColored(tint(theme().chosen), "Sensor file");
+  describe_sensors(scale);
+  run_panel(settings_.run, scale);
+  ImGui::EndChild();
+  ImGui::PopStyleColor();
+  ImGui::EndGroup();
+  scroll_ = false;
+  describe_foot(scale);
   ImGui::End();
   page_.help(start_key_help(), help_);
 }

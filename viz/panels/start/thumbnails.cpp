@@ -1,12 +1,17 @@
-#include "viz/panels/thumbnails.h"
+#include "viz/panels/start/thumbnails.h"
 
 #include <algorithm>
+#include <array>
 #include <cinttypes>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <set>
 
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
+#include "capture/synthetic/synthetic.h"
+#include "capture/synthetic/tissue.h"
+#include "engine/pipeline/surface/surface_sample.h"
 #include "palpate/error.h"
 #include "viz/render/format.h"
 
@@ -45,8 +50,10 @@ RgbImage scaled_down(const Frame& frame, uint32_t most_width, uint32_t most_heig
   return picture;
 }
 
-RgbImage thumbnail_of(const Frame& frame) {
-  const RgbImage inner = scaled_down(frame, kThumbnailWidth, kThumbnailHeight);
+namespace {
+
+/// In the middle of a dark picture.
+RgbImage framed(const RgbImage& inner) {
   RgbImage picture{kThumbnailWidth, kThumbnailHeight, {}};
   picture.rgb.assign(size_t{3} * kThumbnailWidth * kThumbnailHeight, 24);
   const uint32_t left = (kThumbnailWidth - inner.width) / 2, top = (kThumbnailHeight - inner.height) / 2;
@@ -54,6 +61,54 @@ RgbImage thumbnail_of(const Frame& frame) {
     std::copy_n(inner.at(0, y), 3 * inner.width,
                 picture.rgb.data() + 3 * (size_t{y + top} * kThumbnailWidth + left));
   return picture;
+}
+
+}  // namespace
+
+RgbImage thumbnail_of(const Frame& frame) {
+  return framed(scaled_down(frame, kThumbnailWidth, kThumbnailHeight));
+}
+
+RgbImage depth_thumbnail(gpu::Context& context, const SurfaceMap& map, double offset_mm, ColourMap colours,
+                         double range_mm) {
+  const double scale = std::min({1.0, static_cast<double>(kThumbnailWidth) / map.width,
+                                 static_cast<double>(kThumbnailHeight) / map.height});
+  RgbImage picture{std::max(1u, static_cast<uint32_t>(map.width * scale)),
+                   std::max(1u, static_cast<uint32_t>(map.height * scale)),
+                   {}};
+  std::vector<std::array<double, 2>> places;
+  for (uint32_t y = 0; y < picture.height; ++y)
+    for (uint32_t x = 0; x < picture.width; ++x)
+      places.push_back(
+          {(x + 0.5) * map.width / picture.width - 0.5, (y + 0.5) * map.height / picture.height - 0.5});
+  for (const double depth_mm : sample_depths(context, map, offset_mm, places))
+    for (const double part : colour_of(colours, std::clamp(depth_mm / range_mm, 0.0, 1.0)))
+      picture.rgb.push_back(static_cast<uint8_t>(std::lround(255 * part)));
+  return framed(picture);
+}
+
+std::optional<RgbImage> simulated_thumbnail(const std::string& input) {
+  if (is_tissue(input)) return std::nullopt;
+  SyntheticOptions options = parse_synthetic(input);
+  options.width = 2 * kThumbnailWidth;  // patterns of the skin want so many
+  options.height = 2 * kThumbnailHeight;
+  options.repeat = 1;
+  const SyntheticSensor sensor(options);
+  constexpr uint64_t kLooks = 24;
+  const uint64_t frames = sensor.frame_count().value_or(1);
+  uint64_t best = 0;
+  double largest_N = -1;
+  for (uint64_t look = 0; look < kLooks; ++look) {
+    const uint64_t at = look * frames / kLooks;
+    const auto truth = sensor.truth(at);
+    if (truth && truth->force_N > largest_N) {
+      best = at;
+      largest_N = truth->force_N;
+    }
+  }
+  Frame frame;
+  if (!sensor.render(best, frame)) return std::nullopt;
+  return thumbnail_of(frame);
 }
 
 fs::path thumbnail_file(const std::string& input) {

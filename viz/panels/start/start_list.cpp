@@ -1,4 +1,4 @@
-#include "viz/panels/start_list.h"
+#include "viz/panels/start/start_list.h"
 
 #include <algorithm>
 #include <array>
@@ -14,6 +14,8 @@
 #include "capture/v4l2/device.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
+#include "viz/panels/start/thumbnails.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {
@@ -141,6 +143,16 @@ bool is_ready(const std::future<T>& future) {
 
 StartList::StartList(const Settings& settings) {
   refresh(settings);
+  std::vector<std::string> inputs;
+  for (const SourceEntry& e : sources_)
+    if (e.group == Group::Synthetic) inputs.push_back(e.input);
+  pictures_ = std::async(std::launch::async, [this, inputs] {
+    std::vector<std::pair<std::string, RgbImage>> pictures;
+    for (const std::string& input : inputs)
+      if (auto picture = ends_ ? std::nullopt : simulated_thumbnail(input))
+        pictures.emplace_back(input, std::move(*picture));
+    return pictures;
+  });
 }
 
 void StartList::refresh(const Settings& settings) {
@@ -160,8 +172,9 @@ void StartList::collect(const Settings& settings) {
   for (const Settings::Recent& r : settings.recent) {
     SourceEntry entry = from_text(r.input);
     entry.sensor = r.sensor;
-    if (!r.sensor.empty()) entry.detail += "   with " + fs::path(r.sensor).filename().string();
     entry.group = Group::Recent;
+    entry.whole = entry.detail + (r.sensor.empty() ? "" : "\nread with " + r.sensor);
+    if (r.largest_N > 0 && !entry.missing) entry.detail = text("up to %.3g N", r.largest_N);
     sources_.push_back(entry);
   }
   if (settings.recent.empty())
@@ -177,19 +190,23 @@ void StartList::collect(const Settings& settings) {
       if (scene == touch.scene)
         sources_.push_back({Group::Synthetic,
                             "synthetic:" + scene + "?" + touch.options + "repeat=0",
-                            scene + ", " + touch.pad,
-                            what,
-                            {}});
+                            scene,
+                            touch.pad,
+                            {},
+                            false,
+                            what});
   sources_.push_back({Group::Synthetic,
                       "synthetic:tissue?d=12&h=3&ratio=4&repeat=0",
-                      "tissue, a lump that is found",
+                      "lump that is found",
                       kTissueScene,
                       {}});
   sources_.push_back({Group::Synthetic,
                       "synthetic:tissue?repeat=0",
-                      "tissue, a lump in doubt",
+                      "lump in doubt",
                       "smaller and deeper: its stiffness cannot be determined",
                       {}});
+  for (SourceEntry& e : sources_)
+    if (e.whole.empty()) e.whole = e.detail;
   if (sensors_.empty())
     sensors_.push_back({"", "the source's own", "without one: places in px, no depth, no force"});
 }
@@ -201,7 +218,13 @@ bool StartList::update() {
     const std::vector<SourceEntry> found = cameras_.get();
     const auto after = std::find_if(sources_.begin(), sources_.end(),
                                     [](const SourceEntry& e) { return e.group == Group::Synthetic; });
+    for (SourceEntry& e : sources_)
+      if (e.whole.empty()) e.whole = e.detail;
     sources_.insert(after, found.begin(), found.end());
+    changed = true;
+  }
+  if (is_ready(pictures_)) {
+    simulated_ = pictures_.get();
     changed = true;
   }
   if (is_ready(files_)) {
@@ -212,6 +235,17 @@ bool StartList::update() {
     changed = true;
   }
   return changed;
+}
+
+std::string StartList::opened_with(size_t source, size_t sensor) const {
+  const SourceEntry& e = sources_[source];
+  if (!e.can_be_chosen()) return {};
+  const std::string begin = "'" + e.name + "' opens with ";
+  if (sensor < sensors_.size() && !sensors_[sensor].file.empty())
+    return begin + "sensor '" + sensors_[sensor].name + "': chosen on the right";
+  if (!e.sensor.empty()) return begin + fs::path(e.sensor).filename().string() + ": as it was opened last";
+  if (e.input.starts_with("synthetic:")) return begin + "the sensor that is simulated";
+  return begin + "the sensor that it holds itself; without one places are in px, with no depth and no force";
 }
 
 SourceEntry StartList::from_text(const std::string& input) {

@@ -6,13 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "engine/gpu/context.h"
+#include "engine/pipeline/surface_map.h"
 #include "palpate/frame.h"
 #include "viz/panels/settings.h"
+#include "viz/render/colour_map.h"
 #include "viz/render/render_target.h"
 
 namespace palpate::viz {
 
-inline constexpr uint32_t kThumbnailWidth = 96, kThumbnailHeight = 72;  ///< px
+inline constexpr uint32_t kThumbnailWidth = 192, kThumbnailHeight = 144;  ///< px
 
 /// The frame in at most `width` x `height` px, each pixel the mean of those that it stands for; smaller
 /// frames as they are. Frames of more than 8 bits and gray ones too.
@@ -20,6 +23,12 @@ RgbImage scaled_down(const Frame& frame, uint32_t width, uint32_t height);
 
 /// The same in the middle of a dark picture of kThumbnailWidth x kThumbnailHeight.
 RgbImage thumbnail_of(const Frame& frame);
+
+/// Depths in a colour map from untouched to `range_mm`, as thumbnail_of; `map`: of the frame's size.
+RgbImage depth_thumbnail(gpu::Context& context, const SurfaceMap& map, double offset_mm, ColourMap colours,
+                         double range_mm);
+/// A simulated touch ("synthetic:...") at its largest force; none of tissue, whose simulation takes seconds.
+std::optional<RgbImage> simulated_thumbnail(const std::string& input);
 
 /// File of a source's thumbnail, whether it exists or not; empty where nothing is remembered.
 std::filesystem::path thumbnail_file(const std::string& input);
