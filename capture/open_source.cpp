@@ -136,15 +136,23 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
   return std::make_unique<VideoFile>(path, sensor);
 }
 
+std::optional<Frame> background_image(const Sensor& sensor) {
+  const std::string& file = sensor.background.image;
+  if (file.empty()) return std::nullopt;
+  Frame background;
+  const cv::Mat image = read_image(file);
+  Rectifier(sensor, image, file).apply(image, file, background);
+  return background;
+}
+
 Frame load_background(const std::string& input, const Sensor& sensor, Source& source) {
   Frame background;
   if (sensor.background.kind == BackgroundKind::None) {
     background.reshape(source.format());  // black: there is nothing to subtract
     return background;
   }
-  if (const std::string& file = sensor.background.image; !file.empty()) {
-    const cv::Mat image = read_image(file);
-    Rectifier(sensor, image, file).apply(image, file, background);
+  if (std::optional<Frame> named = background_image(sensor)) {
+    background = std::move(*named);
   } else if (std::optional<Frame> own = source.own_background()) {
     background = std::move(*own);
   } else {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "source.h"
@@ -25,6 +26,9 @@ FrameFormat camera_format(const std::string& input);
 /// its first frames. For the last a recording is opened a second time, so that `source` loses no frame; a
 /// camera cannot be, and gives its own next frames. Black where the sensor has none.
 Frame load_background(const std::string& input, const Sensor& sensor, Source& source);
+/// The background image that the sensor file names, rectified; none: it names none. Throws
+/// Error(Failure::Input).
+std::optional<Frame> background_image(const Sensor& sensor);
 
 /// Whether the frames of `source` are separate presses: pictures without a rate (a folder of images, one
 /// image), unless the caller says that they are `one_sequence` in their order, or at which rate they were

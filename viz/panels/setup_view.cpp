@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -19,12 +20,16 @@
 namespace palpate::viz {
 namespace {
 
-const ImVec4 kAmber{1, 0.72f, 0.28f, 1};
 constexpr ImU32 kCorner = IM_COL32(255, 190, 70, 255), kOutline = IM_COL32(255, 190, 70, 200);
 constexpr uint32_t kPicture_px = 1000;
-// Headings of the steps, in their order.
-constexpr std::array<const char*, SetupView::kSteps> kTitles{
-    "1  frame", "2  untouched image", "3  touch", "4  scale", "5  surface from a ball", "6  force"};
+// Steps in their order, and what each is for.
+constexpr std::array<std::array<const char*, 2>, SetupView::kSteps> kStepWords{
+    {{"pad in the picture", "Which part of the camera's picture is the pad."},
+     {"untouched image", "How the pad looks at rest, and how much each pixel changes by noise."},
+     {"touch", "What a touch changes, and from which change on it is one."},
+     {"scale", "Millimetres of a pixel; without it lengths are in px."},
+     {"surface", "Depth, from presses of a ball of known size."},
+     {"force", "Newtons, from presses on a force gauge."}}};
 
 /// Names the missing inputs as this form does, instead of by the options of the command.
 std::string by_field(std::string words) {
@@ -53,13 +58,22 @@ SetupView::SetupView(gpu::Context& context, Window& window, Settings& settings, 
   window_.set_title("palpate: a sensor of your own");
 }
 
+void SetupView::set_pictures() {
+  std::vector<RgbImage> pictures{picture_};
+  if (untouched_) pictures.push_back(*untouched_);
+  page_.set_pictures(std::move(pictures));
+}
+
+void SetupView::show_untouched(const std::optional<Frame>& frame) {
+  const bool had = std::exchange(untouched_, std::nullopt).has_value();
+  if (frame) untouched_ = scaled_down(*frame, kPicture_px, kPicture_px);
+  if (camera_px_[0] > 0 && (frame || had)) set_pictures();
+}
+
 void SetupView::show(const Frame& frame) {
   camera_px_ = {frame.format.width, frame.format.height};
-  RgbImage picture = scaled_down(frame, kPicture_px, kPicture_px);
-  picture_px_ = {picture.width, picture.height};
-  std::vector<RgbImage> pictures;
-  pictures.push_back(std::move(picture));
-  page_.set_pictures(std::move(pictures));
+  picture_ = scaled_down(frame, kPicture_px, kPicture_px);
+  set_pictures();
   const double w = camera_px_[0], h = camera_px_[1];
   const bool outside = std::any_of(form_.corners.begin(), form_.corners.end(), [&](const auto& corner) {
     return corner[0] < 0 || corner[1] < 0 || corner[0] > w || corner[1] > h;
@@ -94,6 +108,8 @@ void SetupView::handle_keys() {
   for (const KeyPress& press : window_.take_keys()) {
     if (press.key == GLFW_KEY_F11) window_.switch_full_screen();
     if (press.key == GLFW_KEY_F1 || (press.key == GLFW_KEY_H && !typing)) help_ = !help_;
+    if (press.key == GLFW_KEY_PAGE_UP && at_ > 0) --at_;
+    if (press.key == GLFW_KEY_PAGE_DOWN && at_ + 1 < kSteps) ++at_;
     if (press.key != GLFW_KEY_ESCAPE || typing) continue;
     if (!std::exchange(help_, false)) wish(SetupWish::What::Leave);
   }
@@ -104,7 +120,8 @@ const std::vector<KeyHelp>& setup_key_help() {
       {"drop a file", "a recording; then .csv: gauge table, picture: pad at rest"},
       {"drag a corner", "to that of the pad, where the pad is cut out"},
       {"Enter in the first field", "open the recording"},
-      {"Again", "one step alone, with what is filled in now"},
+      {"click on a step, Page up, down", "its fields"},
+      {"Do this step again", "it alone, with what is filled in now"},
       {"F11", "full screen"},
       {"H, F1", "this help"},
       {"Esc", "close the help; back to the list of sources"},
@@ -167,26 +184,59 @@ void SetupView::number(const char* label, const char* hint, double& value) {
   ImGui::TextColored(tint(theme().wrong), "no length");
 }
 
-/// Title of a step, what is known of it, what is missing.
-void SetupView::heading(size_t step, float scale) {
-  const SetupLine& line = lines_[step];
+/// The steps in a column, each with its state; a click goes to its fields.
+void SetupView::describe_path(float scale) {
   const bool begun = !lines_[0].name.empty();
-  ImGui::PushID(static_cast<int>(step));
-  ImGui::Dummy({1, 2 * scale});
-  ImGui::TextColored(tint(theme().chosen), "%s", kTitles[step]);
-  if (begun) {
-    ImGui::SameLine();
-    line.done ? ImGui::TextUnformatted("known") : ImGui::TextColored(kAmber, "missing");
-    if (step > 0) {
-      ImGui::SameLine();
-      if (ImGui::SmallButton("Again")) wish(SetupWish::What::Again, step);
-    }
+  const float row = 1.5f * ImGui::GetTextLineHeight();
+  for (size_t step = 0; step < kSteps; ++step) {
+    ImGui::PushID(static_cast<int>(step));
+    const ImVec2 low = ImGui::GetCursorScreenPos();
+    const float right = low.x + ImGui::GetContentRegionAvail().x;
+    if (ImGui::Selectable("##step", step == at_, 0, {0, row})) at_ = step;
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const bool done = begun && lines_[step].done;
+    const float y = low.y + (row - ImGui::GetTextLineHeight()) / 2;
+    const ImVec2 middle{low.x + row / 2, low.y + row / 2};
+    const Rgb colour = done ? theme().valid : begun ? theme().doubtful : theme().faint;
+    list.AddCircle(middle, 0.42f * row, ink(colour), 0, 1.5f * scale);
+    const std::string number = std::to_string(step + 1);
+    list.AddText({middle.x - ImGui::CalcTextSize(number.c_str()).x / 2, y}, ink(colour), number.c_str());
+    list.AddText({low.x + 1.4f * row, y}, ink(theme().text), kStepWords[step][0]);
+    const char* state = done ? "known" : begun ? "missing" : "";
+    list.AddText({right - ImGui::CalcTextSize(state).x, y}, ink(colour), state);
+    ImGui::PopID();
   }
-  ImGui::PushTextWrapPos(0);
-  if (!line.known.empty()) ImGui::TextUnformatted(line.known.c_str());
-  if (!line.missing.empty()) ImGui::TextColored(kAmber, "%s", by_field(line.missing).c_str());
-  ImGui::PopTextWrapPos();
-  ImGui::PopID();
+}
+
+/// Fields of the step that is shown.
+void SetupView::describe_fields() {
+  switch (at_) {
+    case 0:
+      ImGui::Checkbox("cut the pad out by its corners", &form_.cut);
+      ImGui::SameLine();
+      if (ImGui::Button("Propose")) wish(SetupWish::What::Propose);
+      break;
+    case 1:
+      path("picture at rest", "found in the recording", form_.background);
+      break;
+    case 3:
+      number("mm per px", "not known", form_.pitch_mm_per_px);
+      path("grid pictures", "instead: of a grid that is known", form_.grid_pictures);
+      if (form_.grid_pictures[0] == '\0') break;
+      ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
+      ImGui::InputTextWithHint("columns x rows", "9x7", form_.grid.data(), form_.grid.size());
+      number("mm between points", "not known", form_.spacing_mm);
+      break;
+    case 4:
+      number("ball radius, mm", "no ball", form_.ball_radius_mm);
+      path("its presses", "those of the recording", form_.balls);
+      break;
+    case 5:
+      path("gauge table", "CSV: frame or time_s, force_N", form_.gauge);
+      break;
+    default:
+      break;
+  }
 }
 
 void SetupView::describe_steps(float scale) {
@@ -196,27 +246,21 @@ void SetupView::describe_steps(float scale) {
   ImGui::SameLine();
   if (ImGui::Button("Open")) wish(SetupWish::What::Open);
   path("sensor file", "is written here", form_.sensor_file);
-
-  heading(0, scale);
-  ImGui::Checkbox("cut the pad out by its corners", &form_.cut);
-  ImGui::SameLine();
-  if (ImGui::Button("Propose")) wish(SetupWish::What::Propose);
-  heading(1, scale);
-  path("picture at rest", "found in the recording", form_.background);
-  heading(2, scale);
-  heading(3, scale);
-  number("mm per px", "not known", form_.pitch_mm_per_px);
-  path("grid pictures", "instead: of a grid that is known", form_.grid_pictures);
-  if (form_.grid_pictures[0] != '\0') {
-    ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
-    ImGui::InputTextWithHint("columns x rows", "9x7", form_.grid.data(), form_.grid.size());
-    number("mm between points", "not known", form_.spacing_mm);
-  }
-  heading(4, scale);
-  number("ball radius, mm", "no ball", form_.ball_mm);
-  path("its presses", "those of the recording", form_.balls);
-  heading(5, scale);
-  path("gauge table", "CSV: frame or time_s, force_N", form_.gauge);
+  ImGui::Dummy({1, 4 * scale});
+  describe_path(scale);
+  ImGui::Separator();
+  ImGui::TextColored(tint(theme().chosen), "%zu  %s", at_ + 1, kStepWords[at_][0]);
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextDisabled("%s", kStepWords[at_][1]);
+  ImGui::PopTextWrapPos();
+  describe_fields();
+  const SetupLine& line = lines_[at_];
+  if (!line.known.empty()) wrapped_text(line.known, tint(theme().text));
+  if (!line.missing.empty()) wrapped_text(by_field(line.missing), tint(theme().doubtful));
+  if (at_ == 4 && next_)
+    wrapped_text("three more presses where the picture is framed: " + next_->reason, tint(theme().doubtful));
+  if (at_ > 0 && !lines_[0].name.empty() && ImGui::Button("Do this step again"))
+    wish(SetupWish::What::Again, at_);
 }
 
 /// Corners over the picture, whose `low` is its top left corner on the screen; `px_per_px`: screen px in one
@@ -259,15 +303,50 @@ void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float s
 }
 
 void SetupView::draw_balls(std::array<float, 2> low, double px_per_px, float scale) const {
-  constexpr ImU32 kBall = IM_COL32(92, 200, 255, 255), kShadow = IM_COL32(0, 0, 0, 170);
+  constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 170);
+  // Over a camera's picture colours are bright in either theme.
+  const Theme& t = dark_theme();
   ImDrawList* list = ImGui::GetWindowDrawList();
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  const SetupBall* pointed_at = nullptr;
   for (const SetupBall& ball : balls_) {
     const ImVec2 at{low[0] + static_cast<float>(ball.x_px * px_per_px),
                     low[1] + static_cast<float>(ball.y_px * px_per_px)};
     const auto radius = static_cast<float>(ball.radius_px * px_per_px);
+    const Rgb colour = !ball.used ? t.wrong : ball.doubtful ? t.doubtful : t.chosen;
     list->AddCircle(at, radius, kShadow, 0, 3 * scale);
-    list->AddCircle(at, radius, kBall, 0, 1.4f * scale);
+    list->AddCircle(at, radius, ink(colour), 0, 1.4f * scale);
+    if (!ball.used) {  // crossed out
+      const float side = 0.7f * radius;
+      list->AddLine({at.x - side, at.y - side}, {at.x + side, at.y + side}, ink(colour), 1.4f * scale);
+    }
+    const ImVec2 words = ImGui::CalcTextSize(ball.label.c_str());
+    if (!ball.label.empty() && words.x < 2 * radius) {
+      const ImVec2 place{at.x - words.x / 2, at.y - words.y / 2};
+      list->AddRectFilled({place.x - 2, place.y - 1}, {place.x + words.x + 2, place.y + words.y + 1},
+                          kShadow);
+      list->AddText(place, ink(colour), ball.label.c_str());
+    }
+    if (std::hypot(mouse.x - at.x, mouse.y - at.y) < radius) pointed_at = &ball;
   }
+  if (pointed_at && !help_ && ImGui::IsWindowHovered()) ImGui::SetTooltip("%s", pointed_at->words.c_str());
+}
+
+void SetupView::draw_place(std::array<float, 2> low, double px_per_px, float scale) const {
+  if (!next_) return;
+  std::array<ImVec2, 4> corners;
+  for (size_t i = 0; i < 4; ++i)
+    corners[i] = {low[0] + static_cast<float>(next_->corners[i][0] * px_per_px),
+                  low[1] + static_cast<float>(next_->corners[i][1] * px_per_px)};
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddConvexPolyFilled(corners.data(), 4, ink(dark_theme().doubtful, 36));
+  list->AddPolyline(corners.data(), 4, ink(dark_theme().doubtful), ImDrawFlags_Closed, 2 * scale);
+  const char* words = "press here too";
+  const ImVec2 size = ImGui::CalcTextSize(words),
+               middle{(corners[0].x + corners[2].x - size.x) / 2, corners[0].y + 4 * scale};
+  list->AddRectFilled({middle.x - 3, middle.y - 1}, {middle.x + size.x + 3, middle.y + size.y + 1},
+                      IM_COL32(0, 0, 0, 170));
+  list->AddText(middle, ink(dark_theme().doubtful), words);
 }
 
 void SetupView::describe_picture(float scale) {
@@ -281,25 +360,41 @@ void SetupView::describe_picture(float scale) {
   }
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float foot = 2.2f * ImGui::GetTextLineHeightWithSpacing();
-  const float factor = std::min(room.x / static_cast<float>(picture_px_[0]),
-                                (room.y - foot) / static_cast<float>(picture_px_[1]));
-  const ImVec2 size{factor * static_cast<float>(picture_px_[0]), factor * static_cast<float>(picture_px_[1])};
+  const bool rest = at_ == 1 && untouched_;
+  const RgbImage& shown = rest ? *untouched_ : picture_;
+  const float factor =
+      std::min(room.x / static_cast<float>(shown.width), (room.y - foot) / static_cast<float>(shown.height));
+  const ImVec2 size{factor * static_cast<float>(shown.width), factor * static_cast<float>(shown.height)};
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::floor((room.x - size.x) / 2));
   const ImVec2 low = ImGui::GetCursorScreenPos();
-  page_.frame().draw_picture(0, {low.x, low.y}, {low.x + size.x, low.y + size.y});
-  draw_balls({low.x, low.y}, static_cast<double>(size.x) / camera_px_[0], scale);
+  const double px_per_px = static_cast<double>(size.x) / camera_px_[0];
+  page_.frame().draw_picture(rest ? 1 : 0, {low.x, low.y}, {low.x + size.x, low.y + size.y});
   ImGui::InvisibleButton("picture", size);
-  if (form_.cut) drag_corners({low.x, low.y}, static_cast<double>(size.x) / camera_px_[0], scale);
+  const bool corners = form_.cut && at_ == 0;
+  if (at_ == 4) {
+    draw_place({low.x, low.y}, px_per_px, scale);
+    draw_balls({low.x, low.y}, px_per_px, scale);
+  }
+  if (corners) drag_corners({low.x, low.y}, px_per_px, scale);
+  const auto line = [&room](const std::string& words) {
+    ImGui::TextDisabled("%s", shortened(words, room.x).c_str());
+  };
   std::string words = text("%u x %u px", camera_px_[0], camera_px_[1]);
-  if (!balls_.empty()) words += text("; %zu presses of the ball, as found", balls_.size());
-  if (form_.cut) {
+  const auto used = std::ranges::count_if(balls_, &SetupBall::used);
+  if (rest) words = "the untouched image: " + lines_[1].known;
+  if (at_ == 4 && !balls_.empty()) {
+    words += text("; %td presses of the ball used", used);
+    if (used < std::ssize(balls_)) words += text(", %td crossed out", std::ssize(balls_) - used);
+  }
+  if (corners) {
     words += "; corners";
     for (const auto& corner : form_.corners) words += text("  %.0f, %.0f", corner[0], corner[1]);
   }
-  ImGui::TextDisabled("%s", shortened(words, room.x).c_str());
-  if (form_.cut)
-    ImGui::TextDisabled(
-        "%s",
-        shortened("drag each corner to that of the pad; what lies outside is not used", room.x).c_str());
+  line(words);
+  if (corners) line("drag each corner to that of the pad; what lies outside is not used");
+  if (at_ == 4 && !balls_.empty())
+    line(
+        "numbers: RMS error of the depth by the other presses, \xc2\xb5m; the mouse over a circle says more");
 }
 
 void SetupView::describe() {
@@ -320,7 +415,9 @@ void SetupView::describe() {
   ImGui::BeginChild("steps", {0, side_by_side ? height : 0.54f * height}, true, ImGuiWindowFlags_NoNav);
   describe_steps(scale);
   ImGui::EndChild();
+  ImGui::PushStyleColor(ImGuiCol_Button, tint(theme().picked));
   if (ImGui::Button("Make the sensor file")) wish(SetupWish::What::MakeAll);
+  ImGui::PopStyleColor();
   ImGui::SameLine();
   if (!lines_[0].name.empty()) {
     if (ImGui::Button("Look at the recording with it")) wish(SetupWish::What::Look);

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "palpate/frame.h"
-#include "viz/panels/controls.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
+#include "viz/render/render_target.h"
 
 namespace palpate::viz {
 
@@ -21,7 +21,7 @@ struct SetupForm {
   using Path = std::array<char, 512>;
   Path recording{}, sensor_file{}, background{}, grid_pictures{}, balls{}, gauge{};
   std::array<char, 16> grid{};  ///< columns x rows
-  double pitch_mm_per_px = 0, spacing_mm = 0, ball_mm = 0;
+  double pitch_mm_per_px = 0, spacing_mm = 0, ball_radius_mm = 0;
   bool cut = false;  ///< the pad is cut out by `corners`
   /// Px of the camera's picture: top left, top right, bottom right, bottom left.
   std::array<std::array<double, 2>, 4> corners{};
@@ -30,6 +30,16 @@ struct SetupForm {
 /// A press of a ball as the calibration found it: a circle in the camera's picture, px.
 struct SetupBall {
   double x_px = 0, y_px = 0, radius_px = 0;
+  std::string label;  ///< short, in the circle
+  std::string words;  ///< said where the mouse is
+  bool used = true;
+  bool doubtful = false;  ///< read worse than the others
+};
+
+/// Where further presses would serve best: its corners in the camera's picture, px, in turn.
+struct SetupPlace {
+  std::array<std::array<double, 2>, 4> corners{};
+  std::string reason;
 };
 
 /// One step as the form shows it.
@@ -71,7 +81,14 @@ class SetupView {
   void show(const Frame& frame);
   void set_lines(const std::array<SetupLine, kSteps>& lines) { lines_ = lines; }
   /// Drawn over the picture.
-  void set_balls(std::vector<SetupBall> balls) { balls_ = std::move(balls); }
+  void set_balls(std::vector<SetupBall> balls, std::optional<SetupPlace> next) {
+    balls_ = std::move(balls);
+    next_ = std::move(next);
+  }
+  /// Shown with the step of the untouched image; none: it is not known.
+  void show_untouched(const std::optional<Frame>& frame);
+  /// The step whose fields are shown.
+  void go_to(size_t step) { at_ = step; }
   /// One line; `trouble`: about something that went wrong.
   void set_message(const std::string& message, bool trouble);
   /// Until the person asks for something; none where the window was closed or `interrupted` says so.
@@ -83,22 +100,28 @@ class SetupView {
   void describe();
   void describe_picture(float scale);
   void describe_steps(float scale);
+  void describe_path(float scale);
+  void describe_fields();
+  void set_pictures();
   void drag_corners(std::array<float, 2> low, double px_per_px, float scale);
   void handle_keys();
   void take_drops();
   bool path(const char* label, const char* hint, SetupForm::Path& value);
   void number(const char* label, const char* hint, double& value);
   void draw_balls(std::array<float, 2> low, double px_per_px, float scale) const;
-  void heading(size_t step, float scale);
+  void draw_place(std::array<float, 2> low, double px_per_px, float scale) const;
   void wish(SetupWish::What what, size_t step = 0) { wish_ = SetupWish{what, step}; }
 
   Window& window_;
   SetupForm& form_;
   FormWindow page_;
   std::array<SetupLine, kSteps> lines_;
-  std::array<uint32_t, 2> camera_px_{};   ///< of the frame; 0: none is shown
-  std::array<uint32_t, 2> picture_px_{};  ///< as it is stored for drawing
+  size_t at_ = 0;                        ///< step whose fields are shown
+  std::array<uint32_t, 2> camera_px_{};  ///< of the frame; 0: none is shown
+  RgbImage picture_;                     ///< that frame as it is drawn
+  std::optional<RgbImage> untouched_;
   std::vector<SetupBall> balls_;
+  std::optional<SetupPlace> next_;
   /// Numbers as they are typed, by their labels.
   struct Typed {
     std::array<char, 32> text{};

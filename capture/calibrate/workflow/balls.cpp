@@ -173,6 +173,19 @@ void add_verdict(const PressVerdict& verdict, const std::string& error, json::Va
   report["warning"] = verdict.warning;
 }
 
+json::Value refused_json(const BallPresses& found) {
+  json::Value refused = json::Value::array();
+  for (const RefusedPress& r : found.refused) {
+    json::Value one = {{"press", r.label}, {"reason", r.reason}};
+    if (r.ball.radius_px > 0)
+      one.update({{"center_x_px", r.ball.center_x_px},
+                  {"center_y_px", r.ball.center_y_px},
+                  {"contact_radius_px", r.ball.radius_px}});
+    refused.push_back(std::move(one));
+  }
+  return refused;
+}
+
 std::string error_text(double depth_rmse_mm, double cap_rms_mm) {
   return text("%.3g mm RMS, %.2g %% of the caps (%.3g mm RMS)", depth_rmse_mm,
               cap_rms_mm > 0 ? 100 * depth_rmse_mm / cap_rms_mm : 0, cap_rms_mm);

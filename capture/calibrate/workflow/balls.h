@@ -45,6 +45,9 @@ std::string describe(const PressVerdict& verdict, const std::string& error);
 /// Adds "verdict", "selection", "selection_text", "ball" or "shapes", "doubt" and "warning".
 void add_verdict(const PressVerdict& verdict, const std::string& error, json::Value& report);
 
+/// Presses that were left out: "press", "reason", and where one was seen the place of its circle.
+json::Value refused_json(const BallPresses& found);
+
 /// "0.0412 mm RMS, 15 % of the caps (0.273 mm RMS)"; the share is the same whatever size is stated.
 std::string error_text(double depth_rmse_mm, double cap_rms_mm);
 

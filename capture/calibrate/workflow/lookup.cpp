@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 CalibrationReport report_of(const BallPresses& found, const LookupFitResult& result,
                             const PressVerdict& verdict, const CalibrationRun& run, const KeptSensor& kept) {
-  json::Value presses = json::Value::array(), refused = presses;
+  json::Value presses = json::Value::array();
   const std::string error = "depth to " + error_text(result.depth_rmse_mm, result.cap_rms_mm) +
                             ", held out " +
                             (result.by_press ? "press by press" : "by sectors of the one press");
@@ -45,15 +45,12 @@ CalibrationReport report_of(const BallPresses& found, const LookupFitResult& res
                                           p.largest_depth_mm, p.depth_rmse_mm, p.depth_error_mm);
     text += row;
   }
-  for (const RefusedPress& r : found.refused) {
-    refused.push_back({{"press", r.label}, {"reason", r.reason}});
-    text += "not used: " + r.label + ": " + r.reason + "\n";
-  }
+  for (const RefusedPress& r : found.refused) text += "not used: " + r.label + ": " + r.reason + "\n";
   const auto& points = result.calibration.points;
   json::Value value = {
       {"sensor", run.out.string()},
       {"presses", presses},
-      {"refused", refused},
+      {"refused", refused_json(found)},
       {"points", points.size()},
       {"gray_max", points.back()[0]},
       {"depth_max_mm", points.back()[1]},

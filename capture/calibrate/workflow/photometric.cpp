@@ -280,7 +280,7 @@ CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const Pr
                             const CalibrationRun& run, const PhotometricRequest& options,
                             const std::optional<PressContact>& contact, const KeptSensor& kept) {
   const PhotometricFitResult& result = fitted.result;
-  json::Value presses = json::Value::array(), refused = presses;
+  json::Value presses = json::Value::array();
   const std::string error = "depth to " + error_text(result.depth_rmse_mm, result.cap_rms_mm) +
                             " on presses held out; " + gain_text(result, fitted.found);
   std::string text = describe(verdict, error);
@@ -290,11 +290,9 @@ CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const Pr
       "without it)\n";
   for (size_t i = 0; i < result.presses.size(); ++i)
     presses.push_back(add_press(result.presses[i], fitted.found.presses[i], text));
-  for (const RefusedPress& r : fitted.found.refused)
-    refused.push_back({{"press", r.label}, {"reason", r.reason}});
   json::Value value = {{"sensor", run.out.string()},
                        {"presses", presses},
-                       {"refused", refused},
+                       {"refused", refused_json(fitted.found)},
                        {"untouched_frames", fitted.found.untouched},
                        {"markers_masked", fitted.masked},
                        {"model", result.model().order.name},

@@ -121,14 +121,20 @@ void refuse_other_mode(const SetupInputs& inputs, const FrameFormat& wanted) {
               "an untouched picture by the same camera mode, neither scaled nor cropped since");
 }
 
-/// The circles in a calibration's report.
+/// The circles in a calibration's report, those that are not used among them.
 std::vector<FoundPress> presses_of(const json::Value& report) {
   std::vector<FoundPress> presses;
-  const json::Value* listed = report.is_object() ? report.find("presses") : nullptr;
-  if (!listed || !listed->is_array()) return presses;
-  for (const json::Value& press : *listed)
-    presses.push_back({press.at("center_x_px").number(), press.at("center_y_px").number(),
-                       press.at("contact_radius_px").number()});
+  for (const char* list : {"presses", "refused"}) {
+    const json::Value* listed = report.is_object() ? report.find(list) : nullptr;
+    if (!listed || !listed->is_array()) continue;
+    for (const json::Value& press : *listed) {
+      if (!press.contains("center_x_px")) continue;
+      const json::Value *error = press.find("depth_rmse_mm"), *reason = press.find("reason");
+      presses.push_back({press.at("press").text(), press.at("center_x_px").number(),
+                         press.at("center_y_px").number(), press.at("contact_radius_px").number(),
+                         error ? error->number() : 0, reason ? reason->text() : ""});
+    }
+  }
   return presses;
 }
 

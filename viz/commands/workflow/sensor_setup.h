@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/calibrate/photometric/next_presses.h"
 #include "engine/base/facts.h"
 
 namespace palpate {
@@ -37,11 +38,6 @@ struct SetupInputs {
   std::filesystem::path gauge;  ///< a force gauge's table of the recording
   std::string name;             ///< of the sensor; empty: the file's
   bool one_sequence = false;    ///< images without a rate follow each other
-};
-
-/// A press of a ball as a calibration found it, px of the rectified frame.
-struct FoundPress {
-  double x_px = 0, y_px = 0, radius_px = 0;
 };
 
 struct SetupStep {

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,9 +12,11 @@
 #include <vector>
 
 #include "capture/calibrate/frame/pad_corners.h"
+#include "capture/calibrate/photometric/next_presses.h"
 #include "capture/open_source.h"
 #include "capture/rectify.h"
 #include "capture/run/input.h"
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -63,16 +66,39 @@ fs::path folder_of(const std::string& recording, const fs::path& other) {
 }
 
 /// From the rectified frame to the camera's picture.
-std::vector<viz::SetupBall> balls_of(const SetupStep& step, const fs::path& sensor_file) {
+std::vector<viz::SetupBall> balls_of(const std::vector<FoundPress>& presses, const Sensor& sensor) {
+  constexpr double kDoubtful = 1.5;  // times the usual error
+  std::vector<double> errors_mm;
+  for (const FoundPress& press : presses)
+    if (press.refusal.empty()) errors_mm.push_back(press.depth_error_mm);
+  const double usual_mm = errors_mm.empty() ? 0 : median(errors_mm);
   std::vector<viz::SetupBall> balls;
-  if (step.presses.empty()) return balls;
-  const Sensor sensor = load_sensor(sensor_file);
-  for (const FoundPress& press : step.presses) {
+  for (const FoundPress& press : presses) {
     const auto [x, y] = camera_place(sensor, press.x_px, press.y_px);
     const auto [side_x, side_y] = camera_place(sensor, press.x_px + press.radius_px, press.y_px);
-    balls.push_back({x, y, std::hypot(side_x - x, side_y - y)});
+    viz::SetupBall ball{
+        x, y, std::hypot(side_x - x, side_y - y), "", press.label + "\n", press.refusal.empty(), false};
+    if (ball.used) {
+      ball.doubtful = press.depth_error_mm > kDoubtful * usual_mm;
+      ball.label = text("%.0f", 1e3 * press.depth_error_mm);
+      ball.words += text("depth to %.4f mm RMS by the other presses", press.depth_error_mm);
+    } else {
+      ball.words += "not used: " + press.refusal;
+    }
+    balls.push_back(std::move(ball));
   }
   return balls;
+}
+
+std::optional<viz::SetupPlace> next_place(const std::vector<FoundPress>& presses, const Sensor& sensor,
+                                          const Frame& rectified) {
+  const auto place = place_for_presses(presses, rectified.format.width, rectified.format.height);
+  if (!place) return std::nullopt;
+  return viz::SetupPlace{{camera_place(sensor, place->left_px, place->top_px),
+                          camera_place(sensor, place->right_px, place->top_px),
+                          camera_place(sensor, place->right_px, place->bottom_px),
+                          camera_place(sensor, place->left_px, place->bottom_px)},
+                         place->reason};
 }
 
 }  // namespace
@@ -88,7 +114,9 @@ SetupWindow::SetupWindow(const SetupInputs& known, const fs::path& sensor_file, 
   std::snprintf(form_.grid.data(), form_.grid.size(), "%s", known.grid.c_str());
   form_.pitch_mm_per_px = known.pitch_mm_per_px;
   form_.spacing_mm = known.spacing_mm;
-  form_.ball_mm = known.ball_mm;
+  form_.ball_radius_mm = known.ball_radius_mm > 0     ? known.ball_radius_mm
+                         : known.ball_diameter_mm > 0 ? known.ball_diameter_mm / 2
+                                                      : known.ball_mm;
   if (known.corners) {
     form_.cut = true;
     form_.corners = *known.corners;
@@ -114,7 +142,8 @@ SetupInputs SetupWindow::inputs() const {
   inputs.gauge = form_.gauge.data();
   inputs.pitch_mm_per_px = form_.pitch_mm_per_px;
   inputs.spacing_mm = form_.spacing_mm;
-  inputs.ball_mm = form_.ball_mm;
+  inputs.ball_radius_mm = form_.ball_radius_mm;
+  inputs.ball_diameter_mm = inputs.ball_mm = 0;
   inputs.cut_to_light = false;
   inputs.corners = form_.cut ? std::optional(form_.corners) : std::nullopt;
   return inputs;
@@ -122,15 +151,26 @@ SetupInputs SetupWindow::inputs() const {
 
 void SetupWindow::show_steps(SetupView& view) const {
   std::array<viz::SetupLine, SetupView::kSteps> lines;
-  if (made_)
+  std::vector<viz::SetupBall> balls;
+  std::optional<viz::SetupPlace> next;
+  std::optional<Frame> untouched;
+  if (made_) {
     for (size_t i = 0; i < lines.size(); ++i) {
       const SetupStep& step = made_->steps()[i];
       lines[i] = {step.name, step.done, step.known, step.missing};
     }
+    if (made_->steps()[static_cast<size_t>(SensorSetup::Part::Untouched)].done) {
+      const Sensor sensor = load_sensor(made_->out());
+      untouched = background_image(sensor);
+      const std::vector<FoundPress>& presses =
+          made_->steps()[static_cast<size_t>(SensorSetup::Part::Surface)].presses;
+      balls = balls_of(presses, sensor);
+      if (untouched) next = next_place(presses, sensor, *untouched);
+    }
+  }
   view.set_lines(lines);
-  view.set_balls(made_
-                     ? balls_of(made_->steps()[static_cast<size_t>(SensorSetup::Part::Surface)], made_->out())
-                     : std::vector<viz::SetupBall>());
+  view.set_balls(std::move(balls), std::move(next));
+  view.show_untouched(untouched);
 }
 
 void SetupWindow::open(SetupView& view) {
@@ -196,6 +236,9 @@ void SetupWindow::make(SetupView& view) {
       if (part == 0) made_.reset();
       return;
     }
+  const auto& steps = made_->steps();
+  const auto missing = std::ranges::find(steps, false, &SetupStep::done);
+  view.go_to(static_cast<size_t>((missing == steps.end() ? steps.end() - 2 : missing) - steps.begin()));
   view.set_message(
       "written: " + out.string() + "; what is missing can be filled in, and each step done again", false);
 }
