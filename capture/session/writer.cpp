@@ -14,6 +14,7 @@
 #include "capture/session/session.h"
 #include "capture/video/session_video.h"
 #include "engine/base/clock.h"
+#include "engine/base/trace.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -218,6 +219,7 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
   lock.unlock();
   std::string error;
   try {
+    const TraceSpan span("encode");
     video->write(*frame);
   } catch (const std::exception& e) {
     error = e.what();
@@ -269,6 +271,7 @@ void SessionWriter::Impl::write_rows(std::unique_lock<std::mutex>& lock, bool al
 }
 
 void SessionWriter::Impl::run_encoder() {
+  name_trace_thread("record");
   std::unique_lock lock(mutex);
   while (true) {
     work.wait_for(lock, kRowsEvery, [&] { return closing || !queue.empty(); });

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <string>
 
 namespace palpate {
 
@@ -13,8 +15,11 @@ namespace palpate {
 /// then the last half second is missing.
 class TraceFile {
  public:
-  /// One at a time. Throws Error(Failure::Output) where it cannot be written.
-  explicit TraceFile(const std::filesystem::path& path);
+  /// One at a time in a process. `refused` is called once, on any thread, with a line for a person where the
+  /// disk takes no more: the file then ends early and is still whole. Throws Error(Failure::Output) where it
+  /// cannot be begun.
+  explicit TraceFile(const std::filesystem::path& path,
+                     std::function<void(const std::string&)> refused = nullptr);
   ~TraceFile();
   TraceFile(const TraceFile&) = delete;
   TraceFile& operator=(const TraceFile&) = delete;

@@ -58,6 +58,11 @@ class TraceProgram : public Program {
     for (const auto& [thread, of] : spans) expect_nested(thread, of);
     return spans;
   }
+  static size_t count_of(const std::string& text, const std::string& words) {
+    size_t count = 0;
+    for (size_t at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++count;
+    return count;
+  }
   static size_t count(const std::vector<Span>& spans, const std::string& name) {
     return static_cast<size_t>(std::ranges::count(spans, name, &Span::name));
   }
@@ -98,6 +103,26 @@ TEST_F(TraceProgram, ThatCannotBeWrittenIsOneLine) {
   expect_refusal({"process", "synthetic:press?size=96x80", "--frames", "2", "--out", folder_ / "out",
                   "--trace", folder_ / "none" / "trace.json"},
                  7, {"trace", "none", "folder"});
+}
+
+TEST_F(TraceProgram, FullDiskEndsTheTraceNotTheRun) {
+  const fs::path file = folder_ / "trace.json";
+  const auto measure = [&](const fs::path& out, const Surroundings& around = {}) {
+    return run({"process", "synthetic:press?size=96x80", "--frames", "40", "--out", out, "--outputs", "force",
+                "--trace", file},
+               around);
+  };
+  ASSERT_EQ(measure(folder_ / "before").exit_code, 0);
+  Surroundings around;
+  around.largest_file_bytes = fs::file_size(folder_ / "before" / "measurements.csv") + 4096;
+  ASSERT_LT(around.largest_file_bytes, fs::file_size(file));
+  const Ended ended = measure(folder_ / "out", around);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(count_of(ended.err, "to go on with the trace"), 1u) << ended.err;
+  for (const char* word : {"trace.json", "File too large", "it ends early", "freeing disk space"})
+    EXPECT_TRUE(contains(ended.err, word)) << ended.err << " lacks " << word;
+  EXPECT_EQ(slurp(folder_ / "out" / "measurements.csv"), slurp(folder_ / "before" / "measurements.csv"));
+  EXPECT_TRUE(parse_json(slurp(file)).is_array());
 }
 
 }  // namespace

@@ -121,9 +121,9 @@ except ImportError as error:
 def test_settings_of_a_run_are_those_of_the_program():
     known = dict(_palpate.run_settings())
     own = {
-        pp.open: {"source", "drop", "keep", "record", "device", "seed"},
-        pp.measure: {"source", "keep", "out", "device", "seed"},
-        pp.record: {"source", "folder", "device", "seed"},
+        pp.open: {"source", "drop", "keep", "record", "trace", "device", "seed"},
+        pp.measure: {"source", "keep", "out", "trace", "device", "seed"},
+        pp.record: {"source", "folder", "trace", "device", "seed"},
     }
     for function, others in own.items():
         assert set(inspect.signature(function).parameters) - others <= set(known), function

@@ -1,5 +1,6 @@
 """Streams: what is handed out, in which order, how long it stays."""
 
+import json
 import os
 import subprocess
 import sys
@@ -241,6 +242,53 @@ def test_what_is_streamed_can_be_recorded(small, tmp_path):
         assert np.array_equal([float(t.force_N) for t in stream], live, equal_nan=True)
     with pytest.raises(pp.OutputError, match="session"):
         pp.open(small, record=session)
+
+
+def spans_of(trace):
+    """Names of the spans of each thread."""
+    events = json.loads(trace.read_text())
+    names = {e["tid"]: e["args"]["name"] for e in events if e["ph"] == "M"}
+    spans = {name: [] for name in names.values()}
+    for event in events:
+        if event["ph"] == "X":
+            spans[names[event["tid"]]].append(event["name"])
+    return spans
+
+
+def test_what_runs_can_be_traced(small, tmp_path):
+    trace = tmp_path / "trace.json"
+    with pp.open(small, drop=False, trace=trace) as stream:
+        frames = sum(1 for _ in stream)
+        with pytest.raises(pp.OutputError, match="trace.json', which is not finished"):
+            pp.open(small, trace=tmp_path / "other.json")
+    spans = spans_of(trace)
+    assert set(spans) == {"capture", "engine", "stream"} and stream.warning == ""
+    assert spans["engine"].count("finish") == spans["stream"].count("offer") == frames
+    run = pp.measure(small, frames=5, outputs="force", trace=trace)
+    assert spans_of(trace)["engine"].count("finish") == 5 and run.warnings == ()
+    done = pp.record(small, tmp_path / "session", frames=5, outputs="force", trace=trace)
+    assert spans_of(trace)["record"] == 5 * ["encode"] and done.warning == ""
+    with pytest.raises(pp.OutputError, match="trace"):
+        pp.open(small, trace=tmp_path / "none" / "trace.json")
+
+
+def test_a_full_disk_ends_the_trace_alone(small, tmp_path, python):
+    trace = tmp_path / "trace.json"
+    done = python(f"""
+import resource
+import palpate as pp
+with pp.open({small!r}, drop=False) as stream:
+    expected = sum(1 for _ in stream)
+resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+with pp.open({small!r}, drop=False, trace={str(trace)!r}) as stream:
+    assert sum(1 for _ in stream) == expected
+print(stream.warning)
+print(pp.measure({small!r}, trace={str(trace)!r}).warnings[0])
+""")
+    assert done.returncode == 0, done.stderr
+    for line in done.stdout.splitlines():
+        assert "trace.json" in line and "it ends early" in line and "freeing disk space" in line, line
+    assert len(done.stdout.splitlines()) == 2 and isinstance(json.loads(trace.read_text()), list)
 
 
 def after_a_loss(drop):

@@ -88,12 +88,14 @@ class PyStream {
 };
 
 std::unique_ptr<PyStream> open_stream(RunSettings settings, bool drop, std::filesystem::path record,
-                                      std::string device, const std::vector<std::string>& keep) {
+                                      std::filesystem::path trace, std::string device,
+                                      const std::vector<std::string>& keep) {
   const Kept kept = kept_of(keep);
   StreamRequest request;
   static_cast<RunSettings&>(request) = std::move(settings);
   request.drop = drop;
   request.record = std::move(record);
+  request.trace = std::move(trace);
   request.device = std::move(device);
   std::shared_ptr<Stream> stream = run_apart([request](const std::atomic<bool>& stop) mutable {
     request.found = find_input(request);
@@ -128,7 +130,7 @@ void close_streams() {
 }
 
 void bind_live(py::module_& module) {
-  bind_function(module, "open_stream", &open_stream, "settings drop record device keep");
+  bind_function(module, "open_stream", &open_stream, "settings drop record trace device keep");
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream>(module, "Stream")
       .def("__iter__", [](py::object self) { return self; })

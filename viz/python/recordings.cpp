@@ -10,6 +10,7 @@
 #include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
+#include "viz/python/stream.h"
 #include "viz/python/touch.h"
 #include "viz/python/waiting.h"
 
@@ -49,7 +50,7 @@ struct Measured {
   ProcessSummary summary;
   std::string json;
   Sensor sensor;
-  std::string input;
+  std::string input, trace_refusal;
   FrameFormat format;
   std::vector<std::string> rows;
   Stack<float> depth, pressure, shear;
@@ -76,7 +77,8 @@ void collect(const Kept& kept, const Result& result, const Frame& frame, Measure
   all.shear.add(shear);
 }
 
-py::dict measure(const RunSettings& request, const std::filesystem::path& out, const std::string& device,
+py::dict measure(const RunSettings& request, const std::filesystem::path& out,
+                 const std::filesystem::path& trace, const std::string& device,
                  const std::vector<std::string>& keep) {
   const Kept kept = kept_of(keep);
   ProcessRequest process;
@@ -97,8 +99,12 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
     process.on_result = [&](const Pipeline&, const Result& result, const Frame& frame) {
       collect(kept, result, frame, *measured);
     };
+    PythonTrace traced(trace);
+    name_trace_thread("rows");
     const std::shared_ptr<gpu::Context> context = shared_device(device);
     measured->summary = process_recording(*context, input.sensor, process, out, watch_of(stop));
+    traced.close();
+    measured->trace_refusal = traced.refusal();
     measured->json =
         facts_of(measured->summary, process, input.sensor, *context).json.dump(2, json::Utf8::Replace);
     return measured;
@@ -122,7 +128,7 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out, c
   answer["sensor"] = all->sensor;
   answer["input"] = all->input;
   answer["warnings"] = std::vector<std::string>{all->summary.warning, all->summary.untouched_warning,
-                                                all->summary.flaws.describe()};
+                                                all->summary.flaws.describe(), all->trace_refusal};
   return answer;
 }
 
@@ -212,7 +218,7 @@ py::dict modulus(const std::optional<RunSettings>& recording, const std::filesys
 }  // namespace
 
 void bind_recordings(py::module_& module) {
-  bind_function(module, "measure", &measure, "settings out device keep");
+  bind_function(module, "measure", &measure, "settings out trace device keep");
   bind_function(module, "modulus", &modulus,
                 "recording table gauge approach stage_sd_mm sample poisson size_sd bonded rubber pad_kPa "
                 "pad_thickness_mm pad_poisson pad_sd force_sd scale_sd zero_sd_mm replicates seed device");

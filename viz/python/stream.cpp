@@ -18,6 +18,19 @@ constexpr milliseconds kShort{20};
 
 }  // namespace
 
+PythonTrace::PythonTrace(const std::filesystem::path& file) {
+  if (file.empty()) return;
+  file_.emplace(file, [refusal = refusal_](const std::string& line) {
+    const std::lock_guard lock(refusal->mutex);
+    refusal->line = line;
+  });
+}
+
+std::string PythonTrace::refusal() const {
+  const std::lock_guard lock(refusal_->mutex);
+  return refusal_->line;
+}
+
 HeldFrame::HeldFrame(const Pipeline& pipeline, palpate::Measured measured,
                      std::shared_ptr<const Source> truth, std::string file)
     : touch_(std::move(measured.result.touch)),
@@ -64,7 +77,7 @@ class Stream::Viewer : public LiveViewer {
 };
 
 Stream::Stream(const StreamRequest& request, const std::atomic<bool>& stop)
-    : request_(request), session_(Patience(request.patience_s, request.found.input)) {
+    : request_(request), trace_(request.trace), session_(Patience(request.patience_s, request.found.input)) {
   device_ = shared_device(request.device);
   const MeasuredInput& input = request_.found;
   source_ = open_source(input.input, input.sensor);
@@ -107,6 +120,7 @@ void Stream::close() {
   changed_.notify_all();
   released_.notify_all();
   if (thread_.joinable()) thread_.join();
+  trace_.close();
   session_.frames.take_all();
   session_.to_engine.take(milliseconds(0));
   session_.to_display.take(milliseconds(0));
@@ -115,6 +129,11 @@ void Stream::close() {
 uint64_t Stream::dropped() const {
   return session_.to_engine.displaced() + session_.to_display.displaced() + session_.passed_over +
          passed_over_ + source_->counts().lost;
+}
+
+std::string Stream::warning() const {
+  const std::string of_source = source_->warning();
+  return of_source.empty() ? trace_.refusal() : of_source;
 }
 
 std::string Stream::device_name() const {
@@ -149,6 +168,7 @@ std::shared_ptr<HeldFrame> Stream::take() {
 
 /// The session, on a thread of its own; the reader gets its error after the frames before it.
 void Stream::run(const Frame& background, const PipelineOptions& pipeline) {
+  name_trace_thread("stream");
   LiveOptions options;
   options.input = request_.found.input;
   options.measure_all = options.show_all = options.unpaced = !drops_;
@@ -223,6 +243,7 @@ void Stream::hand_over(const Pipeline& pipeline) {
 }
 
 void Stream::offer(const Pipeline& pipeline, palpate::Measured measured) {
+  const TraceSpan span("offer");
   std::string file = source_->frame_name(measured.result.touch.sequence);
   auto held = std::make_shared<HeldFrame>(pipeline, std::move(measured), has_truth_ ? source_ : nullptr,
                                           std::move(file));

@@ -19,6 +19,7 @@
 #include "capture/live/session.h"
 #include "capture/run/run_settings.h"
 #include "capture/source.h"
+#include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
 
@@ -54,12 +55,32 @@ class HeldFrame {
   palpate::Measured measured_;
 };
 
+/// The trace of a run, or none.
+class PythonTrace {
+ public:
+  /// `file`: empty where there is none. Throws Error(Failure::Output).
+  explicit PythonTrace(const std::filesystem::path& file);
+  /// Ends it.
+  void close() { file_.reset(); }
+  /// Why it ended early; empty where it did not. Any thread.
+  std::string refusal() const;
+
+ private:
+  struct Refusal {
+    std::mutex mutex;
+    std::string line;
+  };
+  std::shared_ptr<Refusal> refusal_ = std::make_shared<Refusal>();  // a late thread may still speak
+  std::optional<TraceFile> file_;
+};
+
 /// Settings that count: those of measuring, `rate_Hz` of inputs without times, and how long a camera is
 /// waited for.
 struct StreamRequest : RunSettings {
   MeasuredInput found;           ///< find_input() of the settings
   bool drop = true;              ///< the newest frame wins; recordings then come at their own pace
   std::filesystem::path record;  ///< folder of the session to write meanwhile; empty: none
+  std::filesystem::path trace;   ///< file of what each thread does when; empty: none
   std::string device;            ///< as shared_device() takes it
 };
 
@@ -91,7 +112,8 @@ class Stream {
   bool drops() const { return drops_; }
   uint64_t dropped() const;
   uint64_t delivered() const { return delivered_; }
-  std::string warning() const { return source_->warning(); }
+  /// Of the source, else why the trace ended early; empty where all is well.
+  std::string warning() const;
   uint64_t damaged() const { return source_->counts().damaged; }
   /// Reason to wait for a camera; empty: frames come.
   std::string state() const { return source_->state(); }
@@ -113,6 +135,7 @@ class Stream {
   gpu::Context& reopen_device();
 
   StreamRequest request_;
+  PythonTrace trace_;
   LiveSession session_;
   std::shared_ptr<Source> source_;
   bool has_truth_ = false;

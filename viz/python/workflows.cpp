@@ -17,30 +17,35 @@
 #include "viz/python/bindings.h"
 #include "viz/python/device.h"
 #include "viz/python/sensor.h"
+#include "viz/python/stream.h"
 #include "viz/python/touch.h"
 #include "viz/python/waiting.h"
 
 namespace palpate::python {
 namespace {
 
-py::dict record(const RunSettings& settings, const std::filesystem::path& folder, const std::string& device) {
-  const SessionStatus status = run_apart([=](const std::atomic<bool>& stop) {
+py::dict record(const RunSettings& settings, const std::filesystem::path& folder,
+                const std::filesystem::path& trace, const std::string& device) {
+  const auto [status, refusal] = run_apart([=](const std::atomic<bool>& stop) {
     RecordRequest asked;
     static_cast<RunSettings&>(asked) = settings;
     asked.found = find_input(asked);
     asked.folder = folder;
     asked.outlive_device = false;  // others use it too
+    PythonTrace traced(trace);
     const std::shared_ptr<gpu::Context> context = shared_device(device);
     SessionStatus ended =
         record_session([&]() -> gpu::Context& { return *context; }, asked, watch_of(stop)).session.status;
     if (!ended.error.empty())
       throw Error(Failure::Output, "a session in '" + folder.string() + "'", ended.error, "another folder");
-    return ended;
+    traced.close();
+    return std::pair(ended, traced.refusal());
   });
   py::dict d;
   d["recorded"] = status.recorded;
   d["dropped"] = status.dropped;
   d["measured"] = status.measured;
+  d["warning"] = refusal;
   return d;
 }
 
@@ -236,7 +241,7 @@ py::dict simulate(const RunSettings& request, uint64_t frames, bool depth) {
 }  // namespace
 
 void bind_workflows(py::module_& module) {
-  bind_function(module, "record", &record, "settings folder device");
+  bind_function(module, "record", &record, "settings folder trace device");
   bind_function(module, "check", &check,
                 "sensor recording background ball_radius_mm ball_diameter_mm weight_g out device");
   bind_function(module, "wrench", &wrench, "request gauge align rate_Hz sequence device");

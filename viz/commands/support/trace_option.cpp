@@ -1,5 +1,7 @@
 #include "viz/commands/support/trace_option.h"
 
+#include <spdlog/spdlog.h>
+
 #include "viz/commands/support/options.h"
 
 namespace palpate {
@@ -11,7 +13,8 @@ void TraceOption::add_to(CommandLine& command) {
 
 std::unique_ptr<TraceFile> TraceOption::start() const {
   name_trace_thread("main");
-  return file_.empty() ? nullptr : std::make_unique<TraceFile>(file_);
+  if (file_.empty()) return nullptr;
+  return std::make_unique<TraceFile>(file_, [](const std::string& line) { spdlog::warn("{}", line); });
 }
 
 }  // namespace palpate

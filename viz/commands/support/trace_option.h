@@ -13,7 +13,8 @@ class CommandLine;
 class TraceOption {
  public:
   void add_to(CommandLine& command);
-  /// Begins the file that was asked for, null where none was. Throws Error(Failure::Output).
+  /// Begins the file that was asked for, null where none was; a disk that is full later is a warning. Throws
+  /// Error(Failure::Output).
   std::unique_ptr<TraceFile> start() const;
 
  private:

@@ -75,6 +75,7 @@ def open(
     rate_Hz: float | None = None,
     patience_s: float = 10.0,
     record: Path | None = None,
+    trace: Path | None = None,
     device: str = "",
     seed: int = 1,
 ) -> Stream:
@@ -103,6 +104,9 @@ def open(
         record: a folder, which must not hold a session yet: frames and measurements are written there
             meanwhile, as :func:`record` does; ``stream.recorded`` says how far it is.  A recording that fails
             ends the stream with :class:`OutputError`.
+        trace: a file for what each thread does when, as ``palpate live --trace`` writes it; it is whole once
+            the stream is closed.  A disk that is full ends the trace, not the stream: ``stream.warning``
+            says so.  One at a time in a process.
         device: index or part of the name of a Vulkan device; by default the best one.
         seed: of simulated scenes that name none.
     """
@@ -110,4 +114,5 @@ def open(
         source, sensor, background, outputs, seed, solver=solver, fixed_light=fixed_light, sequence=sequence,
         rate_Hz=rate_Hz, patience_s=patience_s,
     )
-    return _palpate.open_stream(settings, drop, path_text(record or "", "record"), device, names_of(keep))
+    record, trace = path_text(record or "", "record"), path_text(trace or "", "trace")
+    return _palpate.open_stream(settings, drop, record, trace, device, names_of(keep))

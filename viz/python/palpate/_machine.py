@@ -65,6 +65,8 @@ class Recorded:
     dropped: int
     """Frames that came too fast for the file; only of cameras."""
     measured: int
+    warning: str = ""
+    """Why the trace ended early; empty where all is well."""
 
 
 def record(
@@ -78,6 +80,7 @@ def record(
     solver: str = "live",
     fixed_light: bool = False,
     sequence: bool = False,
+    trace: Path | None = None,
     device: str = "",
     seed: int = 1,
 ) -> Recorded:
@@ -86,13 +89,14 @@ def record(
     Args:
         folder: to be made; one that holds a session is refused.
         frames: stop after that many; of a camera it is needed, unless Ctrl-C ends the recording.
-        source, sensor, background, outputs, solver, fixed_light, sequence, device, seed: as of :func:`palpate.open`.
+        source, sensor, background, outputs, solver, fixed_light, sequence, trace, device, seed: as of
+            :func:`palpate.open`.
     """
     settings = request_of(
         source, sensor, background, outputs, seed, solver=solver, fixed_light=fixed_light, sequence=sequence,
         frames=frames,
     )
-    answer = _palpate.record(settings, path_text(folder, "folder"), device)
+    answer = _palpate.record(settings, path_text(folder, "folder"), path_text(trace or "", "trace"), device)
     return Recorded(**answer)
 
 

@@ -143,13 +143,15 @@ def measure(
     rate_Hz: float | None = None,
     frames: int | None = None,
     out: Path | None = None,
+    trace: Path | None = None,
     device: str = "",
     seed: int = 1,
 ) -> Recording:
     """Measures a whole recording, every frame of it: what ``palpate process`` does, to the same digits.
 
     Args:
-        source, sensor, background, outputs, solver, fixed_light, sequence, rate_Hz, device, seed: as of :func:`open`.
+        source, sensor, background, outputs, solver, fixed_light, sequence, rate_Hz, trace, device, seed: as of
+            :func:`open`.
         keep: maps to keep of every frame: ``depth_mm`` (frames x rows x columns, float32), ``image``,
             ``confidence``, ``pressure_kPa``, ``shear_kPa``, ``extrapolated``.
         frames: stop after that many.
@@ -163,6 +165,7 @@ def measure(
                 sequence=sequence, rate_Hz=rate_Hz, frames=frames,
             ),
             path_text(out or "", "out"),
+            path_text(trace or "", "trace"),
             device,
             names_of(keep),
         )
