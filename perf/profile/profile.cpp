@@ -50,6 +50,10 @@ FIELDS(OutputFigure, FIELD(outputs), FIELD(reading), FIELD(width_px), FIELD(heig
        FIELD(cpu_ratio_q75), FIELD(memory_bytes))
 FIELDS(LiveFigure, FIELD(reading), FIELD(width_px), FIELD(height_px), FIELD(rate_Hz), FIELD(frames),
        FIELD(dropped_before_engine), FIELD(dropped_before_display), FIELD(to_measured), FIELD(to_picture))
+FIELDS(ThreadPart, FIELD(thread), FIELD(step), FIELD(part), FIELD(time), FIELD(ms_per_turn), FIELD(busy))
+FIELDS(PhotonFigure, FIELD(scene), FIELD(width_px), FIELD(height_px), FIELD(rate_Hz), FIELD(frames),
+       FIELD(dropped_before_engine), FIELD(dropped_before_display), FIELD(to_measured), FIELD(to_picture),
+       FIELD(waits_ms), FIELD(frames_per_s), FIELD(parts))
 FIELDS(Skipped, FIELD(what), FIELD(why))
 FIELDS(Profile, FIELD(complete), FIELD(budget_s), FIELD(elapsed_s), FIELD(machine), FIELD(ceiling),
        FIELD(sizes), FIELD(growth), FIELD(solvers), FIELD(outputs), FIELD(skipped))
@@ -121,6 +125,7 @@ void check_numbers(const Json& value, const std::string& place, const std::files
 Json to_json(const Profile& profile) {
   Json value = written(profile);
   value["live"] = written(profile.live);
+  value["photon"] = written(profile.photon);
   value["palpate_profile"] = kProfileVersion;
   value.sort_keys();
   return value;
@@ -153,6 +158,7 @@ Profile parse_profile(const std::string& text, const std::filesystem::path& file
   try {
     read(value, profile);
     if (const Json* live = value.find("live")) read(*live, profile.live);
+    if (const Json* photon = value.find("photon")) read(*photon, profile.photon);
   } catch (const json::Error& error) {
     refuse(file, error.what());
   }

@@ -140,6 +140,32 @@ struct LiveFigure {
   Distribution to_picture;   ///< from there to the picture drawn off-screen, of the frames that were drawn
 };
 
+/// A part of a thread's work on one frame.
+struct ThreadPart {
+  std::string thread;      ///< capture, engine, drawing, record
+  std::string step;        ///< one of kPhotonSteps (photon.h)
+  std::string part;        ///< name of its spans in a trace
+  Distribution time;       ///< of single spans, without those within them
+  double ms_per_turn = 0;  ///< mean over the frames that came to the thread
+  double busy = 0;         ///< fraction of the run's time
+};
+
+/// A camera that sets the pace, with drawing and recording: what each thread does in a frame's time.
+struct PhotonFigure {
+  std::string scene;
+  uint32_t width_px = 0;
+  uint32_t height_px = 0;
+  double rate_Hz = 0;
+  uint64_t frames = 0;
+  uint64_t dropped_before_engine = 0;
+  uint64_t dropped_before_display = 0;
+  Distribution to_measured;  ///< as LiveFigure has them
+  Distribution to_picture;
+  double waits_ms = 0;      ///< mean age of a picture, less the work on it
+  double frames_per_s = 0;  ///< every frame measured, without drawing and recording; 0: was not measured
+  std::vector<ThreadPart> parts;
+};
+
 struct Skipped {
   std::string what;
   std::string why;
@@ -155,7 +181,8 @@ struct Profile {
   std::vector<Growth> growth;
   std::vector<SolverFigure> solvers;
   std::vector<OutputFigure> outputs;
-  std::vector<LiveFigure> live;  ///< empty in files of before there were any
+  std::vector<LiveFigure> live;  ///< this and the next are empty in files of before there were any
+  std::vector<PhotonFigure> photon;
   std::vector<Skipped> skipped;
 };
 

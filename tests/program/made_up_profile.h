@@ -90,6 +90,21 @@ inline Profile made_up(const std::string& device, double slowness) {
   live.to_measured = around(2 * slowness);
   live.to_picture = around(5 * slowness);
   profile.live = {live};
+  PhotonFigure photon;
+  photon.scene = "gel: surface";
+  photon.width_px = 640;
+  photon.height_px = 480;
+  photon.rate_Hz = 30;
+  photon.frames = 90;
+  photon.to_measured = around(slowness);
+  photon.to_picture = around(3 * slowness);
+  photon.waits_ms = slowness / 2;
+  photon.frames_per_s = 500 / slowness;
+  photon.parts = {{"capture", "capture", "capture", around(0.1 * slowness), 0.1 * slowness, 0.01},
+                  {"drawing", "draw", "draw", around(slowness), slowness, 0.1},
+                  {"engine", "submit", "light", around(0.2 * slowness), 0.2 * slowness, 0.02},
+                  {"engine", "device", "device wait", around(0.7 * slowness), 0.7 * slowness, 0.07}};
+  profile.photon = {photon};
   profile.skipped = {{"8192 x 8192, shading", "needs about 24 s"}};
   return profile;
 }

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "perf/profile/growth.h"
+#include "perf/profile/photon.h"
 #include "perf/profile/report/answers.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/files.h"
@@ -288,7 +290,7 @@ TEST(Profile, SmallRunOnARealDevice) {
   int kept = 0;
   const Profile profile = run_profile(device, request, watch, [&](const Profile&) { ++kept; });
   EXPECT_TRUE(profile.complete);
-  EXPECT_EQ(kept, 5);
+  EXPECT_EQ(kept, 6);
   EXPECT_GE(contexts, 6u);
   EXPECT_GT(profile.ceiling.GB_per_s, 0);
   for (const CeilingPoint& p : profile.ceiling.points) {
@@ -365,6 +367,69 @@ TEST(Profile, HostClockTimesTheSameStages) {
     EXPECT_GT(s.time.min_ms, 0);
   }
   EXPECT_EQ(stages, (std::vector<std::string>{"contact", "slope", "surface", "rest level"}));
+}
+
+// By hand: 'finish' of 4 ms holds 'rest correction' of 1 and 'device wait' of 2, which holds 'submit' of 0.5.
+TEST(Profile, ThreadsAreTheirSpansWithoutThoseWithinThem) {
+  const std::string trace = R"([
+{"name":"thread_name","ph":"M","pid":1,"tid":1,"args":{"name":"engine"}},
+{"name":"submit","ph":"X","ts":2200,"dur":500,"pid":1,"tid":1},
+{"name":"device wait","ph":"X","ts":2000,"dur":2000,"pid":1,"tid":1},
+{"name":"rest correction","ph":"X","ts":4500,"dur":1000,"pid":1,"tid":1},
+{"name":"finish","ph":"X","ts":2000,"dur":4000,"pid":1,"tid":1},
+{"name":"thread_name","ph":"M","pid":1,"tid":2,"args":{"name":"capture"}},
+{"name":"capture","ph":"X","ts":1000,"dur":300,"pid":1,"tid":2},
+{"name":"finish","ph":"X","ts":7000,"dur":3000,"pid":1,"tid":1},
+{"name":"capture","ph":"X","ts":10500,"dur":500,"pid":1,"tid":2}
+])";
+  const std::vector<ThreadPart> parts = thread_parts(trace);
+  std::vector<std::string> found;
+  for (const ThreadPart& part : parts) found.push_back(part.thread + ", " + part.step + ", " + part.part);
+  EXPECT_EQ(found, (std::vector<std::string>{"capture, capture, capture", "engine, submit, submit",
+                                             "engine, device, device wait", "engine, finish, finish",
+                                             "engine, finish, rest correction"}));
+  EXPECT_NEAR(parts[0].time.median_ms, 0.4, 1e-9);
+  EXPECT_NEAR(parts[0].ms_per_turn, 0.4, 1e-9);
+  EXPECT_NEAR(parts[0].busy, 0.08, 1e-9);  // of the 10 ms from the first span's begin to the last one's end
+  EXPECT_NEAR(parts[1].time.median_ms, 0.5, 1e-9);
+  EXPECT_NEAR(parts[1].ms_per_turn, 0.25, 1e-9);  // one of two frames
+  EXPECT_NEAR(parts[2].time.median_ms, 1.5, 1e-9);
+  EXPECT_EQ(parts[3].time.samples, 2u);
+  EXPECT_NEAR(parts[3].time.min_ms, 1, 1e-9);
+  EXPECT_NEAR(parts[3].time.max_ms, 3, 1e-9);
+  EXPECT_NEAR(parts[3].ms_per_turn, 2, 1e-9);
+  EXPECT_NEAR(parts[4].busy, 0.1, 1e-9);
+  EXPECT_THROW(thread_parts("no trace"), json::Error);
+}
+
+TEST(Profile, FromPhotonToPictureHasEveryThread) {
+  Profile profile;
+  // On a busy machine a short time is too short for three frames.
+  for (double seconds = 6; profile.photon.size() < 3 && seconds < 400; seconds *= 4) {
+    profile = {};
+    measure_photon({}, viz::timed_drawer, seconds, {}, profile);
+  }
+  ASSERT_EQ(profile.photon.size(), 3u);
+  for (const PhotonFigure& figure : profile.photon) {
+    std::set<std::string> threads, steps;
+    for (const ThreadPart& part : figure.parts) {
+      threads.insert(part.thread);
+      steps.insert(part.step);
+      EXPECT_GT(part.time.samples, 0u) << part.part;
+      EXPECT_GT(part.ms_per_turn, 0) << part.part;
+      EXPECT_LE(part.busy, 1) << part.part;
+    }
+    EXPECT_EQ(threads, (std::set<std::string>{"capture", "drawing", "engine", "record"})) << figure.scene;
+    EXPECT_EQ(steps, (std::set<std::string>(std::begin(kPhotonSteps), std::end(kPhotonSteps))))
+        << figure.scene;
+    EXPECT_GT(figure.frames_per_s, 0) << figure.scene;
+    EXPECT_GT(figure.to_picture.median_ms, figure.to_measured.min_ms) << figure.scene;
+  }
+  Profile none;
+  measure_photon({}, viz::timed_drawer, 0.1, {}, none);
+  EXPECT_TRUE(none.photon.empty());
+  ASSERT_EQ(none.skipped.size(), 1u);
+  EXPECT_EQ(none.skipped[0].what, "from photon to picture");
 }
 
 TEST(Profile, StoppedKeepsWhatIsFinished) {

@@ -41,6 +41,24 @@ def test_tables_are_the_program_s(measured):
                 values[:] = values[::-1]
 
 
+def test_the_work_of_each_thread_is_a_table(measured, tmp_path):
+    profile, out = measured
+    with open(out / "threads.csv", newline="", encoding="utf-8") as text:
+        assert list(profile.threads) == next(csv.reader(text))
+    found = json.loads(profile.json)
+    time = found["sizes"][0]["latency"]
+    part = {"thread": "engine", "step": "device", "part": "device wait", "time": time, "ms_per_turn": 2.5, "busy": 0.25}
+    figure = {"scene": "gel", "width_px": 640, "height_px": 480, "rate_Hz": 30, "frames": 9, "to_measured": time}
+    counts = {"dropped_before_engine": 0, "dropped_before_display": 0, "waits_ms": 1, "frames_per_s": 90}
+    found["photon"] = [{**figure, **counts, "to_picture": time, "parts": [part, part]}]
+    (tmp_path / "profile.json").write_text(json.dumps(found), encoding="utf-8")
+    threads = pp.profile.load(tmp_path).threads
+    assert threads.rows == 2 and set(threads["part"]) == {"device wait"} and (threads["busy"] == 0.25).all()
+    del found["photon"]
+    (tmp_path / "profile.json").write_text(json.dumps(found), encoding="utf-8")
+    assert pp.profile.load(tmp_path).threads.rows == 0
+
+
 def test_numbers_make_sense(measured):
     profile, _ = measured
     frames = profile.frames

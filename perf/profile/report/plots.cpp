@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/base/text.h"
+#include "perf/profile/photon.h"
 #include "perf/profile/report/answers.h"
 #include "perf/profile/report/tables.h"
 
@@ -223,6 +224,56 @@ NamedPlot ceiling(const Profile& profile) {
           {.panels = {panel}, .width_px = 900, .height_px = 420}};
 }
 
+/// A panel a scene, a row a thread: the steps of a frame one behind the other; and those of a picture's age.
+NamedPlot photon(const Profile& profile) {
+  constexpr double kWide = 0.6;
+  constexpr std::array<size_t, std::size(kPhotonSteps)> kColours = {0, 1, 2, 3, 5, 6, 7};  // 4 is gray too
+  const char* const age = "picture";
+  Plot plot{"From photon to picture", {}, 1, 900, 60};
+  for (const PhotonFigure& p : profile.photon) {
+    PlotPanel panel{
+        palpate::text("%s, %s, %g frames/s: a picture is %.3g ms old", p.scene.c_str(),
+                      size_text(p.width_px, p.height_px).c_str(), p.rate_Hz, p.to_picture.median_ms),
+        "ms of a frame", ""};
+    std::vector<std::string> rows{age};
+    std::map<std::string, double> ends{{age, p.waits_ms}};
+    std::vector<PlotCurve> bars{
+        {.title = "waiting", .style = Style::Rows, .colour = kPlotGray, .width = kWide}};
+    bars.front().add(p.waits_ms, 0);
+    for (size_t i = 0; i < std::size(kPhotonSteps); ++i) {
+      PlotCurve bar{.title = kPhotonSteps[i], .style = Style::Rows, .colour = kColours[i], .width = kWide};
+      std::map<std::string, bool> touched;
+      for (const ThreadPart& t : p.parts) {
+        if (t.step != kPhotonSteps[i]) continue;
+        if (std::ranges::find(rows, t.thread) == rows.end()) rows.push_back(t.thread);
+        const bool seen = t.thread == "engine" || t.thread == "drawing";
+        for (const std::string& row :
+             seen ? std::vector{t.thread, std::string(age)} : std::vector{t.thread}) {
+          ends[row] += t.ms_per_turn;
+          touched[row] = true;
+        }
+      }
+      for (const auto& [row, any] : touched)
+        bar.add(ends[row], static_cast<double>(std::ranges::find(rows, row) - rows.begin()));
+      bars.push_back(std::move(bar));
+    }
+    // Each from 0 to its end: the last ones first, so that those before them lie over them.
+    panel.curves.assign(bars.rbegin(), bars.rend());
+    for (size_t i = 0; i < rows.size(); ++i) panel.y_tics.emplace_back(rows[i], static_cast<double>(i));
+    panel.y_range = {{-0.6, static_cast<double>(rows.size()) - 0.4}};
+    panel.x_range = {{0, kPlotAuto}};
+    panel.down = true;
+    panel.key = "outside right top invert";
+    plot.height_px += 230;
+    plot.panels.push_back(std::move(panel));
+  }
+  return {
+      "photon-to-picture",
+      "Where the time of a frame goes, thread by thread, and the mean age of a picture, while a session is "
+      "recorded. Device: what the engine waits for it.",
+      std::move(plot)};
+}
+
 }  // namespace
 
 std::vector<NamedPlot> plots_of(const Profile& profile) {
@@ -232,6 +283,7 @@ std::vector<NamedPlot> plots_of(const Profile& profile) {
   for (const std::string& reading : readings) plots.push_back(stage_times(profile, reading));
   for (const std::string& reading : readings) plots.push_back(latencies(profile, reading));
   if (!readings.empty()) plots.push_back(throughput(profile));
+  if (!profile.photon.empty()) plots.push_back(photon(profile));
   for (const std::string& reading : readings) plots.push_back(bandwidths(profile, reading));
   if (!profile.ceiling.points.empty()) plots.push_back(ceiling(profile));
   std::vector<std::pair<uint32_t, uint32_t>> sizes;

@@ -143,6 +143,41 @@ Table live_table(const Profile& profile) {
   return table;
 }
 
+Table photon_table(const Profile& profile) {
+  Table table{"From photon to picture: ages and rates",
+              "The same with a session recorded meanwhile; frames/s: every frame measured as fast as it "
+              "goes, without "
+              "drawing and recording. Waiting: the mean age of a picture less the work on it.",
+              {"scene", "size", "camera/s", "frames", "not measured", "not drawn", "measured 50 % ms",
+               "99 % ms", "drawn 50 % ms", "99 % ms", "waiting ms", "frames/s"},
+              {}};
+  for (const PhotonFigure& p : profile.photon)
+    table.rows.push_back({p.scene, size_text(p.width_px, p.height_px), figure(p.rate_Hz),
+                          std::to_string(p.frames), std::to_string(p.dropped_before_engine),
+                          std::to_string(p.dropped_before_display), figure(p.to_measured.median_ms),
+                          figure(p.to_measured.p99_ms), figure(p.to_picture.median_ms),
+                          figure(p.to_picture.p99_ms), figure(p.waits_ms), figure(p.frames_per_s)});
+  return table;
+}
+
+Table threads_table(const Profile& profile) {
+  Table table{
+      "From photon to picture: the work of each thread",
+      "Spans of a trace, each without those within it. Device: the engine waits for it; a driver that "
+      "computes "
+      "on the processor does so in threads of its own. ms a frame: mean over the frames that came to the "
+      "thread; busy: share of the run.",
+      {"scene", "thread", "step", "part", "times", "median ms", "q25 ms", "q75 ms", "p95 ms", "ms a frame",
+       "busy %"},
+      {}};
+  for (const PhotonFigure& p : profile.photon)
+    for (const ThreadPart& t : p.parts)
+      table.rows.push_back({p.scene, t.thread, t.step, t.part, count_text(t.time.samples),
+                            figure(t.time.median_ms), figure(t.time.q25_ms), figure(t.time.q75_ms),
+                            figure(t.time.p95_ms), figure(t.ms_per_turn), percent(t.busy)});
+  return table;
+}
+
 Table skipped_table(const Profile& profile) {
   Table table{"Not measured", "", {"what", "why"}, {}};
   for (const Skipped& s : profile.skipped) table.rows.push_back({s.what, s.why});
@@ -212,7 +247,8 @@ std::string csv_cell(const std::string& text) {
 std::vector<Table> tables_of(const Profile& profile) {
   std::vector<Table> tables{frames_table(profile),  stages_table(profile),  growth_table(profile),
                             solvers_table(profile), outputs_table(profile), live_table(profile),
-                            ceiling_table(profile), skipped_table(profile)};
+                            photon_table(profile),  threads_table(profile), ceiling_table(profile),
+                            skipped_table(profile)};
   std::erase_if(tables, [](const Table& t) { return t.rows.empty(); });
   return tables;
 }
@@ -239,7 +275,7 @@ std::string to_text(const Table& table) {
 }
 
 std::vector<std::pair<std::string, std::string>> csv_files(const Profile& profile) {
-  std::ostringstream frames, histograms, stages, growth, solvers, outputs, live, ceiling;
+  std::ostringstream frames, histograms, stages, growth, solvers, outputs, live, threads, ceiling;
   frames << "reading,width_px,height_px," << kTimes << ",cpu_ms,frames_per_s,memory_bytes,setup_ms\n";
   histograms << "reading,width_px,height_px,from_ms,to_ms,frames\n";
   stages << "reading,width_px,height_px,stage," << kTimes
@@ -278,12 +314,17 @@ std::vector<std::pair<std::string, std::string>> csv_files(const Profile& profil
       CsvRow(live) << l.reading << l.width_px << l.height_px << l.rate_Hz << l.frames
                    << l.dropped_before_engine << l.dropped_before_display << std::string(until) << times;
   }
+  threads << "scene,width_px,height_px,rate_Hz,thread,step,part," << kTimes << ",ms_per_turn,busy\n";
+  for (const PhotonFigure& p : profile.photon)
+    for (const ThreadPart& t : p.parts)
+      CsvRow(threads) << p.scene << p.width_px << p.height_px << p.rate_Hz << t.thread << t.step << t.part
+                      << t.time << t.ms_per_turn << t.busy;
   ceiling << "buffer_bytes,copy_GB_per_s,kernel_GB_per_s\n";
   for (const CeilingPoint& p : profile.ceiling.points)
     CsvRow(ceiling) << p.buffer_bytes << p.copy_GB_per_s << p.stream_GB_per_s;
   return {{"frames.csv", frames.str()}, {"latency.csv", histograms.str()}, {"stages.csv", stages.str()},
           {"growth.csv", growth.str()}, {"solvers.csv", solvers.str()},    {"outputs.csv", outputs.str()},
-          {"live.csv", live.str()},     {"ceiling.csv", ceiling.str()}};
+          {"live.csv", live.str()},     {"threads.csv", threads.str()},    {"ceiling.csv", ceiling.str()}};
 }
 
 }  // namespace palpate::perf

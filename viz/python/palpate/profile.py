@@ -64,6 +64,8 @@ class Profile:
     """What a frame costs when outputs are left out, over that of the full frame (``cpu_ratio``)."""
     live: Table = field(repr=False)
     """How old a measurement and a picture are when a simulated camera sets the pace."""
+    threads: Table = field(repr=False)
+    """From photon to picture: each part of each thread's work on a frame of a live run, ``busy``: share of its time."""
     ceiling: Table = field(repr=False)
     """Memory bandwidth of work that does nothing else, by the size of its buffer."""
     skipped: Table = field(repr=False)
@@ -103,6 +105,8 @@ def _profile(text: str, described: str) -> Profile:
     solver = ("width_px", "height_px", "truth", "solver", "where", "relative_rms_error", "peak_to_valley_error")
     output = (*_SIZE, "outputs", "touched_fraction")
     cost = ("cpu_ms", "cpu_ratio", "cpu_ratio_q25", "cpu_ratio_q75", "memory_bytes")
+    scene = ("scene", "width_px", "height_px", "rate_Hz")
+    part = ("thread", "step", "part")
     paced = (*_SIZE, "rate_Hz", "frames", "dropped_before_engine", "dropped_before_display")
     return Profile(
         complete=found["complete"],
@@ -131,6 +135,15 @@ def _profile(text: str, described: str) -> Profile:
                 [*_row(one, paced), until, *_times(one[times])]
                 for one in found["live"]
                 for until, times in (("measured", "to_measured"), ("drawn", "to_picture"))
+            ],
+        ),
+        threads=Table(
+            "From photon to picture: the work of each thread",
+            (*scene, *part, *_TIMES, "ms_per_turn", "busy"),
+            [
+                [*_row(one, scene), *_row(p, part), *_times(p["time"]), p["ms_per_turn"], p["busy"]]
+                for one in found.get("photon", [])
+                for p in one["parts"]
             ],
         ),
         ceiling=Table(
