@@ -1,7 +1,7 @@
 // All that the multigrid does on its coarsest levels, in one workgroup: what takes a dispatch for each step there leaves a GPU idle.
 // FULL: a full-multigrid pass down to the finest of these levels; else a V(2,0) cycle from zero. Either reads that level's right side
-// and writes its solution. Levels lie one behind the other in `work`, each as right side, solution and a second solution, without
-// padding.
+// and writes its solution. Levels lie one behind the other in `work`, without padding: of the finest one the solution, of each other
+// one the right side and the solution. Sweeps are made in registers, so that a level needs no second solution.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/texels.glsl"
@@ -15,6 +15,7 @@ TEXELS(0, float, right_words);
 TEXELS(1, float, inverse_words);
 layout(binding = 2) writeonly buffer Out { float result[]; };
 layout(constant_id = 4) const uint WORDS = 1;  // of all levels
+layout(constant_id = 5) const uint TURNS = 1;  // an invocation's cells of the finest level
 shared float work[WORDS];
 
 #include "shaders/surface/for_shared.glsl"
@@ -26,19 +27,24 @@ void next_step() {
 
 ivec2 size_of(int level) { return ivec2(push.levels[level].width, push.levels[level].height); }
 int cells_of(int level) { return size_of(level).x * size_of(level).y; }
-// Where a level's right side begins; its solutions follow.
+// Where a level begins; its solution lies behind its right side.
 int right_at(int level) {
-  int at = 0;
-  for (int i = 0; i < level; ++i) at += 3 * cells_of(i);
+  int at = cells_of(0);
+  for (int i = 1; i < level; ++i) at += 2 * cells_of(i);
   return at;
 }
-int x_at(int level) { return right_at(level) + cells_of(level); }
-int y_at(int level) { return right_at(level) + 2 * cells_of(level); }
+int x_at(int level) { return level == 0 ? 0 : right_at(level) + cells_of(level); }
+// The right side of cell n; the finest level's stays where it is.
+float right_side(int level, int n) {
+  int width = size_of(0).x;
+  if (level == 0) return texelFetch(right_words, n / width * 4 * int(push.pitch) + n % width).x;
+  return work[right_at(level) + n];
+}
 
-// The operator of grid.glsl on cell n of the values that begin at `from`.
-float apply(int level, int from, int n) {
+// The operator of grid.glsl on cell n of what the solution holds.
+float apply(int level, int n) {
   CoarseLevel g = push.levels[level];
-  int width = int(g.width), height = int(g.height), x = n % width, y = n / width, at = from + n;
+  int width = int(g.width), height = int(g.height), x = n % width, y = n / width, at = x_at(level) + n;
   float c = work[at], l = work[x > 0 ? at - 1 : at], r = work[x < width - 1 ? at + 1 : at];
   float u = work[y > 0 ? at - width : at], d = work[y < height - 1 ? at + width : at];
   vec2 nearer = 2.0 / (1.0 + vec2(g.edge_width, g.edge_height));
@@ -47,32 +53,48 @@ float apply(int level, int from, int n) {
   return high * g.across * (left * (c - l) + right * (c - r)) + g.down * wide * (up * (c - u) + down * (c - d));
 }
 
-void sweep(int level, int from, int to, float step) {
-  int f = right_at(level);
-  FOR_SHARED(n, cells_of(level)) work[to + n] = work[from + n] + step * (work[f + n] - apply(level, from, n));
+// An invocation's cells of a level, in registers.
+#define FOR_OWN(level)                                                                                 \
+  for (int i = 0, n = int(gl_LocalInvocationIndex); i < int(TURNS); ++i, n += int(gl_WorkGroupSize.x)) \
+    if (n < cells_of(level))
+
+void put_own(int level, float own[TURNS]) {
   next_step();
+  FOR_OWN(level) work[x_at(level) + n] = own[i];
+  next_step();
+}
+
+void sweep(int level, float step) {
+  float own[TURNS];
+  FOR_OWN(level) own[i] = work[x_at(level) + n] + step * (right_side(level, n) - apply(level, n));
+  put_own(level, own);
 }
 
 // Two sweeps from zero: the first is step0 times the right side.
 void sweep_from_zero(int level) {
   CoarseLevel g = push.levels[level];
-  int f = right_at(level), x = x_at(level);
-  FOR_SHARED(n, cells_of(level)) work[x + n] = g.step0 * work[f + n] + g.step1 * (work[f + n] - g.step0 * apply(level, f, n));
+  float own[TURNS];
+  FOR_OWN(level) work[x_at(level) + n] = right_side(level, n);
   next_step();
+  FOR_OWN(level) {
+    float f = work[x_at(level) + n];
+    own[i] = g.step0 * f + g.step1 * (f - g.step0 * apply(level, n));
+  }
+  put_own(level, own);
 }
 
 // The coarser level's right side: sums over two by two cells of the right side or, with `residual`, of what x leaves of it.
 void restrict_to_coarser(int level, bool residual) {
   ivec2 size = size_of(level), coarse = size_of(level + 1);
-  int f = right_at(level), x = x_at(level), to = right_at(level + 1);
+  int to = right_at(level + 1);
   FOR_SHARED(n, cells_of(level + 1)) {
     float sum = 0.0;
     for (int i = 0; i < 4; ++i) {
       ivec2 cell = 2 * ivec2(n % coarse.x, n / coarse.x) + ivec2(i & 1, i >> 1);
       bool inside = cell.x < size.x && cell.y < size.y;
       int at = inside ? cell.y * size.x + cell.x : 0;
-      float value = work[f + at];
-      if (residual) value -= apply(level, x, at);
+      float value = right_side(level, at);
+      if (residual) value -= apply(level, at);
       sum += inside ? value : 0.0;
     }
     work[to + n] = sum;
@@ -111,36 +133,39 @@ void correct(int level) {
   next_step();
 }
 
-// A height of the level, going on linearly beyond its edges.
-float height_at(int level, ivec2 cell) {
-  ivec2 size = size_of(level), at = clamp(cell, ivec2(0), size - 1), beyond = abs(cell - at);
-  ivec2 before = clamp(at - sign(cell - at), ivec2(0), size - 1);
-  int x = x_at(level);
-  float here = work[x + at.y * size.x + at.x], beside = work[x + at.y * size.x + before.x];
-  float under = work[x + before.y * size.x + at.x], both = work[x + before.y * size.x + before.x];
-  float row = here + float(beyond.x) * (here - beside), row_before = under + float(beyond.x) * (under - both);
-  return row + float(beyond.y) * (row - row_before);
+// The value at place i of a line of n that begins at `from`, going on linearly beyond its ends.
+float line_at(int from, int stride, int i, int n) {
+  int at = clamp(i, 0, n - 1), before = clamp(at - sign(i - at), 0, n - 1);
+  float here = work[from + at * stride];
+  return here + float(abs(i - at)) * (here - work[from + before * stride]);
 }
 
-// Starts from the coarser level's heights, interpolated by cubics, and sweeps twice.
+// The same at cell `fine` of the finer level, by cubics.
+float line_cubic(int from, int stride, int fine, int n, vec4 w) {
+  int near = fine >> 1, away = 2 * (fine & 1) - 1;
+  return w.x * line_at(from, stride, near + 2 * away, n) + w.y * line_at(from, stride, near + away, n) +
+         w.z * line_at(from, stride, near, n) + w.w * line_at(from, stride, near - away, n);
+}
+
+// Starts from the coarser level's heights, interpolated by cubics along its rows and then along columns, and sweeps twice. The rows
+// lie where the solution will.
 void ascend(int level) {
   CoarseLevel g = push.levels[level];
-  ivec2 size = size_of(level);
-  int x = x_at(level), y = y_at(level);
-  FOR_SHARED(n, cells_of(level)) {
-    ivec2 cell = ivec2(n % size.x, n / size.x), away = 2 * (cell & 1) - 1, near = cell >> 1;
-    vec4 wx = cubic(cell.x, size.x, g.edge_width), wy = cubic(cell.y, size.y, g.edge_height);
-    float sum = 0.0;
-    for (int i = 0; i < 4; ++i) {
-      int row = near.y + away.y * (2 - i);
-      sum += wy[i] * (wx.x * height_at(level + 1, ivec2(near.x + 2 * away.x, row)) + wx.y * height_at(level + 1, ivec2(near.x + away.x, row)) +
-                      wx.z * height_at(level + 1, ivec2(near.x, row)) + wx.w * height_at(level + 1, ivec2(near.x - away.x, row)));
-    }
-    work[x + n] = sum;
+  ivec2 size = size_of(level), coarse = size_of(level + 1);
+  int x = x_at(level), from = x_at(level + 1);
+  FOR_SHARED(n, size.x * coarse.y) {
+    int column = n % size.x;
+    work[x + n] = line_cubic(from + n / size.x * coarse.x, 1, column, coarse.x, cubic(column, size.x, g.edge_width));
   }
   next_step();
-  sweep(level, x, y, g.step0);
-  sweep(level, y, x, g.step1);
+  float own[TURNS];
+  FOR_OWN(level) {
+    int row = n / size.x;
+    own[i] = line_cubic(x + n % size.x, size.x, row, coarse.y, cubic(row, size.y, g.edge_height));
+  }
+  put_own(level, own);
+  sweep(level, g.step0);
+  sweep(level, g.step1);
 }
 
 void cycle(int first) {
@@ -156,8 +181,6 @@ void cycle(int first) {
 void main() {
   int last = int(push.count) - 1;
   ivec2 size = size_of(0);
-  FOR_SHARED(n, cells_of(0)) work[n] = texelFetch(right_words, n / size.x * 4 * int(push.pitch) + n % size.x).x;
-  next_step();
   if (FULL == 1) {
     for (int level = 0; level < last; ++level) restrict_to_coarser(level, false);
     solve_coarsest();

@@ -161,6 +161,12 @@ class Frames {
         out.push_back(heights_.as<const float>()[size_t{y} * grid_.pitch * 4 + x]);
     return out;
   }
+  /// Of the surface stage alone.
+  uint32_t dispatches() const {
+    for (const gpu::ScopeTraffic& scope : commands_.traffic())
+      if (scope.name == "surface") return scope.dispatches;
+    return 0;
+  }
 
  private:
   Grid grid_;
@@ -197,6 +203,32 @@ TEST_F(SurfaceTest, TilesAndStripsAgree) {
       EXPECT_LE(worst, 3e-6 * range) << cols << " x " << rows << " " << static_cast<int>(solver);
     }
   }
+}
+
+// What a card waits for is its dispatches: the three coarsest levels of a usual frame are one, and come to
+// what they come to one by one.
+TEST_F(SurfaceTest, CoarseLevelsOfAUsualFrameAreOneDispatch) {
+  constexpr uint32_t kCols = 640, kRows = 480, kMost = 12;
+  constexpr uint32_t kWords = 80 * 60 + 2 * (40 * 30 + 20 * 15);  // of the three levels
+  Tuning tuning = default_tuning(context());
+  tuning.surface_tiles = 1;
+  const bool fits = context().properties().limits.maxComputeSharedMemorySize >= kWords * sizeof(float);
+  std::mt19937 random(6);
+  std::normal_distribution<float> normal(0, 1);
+  std::vector<float> given =
+      scenes::gradients(scenes::gaussian(kCols * 0.45, kRows * 0.55, 48, 24), kRows, kCols);
+  for (float& g : given) g += 0.05f * normal(random);
+  Frames tiles(context(), kCols, kRows, Solve::Live, tuning);
+  tuning.surface_tiles = 0;
+  Frames strips(context(), kCols, kRows, Solve::Live, tuning);
+  std::printf("%u dispatches in tiles, %u in strips\n", tiles.dispatches(), strips.dispatches());
+  EXPECT_GT(tiles.dispatches(), 0u);
+  if (fits) {
+    EXPECT_LE(tiles.dispatches(), kMost);
+  }
+  const std::vector<float> got = tiles.solve(given), wanted = strips.solve(given);
+  const auto [low, high] = std::ranges::minmax_element(wanted);
+  for (size_t i = 0; i < got.size(); ++i) ASSERT_NEAR(got[i], wanted[i], 1e-6 * (*high - *low)) << i;
 }
 
 TEST_F(SurfaceTest, RefusesWhatIsNoField) {

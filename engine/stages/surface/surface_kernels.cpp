@@ -1,6 +1,7 @@
 // The kernels of the surface stage in their two forms, strips and tiles.
 #include <algorithm>
 
+#include "engine/base/divide_up.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/surface/surface.h"
 #include "shaders/ascend.spv.h"
@@ -21,7 +22,7 @@ namespace palpate {
 namespace {
 
 // Invocations of coarse_levels.comp, where the device has so many.
-constexpr uint32_t kCoarseInvocations = 512;
+constexpr uint32_t kCoarseInvocations = 1024;
 
 }  // namespace
 
@@ -34,14 +35,15 @@ void Surface::make_coarse_levels(gpu::Context& context) {
   const auto last = static_cast<uint32_t>(levels_.size()) - 1;
   const VkPhysicalDeviceLimits& limits = context.properties().limits;
   const uint64_t room = limits.maxComputeSharedMemorySize / sizeof(float);
-  // Level 1 may have sources at its edge, and is big.
-  uint64_t words = 0;
+  // Level 1 may have sources at its edge, and is big. The finest level needs one word a cell, others two.
+  uint64_t words = 0, cells = 0;
   for (coarse_first_ = last + 1; coarse_first_ > 2 && last + 1 - coarse_first_ < shared::kCoarseLevels;
        --coarse_first_) {
     const Grid& grid = levels_[coarse_first_ - 1].grid;
-    const uint64_t more = 3 * uint64_t{grid.width} * grid.height;
-    if (words + more > room) break;
-    words += more;
+    const uint64_t more = uint64_t{grid.width} * grid.height;
+    if (words + cells + more > room) break;
+    words += cells + more;
+    cells = more;
   }
   if (coarse_first_ >= last) {
     coarse_first_ = 0;
@@ -53,7 +55,8 @@ void Surface::make_coarse_levels(gpu::Context& context) {
   of_levels.push_bytes = sizeof(shared::CoarsePush);
   of_levels.local_size[0] = std::min(kCoarseInvocations, limits.maxComputeWorkGroupInvocations);
   for (const auto& [kernel, full] : {std::pair{&coarse_pass_, 1u}, {&coarse_cycle_, 0u}}) {
-    of_levels.constants = {full, static_cast<uint32_t>(words)};
+    of_levels.constants = {full, static_cast<uint32_t>(words),
+                           divide_up(static_cast<uint32_t>(cells), of_levels.local_size[0])};
     *kernel = gpu::Kernel(context, {"coarse_levels", k_coarse_levels}, of_levels);
   }
 }
