@@ -163,7 +163,7 @@ void Frames::submit(uint32_t index, const Frame& frame) {
   try {
     upload(slot, frame);
     if (regions_) Regions::start(slot.regions);
-    slot.surface.weighted.expected = surface_ && surface_->expects_weights();
+    slot.surface.weighted.expected = surface_ && surface_->expects_weights(frame);
     slot.running = slot.surface.weighted.expected ? &slot.weighted : &slot.commands;
     slot.running->submit(slot.first);
   } catch (...) {

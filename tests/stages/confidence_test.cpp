@@ -23,6 +23,8 @@ class ConfidenceTest : public GpuTest {
     std::vector<uint16_t> map;
     ConfidenceCounts counts;
     std::vector<float> weights;
+    bool only_still = false;
+    std::optional<bool> lowered;  ///< as the host finds it
   };
   static Answer run(const Frame& image, const Frame& rest, const Sensor& sensor) {
     const FrameFormat& format = image.format;
@@ -48,7 +50,11 @@ class ConfidenceTest : public GpuTest {
     commands.wait();
     records.invalidate();
     host.invalidate();
-    Answer answer{confidence.unpack(map), confidence.sum(records.as<const shared::ConfidenceRecord>()), {}};
+    Answer answer;
+    answer.map = confidence.unpack(map);
+    answer.counts = confidence.sum(records.as<const shared::ConfidenceRecord>());
+    answer.only_still = confidence.only_still(answer.counts);
+    answer.lowered = confidence.lowered_by(image);
     for (uint32_t y = 0; y < format.height; ++y)
       for (uint32_t x = 0; x < format.width; ++x)
         answer.weights.push_back(host.as<const float>()[size_t{y} * grid.pitch * 4 + x]);
@@ -109,7 +115,49 @@ TEST_F(ConfidenceTest, EqualsReference) {
       counts.outside += known.outside;
     }
     EXPECT_EQ(got.counts, counts) << "scene " << i;
+    EXPECT_EQ(got.lowered, !got.only_still) << "scene " << i;
   }
+}
+
+// What the host says of a frame before it is submitted is what the device finds: few pixels are at a limit,
+// next to what is unknown in every frame or apart from it.
+TEST_F(ConfidenceTest, TheHostKnowsBefore) {
+  std::mt19937 random(22);
+  int lowered = 0, still = 0;
+  for (int i = 0; i < of_sweep(240, 80); ++i) {
+    const bool colour = i % 3 == 0;
+    const uint32_t bits = colour ? 8 : std::array{8u, 12u, 16u}[static_cast<size_t>(i / 3) % 3];
+    const FrameFormat format{40 + static_cast<uint32_t>(i) % 50, 31, colour ? 3u : 1u, bits};
+    Frame rest;
+    rest.reshape(format);
+    for (uint32_t c = 0; c < format.channels; ++c)
+      for (uint32_t y = 0; y < format.height; ++y)
+        for (uint32_t x = 0; x < format.width; ++x)
+          rest.set(c, x, y,
+                   format.max_gray() / 2 + static_cast<uint32_t>(random()) % (format.max_gray() / 8));
+    const auto spoil = [&](Frame& frame, uint32_t x, uint32_t y, bool dark) {
+      for (uint32_t c = 0; c < format.channels; ++c) frame.set(c, x, y, dark ? 0 : format.max_gray());
+    };
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.channels = format.channels;
+    sensor.bit_depth = bits;
+    sensor.reading = colour ? SurfaceReading::Photometric : SurfaceReading::Shading;
+    sensor.saturation_gray = i % 2 ? format.max_gray() : format.max_gray() * 9 / 10;
+    if (i % 4) sensor.shadow_gray = format.max_gray() / 20 * static_cast<uint32_t>(i % 4);
+    for (int n = 0; n < i % 3; ++n)
+      for (uint32_t k = 0; k < 9; ++k) spoil(rest, 10 + k % 3, 5 + k / 3, n == 0);
+    Frame image = rest;
+    // One more, under those that are unknown, at their rim, or elsewhere.
+    const auto place = static_cast<uint32_t>(random()) % 5;
+    if (place > 0) spoil(image, std::array{0u, 11u, 12u, 14u, 30u}[place], 6, random() % 2 == 0);
+    const Answer got = run(image, rest, sensor);
+    ASSERT_TRUE(got.lowered.has_value());
+    EXPECT_EQ(*got.lowered, !got.only_still) << "scene " << i << ", place " << place;
+    ++(*got.lowered ? lowered : still);
+  }
+  EXPECT_GT(lowered, 20);
+  EXPECT_GT(still, 20);
 }
 
 TEST(PadOutlineTest, TellsInsideFromOutside) {

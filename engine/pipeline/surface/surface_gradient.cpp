@@ -33,7 +33,8 @@ GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, co
                                  const Tuning& tuning)
     : SurfaceMethod(context, sensor, format, plan, contact, tuning),
       surface_(context, format.width, format.height, plan.solve, tuning),
-      slope_(context, sensor, format, contact, surface_.right_sides(), tuning) {
+      slope_(context, sensor, format, contact, surface_.right_sides(), tuning),
+      confidence_(confidence) {
   if (plan.solve == Solve::Exact) dct_.emplace(format.width, format.height);
   if (!plan.weights) return;
   if (surface_.right_sides() == RightSides::Cells)
@@ -94,10 +95,17 @@ void GradientSurface::record_weighted(gpu::Commands& commands, FrameSlot& slot) 
   record_rest_level(commands, slot);
 }
 
+bool GradientSurface::expects_weights(const Frame& frame) const {
+  if (!may_weigh()) return false;
+  const std::optional<bool> lowered = confidence_->lowered_by(frame);
+  if (!lowered) return last_weighed_;
+  return *lowered || (confidence_->still_unknown_px() > 0 && !surface_.solves_known_part());
+}
+
 void GradientSurface::solve(FrameSlot& slot) {
   if (weighted_) {
     weighted_->solve(slot, dct_ ? heights(slot) : HeightRows{});
-    expects_weights_ = may_weigh() && slot.surface.weighted.used;
+    last_weighed_ = may_weigh() && slot.surface.weighted.used;
   }
   if (!dct_) return;
   if (!slot.surface.weighted.used) {

@@ -25,7 +25,7 @@ class GradientSurface : public SurfaceMethod {
   SurfacePart measure(const FrameSlot& slot, const ContactTouch& whole) const override;
   void set_confidence(const Confidence& confidence) override;
   bool may_weigh() const override { return weighted_ && !dct_; }
-  bool expects_weights() const override { return expects_weights_; }
+  bool expects_weights(const Frame& frame) const override;
   void record_weighted(gpu::Commands& commands, FrameSlot& slot) const override;
   void add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const override;
   uint64_t memory_bytes() const override;
@@ -38,8 +38,9 @@ class GradientSurface : public SurfaceMethod {
   Slope slope_;
   std::optional<PoissonDct> dct_;  ///< Solve::Exact
   std::optional<WeightedSolve> weighted_;
-  bool expects_weights_ = false;  ///< the last frame needed them
-  std::vector<uint8_t> known_;    ///< of every frame, where weights are wanted
+  const Confidence* confidence_;
+  bool last_weighed_ = false;   ///< the last frame needed weights
+  std::vector<uint8_t> known_;  ///< of every frame, where weights are wanted
 };
 
 }  // namespace palpate

@@ -34,9 +34,9 @@ class SurfaceMethod {
   /// Which pixels no frame shows; commands have to be recorded again.
   virtual void set_confidence(const Confidence&) {}
   /// Whether a frame may need its pixels weighted: then `record_weighted`, in place of `record`, is for those
-  /// that are expected to.
+  /// that are expected to. Only the device knows it of frames with markers: there the last frame says it.
   virtual bool may_weigh() const { return false; }
-  virtual bool expects_weights() const { return false; }
+  virtual bool expects_weights(const Frame&) const { return false; }
   virtual void record_weighted(gpu::Commands&, FrameSlot&) const {}
   /// Where pixels are pressures.
   virtual std::optional<DevicePressure> pressure() const { return std::nullopt; }

@@ -1,8 +1,10 @@
 #include "engine/stages/frame/confidence.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/base/divide_up.h"
+#include "engine/base/simd.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/sensor/outline.h"
@@ -33,6 +35,32 @@ uint32_t brightest(const Frame& frame, uint32_t x, uint32_t y) {
     value = std::max(value, frame.at(channel, x, y));
   return value;
 }
+
+/// Whether a pixel's brightest channel lies outside of its limits.
+template <typename Pixel, uint32_t Channels>
+struct OutsideLimits {
+  const Frame& frame;
+  const Pixel *darkest, *brightest;
+  bool& found;
+
+  PALPATE_INLINE bool at(const Pixel* value, size_t plane, size_t i) const {
+    Pixel v = value[i];
+    for (uint32_t c = 1; c < Channels; ++c) v = std::max(v, value[c * plane + i]);
+    return v < darkest[i] || v > brightest[i];
+  }
+  PALPATE_INLINE void run() const {
+    constexpr size_t kBlock = 64;  // of a known length: the compiler takes whole vectors
+    const size_t plane = size_t{frame.format.width} * frame.format.height;
+    const auto* value = reinterpret_cast<const Pixel*>(frame.pixels());
+    size_t i = 0;
+    for (; i + kBlock <= plane && !found; i += kBlock) {
+      Pixel any = 0;
+      for (size_t k = i; k < i + kBlock; ++k) any |= static_cast<Pixel>(at(value, plane, k));
+      found = any != 0;
+    }
+    for (; i < plane && !found; ++i) found = at(value, plane, i);
+  }
+};
 
 }  // namespace
 
@@ -94,7 +122,7 @@ void Confidence::set_background(const Frame& background) {
         if (saturated[size_t{v} * width + u]) return true;
     return false;
   };
-  still_unknown_px_ = 0;
+  still_unknown_px_ = still_partial_px_ = 0;
   for (uint32_t y = 0; y < height; ++y) {
     for (uint32_t x = 0; x < width; ++x) {
       uint32_t reasons = 0, confidence = shared::kFullConfidence;
@@ -109,10 +137,48 @@ void Confidence::set_background(const Frame& background) {
       if (sensor_.pad && !contains(*sensor_.pad, x, y)) reasons |= shared::kOutside;
       if (reasons & (shared::kSaturated | shared::kOutside)) confidence = 0;
       still_unknown_px_ += confidence == 0;
+      still_partial_px_ += confidence > 0 && confidence < shared::kFullConfidence;
       map[size_t{y} * pitch + x] = static_cast<uint16_t>(confidence | (reasons << shared::kReasonShift));
     }
   }
   still_.flush();
+  format_.bit_depth > 8 ? find_limits<uint16_t>() : find_limits<uint8_t>();
+}
+
+template <typename Pixel>
+void Confidence::find_limits() {
+  const std::vector<uint8_t> known = still_known();
+  const uint32_t width = format_.width, height = format_.height;
+  constexpr Pixel kMost = std::numeric_limits<Pixel>::max();
+  darkest_.assign(known.size() * sizeof(Pixel), 0);
+  brightest_.assign(known.size() * sizeof(Pixel), 0xff);
+  auto* const darkest = reinterpret_cast<Pixel*>(darkest_.data());
+  auto* const brightest = reinterpret_cast<Pixel*>(brightest_.data());
+  const auto full_from = static_cast<Pixel>(std::min<uint32_t>(2 * push_.shadow, kMost));
+  const auto not_full = static_cast<Pixel>(std::min<uint32_t>(push_.saturation - 1, kMost));
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      if (!known[size_t{y} * width + x]) continue;
+      darkest[size_t{y} * width + x] = full_from;
+      for (uint32_t v = y - std::min(y, reach_); v <= std::min(y + reach_, height - 1); ++v)
+        for (uint32_t u = x - std::min(x, reach_); u <= std::min(x + reach_, width - 1); ++u)
+          brightest[size_t{v} * width + u] = not_full;
+    }
+}
+
+std::optional<bool> Confidence::lowered_by(const Frame& frame) const {
+  if (markers_) return std::nullopt;
+  bool found = still_partial_px_ > 0;
+  const auto look = [&]<typename Pixel>(Pixel) {
+    const auto* const darkest = reinterpret_cast<const Pixel*>(darkest_.data());
+    const auto* const brightest = reinterpret_cast<const Pixel*>(brightest_.data());
+    if (format_.channels == 3)
+      run_widest(OutsideLimits<Pixel, 3>{frame, darkest, brightest, found});
+    else
+      run_widest(OutsideLimits<Pixel, 1>{frame, darkest, brightest, found});
+  };
+  format_.bit_depth > 8 ? look(uint16_t{}) : look(uint8_t{});
+  return found;
 }
 
 void Confidence::record(gpu::Commands& commands, const PaddedImage& frame, const ConfidenceMap& map,

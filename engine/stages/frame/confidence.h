@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,9 +68,13 @@ class Confidence {
   const gpu::TexelView& still_pairs() const { return still_pairs_; }
   /// The same for each pixel, height x width: not 0 where it is known.
   std::vector<uint8_t> still_known() const;
+  uint64_t still_unknown_px() const { return still_unknown_px_; }
   /// Whether a frame of these counts has only the unknown pixels that every frame has, and all others have
   /// confidence 1.
   bool only_still(const ConfidenceCounts& counts) const;
+  /// The opposite of what only_still() will say of a frame, found on the host from its pixels as they are
+  /// uploaded; unset with markers, which only the device fills.
+  std::optional<bool> lowered_by(const Frame& frame) const;
 
   ConfidenceCounts sum(std::span<const shared::ConfidenceRecord> records) const;
   /// height x width pixels of a finished map, in its 16 bits.
@@ -79,6 +84,8 @@ class Confidence {
 
  private:
   uint32_t invocations() const;
+  template <typename Pixel>
+  void find_limits();
 
   Sensor sensor_;
   FrameFormat format_;
@@ -88,7 +95,10 @@ class Confidence {
   uint32_t reach_ = 0;
   gpu::DeviceBuffer still_;  ///< confidence of background and outline, as a map
   gpu::TexelView still_texels_, still_pairs_;
-  uint64_t still_unknown_px_ = 0;
+  uint64_t still_unknown_px_ = 0, still_partial_px_ = 0;
+  /// Darkest and brightest value of each pixel that lowers no confidence, height x width: what is unknown in
+  /// every frame may be as dark as it likes, and as bright where nothing known is near.
+  std::vector<uint8_t> darkest_, brightest_;
   gpu::Kernel kernel_, weights_kernel_;
 };
 
