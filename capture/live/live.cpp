@@ -8,6 +8,7 @@
 #include "capture/live/capture_thread.h"
 #include "capture/live/engine_thread.h"
 #include "capture/live/session.h"
+#include "capture/series.h"
 #include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"
@@ -203,6 +204,9 @@ LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSo
                           {
                             Pipeline pipeline(*device, sensor, session.source()->format(), run.pipeline);
                             pipeline.set_background(run.background);
+                            if (run.pipeline.separate)
+                              look_ahead(options.input, run.sensor, pipeline,
+                                         [&session] { return session.stop.load(); });
                             run_on_device(pipeline, session, options, make, latency, pending, report);
                           }
                           const std::optional<DeviceLost> lost = session.take_device_error();

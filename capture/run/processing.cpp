@@ -11,7 +11,7 @@
 #include "capture/run/input.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
-#include "capture/run/series.h"
+#include "capture/series.h"
 #include "engine/base/clock.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/open_source.h"
+#include "capture/series.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/surface/surface_sample.h"
 #include "engine/pipeline/surface_map.h"
@@ -26,6 +27,7 @@ void each_frame(gpu::Context& context, const MeasuredInput& input, Outputs outpu
   Pipeline pipeline(context, for_rectified_frames(input.sensor), source->format(),
                     {.outputs = outputs, .solver = SurfaceSolver::Best, .separate = separate});
   pipeline.set_background(load_background(input.input, input.sensor, *source));
+  if (separate) look_ahead(input.input, input.sensor, pipeline, watch.stop);
   bool more = true;
   for (Frame frame; more && !watch.stopped() && source->next(frame);) {
     pipeline.submit(frame);

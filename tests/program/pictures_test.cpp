@@ -1,7 +1,11 @@
 // Folders of pictures: separate presses unless stated otherwise; and headlines that say what the largest
 // value is worth.
 #include <algorithm>
+#include <cmath>
+#include <functional>
 
+#include "capture/files/images/images.h"
+#include "tests/scenes/synthetic_run.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -132,6 +136,75 @@ TEST_F(Pictures, OfOneTouchGiveOneStrainAndOneModulus) {
   fs::rename(three / "0.png", three / "3.png");
   EXPECT_EQ(command("strain", {}, false).exit_code, 0);
   EXPECT_EQ(command("strain", {}, true).exit_code, 3) << "none before the peak";
+}
+
+// A wide press hides which light it is seen under: small ones of the same series say so, whatever measures
+// it.
+class PicturesOfASeries : public Pictures {
+ protected:
+  /// Frames of a scene, `brighter` gray levels above what they were.
+  void add(const fs::path& folder, const char* scene, const std::vector<uint64_t>& frames, int brighter) {
+    fs::create_directories(folder);
+    SyntheticRun run(scene);
+    for (const uint64_t k : frames) {
+      Frame frame = run.frame(k);
+      for (uint8_t& gray : frame.bytes) gray = static_cast<uint8_t>(std::min(gray + brighter, 250));
+      const std::vector<uint8_t> png = encode_image(frame, ".png");
+      spill(folder / (std::to_string(pictures_++) + ".png"), std::string(png.begin(), png.end()));
+    }
+  }
+  /// The first number that `read` finds in what a command makes of a folder's pictures.
+  double value_of(const std::string& folder, std::vector<std::string> command,
+                  const std::function<double(const fs::path& out, const std::string& text)>& read) {
+    const fs::path out = folder_ / (command.front() + "_" + folder);
+    command.insert(command.begin() + 1, (folder_ / folder).string());
+    for (const fs::path& more : {fs::path("--sensor"), folder_ / "gel.json", fs::path("--background"),
+                                 folder_ / "untouched.png", fs::path("--quiet")})
+      command.push_back(more.string());
+    if (command.front() != "strain") command.insert(command.end(), {"--out", out.string()});
+    const Ended ended = run(command);
+    EXPECT_EQ(ended.exit_code, 0) << command.front() << ": " << ended.err;
+    return ended.exit_code == 0 ? read(out, ended.out) : 0;
+  }
+
+ private:
+  int pictures_ = 100;
+};
+
+TEST_F(PicturesOfASeries, ShareTheirLightWhateverMeasuresThem) {
+  constexpr const char *kWide = "press?mode=gel&size=320x240&rate=5&radius=20&force=5",
+                       *kSmall = "press?mode=gel&size=320x240&rate=5&radius=4&force=1";
+  for (const auto& [folder, brighter] : {std::pair{"series", 4}, {"alone", 4}, {"truth", 0}}) {
+    add(folder_ / folder, kWide, {23, 12}, brighter);
+    if (folder != std::string("alone"))
+      add(folder_ / folder, kSmall, {5, 12, 14, 20, 23, 25, 28, 32}, brighter);
+  }
+  SyntheticRun run(kWide);
+  run.sensor.force = ForceCalibration{.c1_N_per_gray = 1e-5, .residual_sd_N = 0.01, .gray_max = 1e9};
+  spill(folder_ / "gel.json", sensor_text(run.sensor));
+  const std::vector<uint8_t> png = encode_image(run.background, ".png");
+  spill(folder_ / "untouched.png", std::string(png.begin(), png.end()));
+
+  const auto cell = [](const char* file, const char* column) {
+    return
+        [=](const fs::path& out, const std::string&) { return Table(slurp(out / file)).number(0, column); };
+  };
+  using Command = std::pair<std::vector<std::string>,
+                            std::function<double(const fs::path& out, const std::string& text)>>;
+  for (const auto& [command, read] : std::vector<Command>{
+           {{"process"}, cell("measurements.csv", "depth_max_mm")},
+           {{"record"}, cell("frames.csv", "depth_max_mm")},
+           {{"wrench"}, cell("wrench.csv", "fz_N")},
+           {{"modulus", "--sample", "sphere,40mm", "--pad-kPa", "200", "--pad-thickness-mm", "6"},
+            cell("presses.csv", "force_N")},
+           {{"strain", "--frames", "0,1", "--json"}, [](const fs::path&, const std::string& text) {
+              return parse_json(text)["before"]["force_N"].get<double>();
+            }}}) {
+    const double truth = value_of("truth", command, read);
+    ASSERT_GT(truth, 0.1) << command.front();
+    const double alone = std::abs(value_of("alone", command, read) - truth);
+    EXPECT_LT(std::abs(value_of("series", command, read) - truth), 0.5 * alone) << command.front();
+  }
 }
 
 TEST_F(Pictures, AFilmIsOneSequenceByItself) {

@@ -12,7 +12,7 @@
 #include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
-#include "capture/run/series.h"
+#include "capture/series.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"

@@ -11,7 +11,7 @@
 #include "capture/files/tables/units.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
-#include "capture/run/series.h"
+#include "capture/series.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"

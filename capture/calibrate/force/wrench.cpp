@@ -7,6 +7,7 @@
 #include "capture/files/measurements.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "capture/series.h"
 #include "engine/base/numbers.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -37,11 +38,11 @@ WrenchSeries measure_wrench(gpu::Context& context, const MeasuredInput& input, c
   const std::unique_ptr<Source> source = open_source(wanted.input, sensor);
   if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
   source->watch([&watch] { return watch.stopped(); });
+  const bool separate = separate_presses(*source, gauge.one_sequence, gauge.rate_Hz);
   Pipeline pipeline(context, for_rectified_frames(sensor), source->format(),
-                    {.outputs = wanted.outputs,
-                     .solver = SurfaceSolver::Best,
-                     .separate = separate_presses(*source, gauge.one_sequence, gauge.rate_Hz)});
+                    {.outputs = wanted.outputs, .solver = SurfaceSolver::Best, .separate = separate});
   pipeline.set_background(load_background(wanted.input, sensor, *source));
+  if (separate) look_ahead(wanted.input, sensor, pipeline, watch.stop);
   WrenchSeries series;
   double most_N = 0;
   const bool times = source->rate_Hz() > 0;

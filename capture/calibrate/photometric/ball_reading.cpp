@@ -8,6 +8,7 @@
 #include "engine/base/statistics.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/pipeline_access.h"
 #include "palpate/pipeline.h"
 
 namespace palpate {
@@ -61,8 +62,15 @@ BallReading read_balls(gpu::Context& device, const Sensor& sensor, const BallPre
                     {.outputs = Output::Surface, .solver = SurfaceSolver::Best, .separate = true});
   BallReading reading;
   std::vector<double> gains, errors, caps, scatter;
+  const Frame* untouched = nullptr;
   for (size_t i = 0; i < found.presses.size(); ++i) {
-    pipeline.set_background(found.backgrounds[i]);
+    if (!untouched || untouched->bytes != found.backgrounds[i].bytes) {
+      untouched = &found.backgrounds[i];
+      pipeline.set_background(*untouched);
+      for (size_t of = 0; of < found.presses.size(); ++of)
+        if (found.backgrounds[of].bytes == untouched->bytes)
+          PipelineAccess::look_ahead(pipeline, found.presses[of].frame);
+    }
     const Result result = pipeline.process(found.presses[i].frame);
     const Compared one = compare(result.depth_mm(), found.presses[i], sensor.pitch_mm_per_px);
     if (!(one.cap_rms_mm > 0)) continue;

@@ -10,6 +10,7 @@
 #include "capture/files/measurements.h"
 #include "capture/files/tables/csv_table.h"
 #include "capture/files/tables/units.h"
+#include "capture/series.h"
 #include "engine/base/numbers.h"
 #include "engine/stages/surface/elastic.h"
 #include "palpate/error.h"
@@ -172,7 +173,7 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
 }
 
 PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background,
-                         const Sample& sample, bool separate)
+                         const Sample& sample, const std::string& series)
     : sensor_(sensor),
       sample_(sample),
       background_(background),
@@ -180,8 +181,9 @@ PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Fram
                 {.outputs =
                      sensor.reading == SurfaceReading::None ? Output::Force : Output::Force | Output::Surface,
                  .solver = SurfaceSolver::Best,
-                 .separate = separate}) {
+                 .separate = !series.empty()}) {
   pipeline_.set_background(background);
+  if (!series.empty()) look_ahead(series, sensor, pipeline_, {});
 }
 
 std::optional<PressFrame> PressReader::read(const Frame& frame) {

@@ -36,10 +36,10 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
 /// Reads single frames. Not thread safe.
 class PressReader {
  public:
-  /// Depths need a sensor with a reading of the surface. `background`: the untouched image. `separate`: as in
-  /// PipelineOptions.
+  /// Depths need a sensor with a reading of the surface. `background`: the untouched image. `series`: input
+  /// of the frames where they are separate pictures (PipelineOptions); empty: they follow each other.
   PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background, const Sample& sample,
-              bool separate = false);
+              const std::string& series = {});
 
   /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not
   /// observed pressure gives a contact's radius by its area.

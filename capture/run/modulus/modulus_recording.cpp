@@ -93,7 +93,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
   const bool separate = separate_presses(*source, recording.one_sequence);
-  PressReader reader(context, input.sensor, background, sample, separate);
+  PressReader reader(context, input.sensor, background, sample, separate ? input.input : "");
   SamplePresses presses;
   presses.depth_by_pressure = reader.depth_by_pressure();
   std::map<std::string, size_t> left;

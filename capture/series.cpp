@@ -1,4 +1,4 @@
-#include "capture/run/series.h"
+#include "capture/series.h"
 
 #include <cstdint>
 #include <memory>
