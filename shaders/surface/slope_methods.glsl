@@ -149,11 +149,6 @@ Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
 
 #else
 
-struct Window {
-  uint unused;
-};
-Window window_at(int tx, int y) { return Window(0); }
-
 vec4 unpack(uint w) { return vec4(w & 255u, (w >> 8) & 255u, (w >> 16) & 255u, w >> 24); }
 
 // Twelve pixels of one plane, columns -2 .. 9, as three words.
@@ -173,67 +168,108 @@ Twelve change_at(int plane, int row, int tx) {
   return Twelve(unpack(image.x) - unpack(rest.x), unpack(image.y) - unpack(rest.y), unpack(image.z) - unpack(rest.z));
 }
 
-// A row's place, and those of four of its pixels, in -1 to 1.
+// A row's and a column's place, in -1 to 1.
 float place_y(int row) { return (2.0 * float(row) + 1.0) / float(push.height) - 1.0; }
-vec4 place_x(vec4 column) { return (2.0 * column + 1.0) / float(push.width) - 1.0; }
+float place_x(int column) { return (2.0 * float(column) + 1.0) / float(push.width) - 1.0; }
 
-// The normal's x and y in four pixels of a row.
+// The weights of a row's columns from some column on, fetched once for many rows: instead of powers of x they go with Newton's
+// 1, i, i (i - 1) / 2, ... of the i-th column, whose values follow from column to column by sums alone.
+struct Window {
+  vec2 weights[kColours * kPlaceTerms];
+};
+
+// Written out: with loops a frame took twice as long on lavapipe.
+void take_differences(inout Window window, int colour, float x, float step) {
+  int at = colour * kPlaceTerms;
+  vec2 x3 = weights[at + 6], x2 = fma(vec2(3.0 * x), x3, weights[at + 3]);
+  vec2 x1 = fma(vec2(x), 2.0 * weights[at + 3] + 3.0 * x * x3, weights[at + 1]);
+  vec2 y_x2 = weights[at + 7], y_x1 = fma(vec2(2.0 * x), y_x2, weights[at + 4]);
+  window.weights[at] = fma(vec2(x), fma(vec2(x), fma(vec2(x), x3, weights[at + 3]), weights[at + 1]), weights[at]);
+  window.weights[at + 1] = step * (x1 + step * (x2 + step * x3));
+  window.weights[at + 2] = fma(vec2(x), fma(vec2(x), y_x2, weights[at + 4]), weights[at + 2]);
+  window.weights[at + 3] = step * step * (2.0 * x2 + 6.0 * step * x3);
+  window.weights[at + 4] = step * (y_x1 + step * y_x2);
+  window.weights[at + 5] = fma(vec2(x), weights[at + 8], weights[at + 5]);
+  window.weights[at + 6] = 6.0 * step * step * step * x3;
+  window.weights[at + 7] = 2.0 * step * step * y_x2;
+  window.weights[at + 8] = step * weights[at + 8];
+  window.weights[at + 9] = weights[at + 9];
+}
+
+Window window_from(int column) {
+  Window window;
+  float x = place_x(column), step = 2.0 / float(push.width);
+  take_differences(window, 0, x, step);
+  take_differences(window, 1, x, step);
+  take_differences(window, 2, x, step);
+  take_differences(window, 3, x, step);
+  take_differences(window, 4, x, step);
+  take_differences(window, 5, x, step);
+  take_differences(window, 6, x, step);
+  take_differences(window, 7, x, step);
+  take_differences(window, 8, x, step);
+  return window;
+}
+Window window_at(int tx, int y) { return window_from(8 * tx - 2); }
+
+// A difference of a colour's weights in row y, of an order.
+vec2 weight_at(Window window, int colour, int order, float y) {
+  int at = colour * kPlaceTerms + order * (order + 1) / 2;
+  vec2 sum = vec2(0.0);
+  if (PLACE_DEGREE > order + 2) sum = window.weights[at + 3 * order + 9];
+  if (PLACE_DEGREE > order + 1) sum = fma(sum, vec2(y), window.weights[at + 2 * order + 5]);
+  if (PLACE_DEGREE > order) sum = fma(sum, vec2(y), window.weights[at + order + 2]);
+  return fma(sum, vec2(y), window.weights[at]);
+}
+
+// Weights of a colour at a column, and their differences to the columns that follow.
+struct Weight {
+  vec2 here, first, second, third;
+};
+Weight weight_from(Window window, int colour, float y) {
+  Weight w = Weight(weight_at(window, colour, 0, y), vec2(0.0), vec2(0.0), vec2(0.0));
+  if (PLACE_DEGREE > 0) w.first = weight_at(window, colour, 1, y);
+  if (PLACE_DEGREE > 1) w.second = weight_at(window, colour, 2, y);
+  if (PLACE_DEGREE > 2) w.third = weight_at(window, colour, 3, y);
+  return w;
+}
+// The weight here; the next one's is there afterwards.
+vec2 take(inout Weight w) {
+  vec2 here = w.here;
+  if (PLACE_DEGREE > 0) w.here += w.first;
+  if (PLACE_DEGREE > 1) w.first += w.second;
+  if (PLACE_DEGREE > 2) w.second += w.third;
+  return here;
+}
+
+struct ColourWeights {
+  Weight r, g, b, rr, rg, rb, gg, gb, bb;
+};
+ColourWeights weights_from(Window window, float y) {
+  return ColourWeights(weight_from(window, 0, y), weight_from(window, 1, y), weight_from(window, 2, y), weight_from(window, 3, y),
+                       weight_from(window, 4, y), weight_from(window, 5, y), weight_from(window, 6, y), weight_from(window, 7, y),
+                       weight_from(window, 8, y));
+}
+
+// The normal's x and y in the next pixel of a row, by its changes of red, green and blue; products of these are never formed.
+vec2 normal_of(inout ColourWeights w, float r, float g, float b) {
+  vec2 red = take(w.r), green = take(w.g), blue = take(w.b);
+  if (PRODUCTS != 0) {
+    red += take(w.rr) * r + take(w.rg) * g + take(w.rb) * b;
+    green += take(w.gg) * g + take(w.gb) * b;
+    blue += take(w.bb) * b;
+  }
+  return red * r + green * g + blue * b;
+}
+
+// The same in the next four.
 struct Normal {
   vec4 x, y;
 };
-
-// What of a colour's weights goes with x to a power, in row y. Written out: with loops a frame took twice as long on lavapipe.
-vec2 weight_at(int colour, int power, float y) {
-  int at = colour * kPlaceTerms + power * (power + 1) / 2;
-  vec2 sum = vec2(0.0);
-  if (PLACE_DEGREE > power + 2) sum = weights[at + 3 * power + 9];
-  if (PLACE_DEGREE > power + 1) sum = fma(sum, vec2(y), weights[at + 2 * power + 5]);
-  if (PLACE_DEGREE > power) sum = fma(sum, vec2(y), weights[at + power + 2]);
-  return fma(sum, vec2(y), weights[at]);
-}
-
-// Adds weight times change.
-void add(inout Normal n, vec2 weight, vec4 change) {
-  n.x = fma(vec4(weight.x), change, n.x);
-  n.y = fma(vec4(weight.y), change, n.y);
-}
-Normal weigh(vec2 weight) { return Normal(vec4(weight.x), vec4(weight.y)); }
-void add(inout Normal n, Normal weight, vec4 change) {
-  n.x = fma(weight.x, change, n.x);
-  n.y = fma(weight.y, change, n.y);
-}
-
-void add_power(inout Normal n, int power, vec4 r, vec4 g, vec4 b, vec4 x, float y) {
-  if (PLACE_DEGREE < power) return;
-  n.x *= x;
-  n.y *= x;
-  if (PRODUCTS == 0) {
-    add(n, weight_at(0, power, y), r);
-    add(n, weight_at(1, power, y), g);
-    add(n, weight_at(2, power, y), b);
-  } else {
-    Normal red = weigh(weight_at(0, power, y)), green = weigh(weight_at(1, power, y)), blue = weigh(weight_at(2, power, y));
-    add(red, weight_at(3, power, y), r);
-    add(red, weight_at(4, power, y), g);
-    add(red, weight_at(5, power, y), b);
-    add(n, red, r);
-    add(green, weight_at(6, power, y), g);
-    add(green, weight_at(7, power, y), b);
-    add(n, green, g);
-    add(blue, weight_at(8, power, y), b);
-    add(n, blue, b);
-  }
-}
-
-// Changes of red, green and blue to the normal. Colours are summed for each power of x and the sums taken together by Horner's rule,
-// so that a row's weights serve all of its pixels; products of colours are never formed.
-Normal normal_of(vec4 r, vec4 g, vec4 b, vec4 x, float y) {
-  Normal n = Normal(vec4(0.0), vec4(0.0));
-  add_power(n, 3, r, g, b, x, y);
-  add_power(n, 2, r, g, b, x, y);
-  add_power(n, 1, r, g, b, x, y);
-  add_power(n, 0, r, g, b, x, y);
-  return n;
+Normal normal_of(inout ColourWeights w, vec4 r, vec4 g, vec4 b) {
+  vec2 i = normal_of(w, r.x, g.x, b.x), j = normal_of(w, r.y, g.y, b.y);
+  vec2 k = normal_of(w, r.z, g.z, b.z), l = normal_of(w, r.w, g.w, b.w);
+  return Normal(vec4(i.x, j.x, k.x, l.x), vec4(i.y, j.y, k.y, l.y));
 }
 
 // Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
@@ -249,13 +285,12 @@ void lean(Normal n, out vec4 across2, out vec4 p, out vec4 q) {
 Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   int row = clamp(y, 0, int(push.height) - 1);
   Twelve r = change_at(0, row, tx), g = change_at(1, row, tx), b = change_at(2, row, tx);
-  vec4 column = vec4(-2, -1, 0, 1) + float(8 * tx);
-  float y_at = place_y(row);
+  ColourWeights colours = weights_from(window, place_y(row));
   Slopes result;
   vec4 q_a, q_b, q_c, across_a, across_b, across_c;
-  lean(normal_of(r.a, g.a, b.a, place_x(column), y_at), across_a, result.p_a, q_a);
-  lean(normal_of(r.b, g.b, b.b, place_x(column + 4.0), y_at), across_b, result.p_b, q_b);
-  lean(normal_of(r.c, g.c, b.c, place_x(column + 8.0), y_at), across_c, result.p_c, q_c);
+  lean(normal_of(colours, r.a, g.a, b.a), across_a, result.p_a, q_a);
+  lean(normal_of(colours, r.b, g.b, b.b), across_b, result.p_b, q_b);
+  lean(normal_of(colours, r.c, g.c, b.c), across_c, result.p_c, q_c);
   float steepest = push.max_slope * push.max_slope;
   float limit = y >= clipped.first && y < clipped.end ? steepest / (1.0 + steepest) : 3.4e38;
   clipped.a += uvec4(greaterThan(vec4(across_a.zw, across_b.xy), vec4(limit)));

@@ -50,8 +50,8 @@ vec4 four_at(int plane, int x, int y) {
 
 uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
   vec4 across2;
-  lean(normal_of(four_at(0, x, y), four_at(1, x, y), four_at(2, x, y), place_x(vec4(0, 1, 2, 3) + float(x)), place_y(y)), across2,
-       p, q);
+  ColourWeights colours = weights_from(window_from(x), place_y(y));
+  lean(normal_of(colours, four_at(0, x, y), four_at(1, x, y), four_at(2, x, y)), across2, p, q);
   float steepest = push.max_slope * push.max_slope;
   return uvec4(greaterThan(across2, vec4(steepest / (1.0 + steepest))));
 }
