@@ -153,6 +153,12 @@ constexpr MeasuredQuantity<Touch> kContact =
     field<Touch, &Touch::contact>("contact", G::Touching, "Whether some pixel reached the threshold.",
                                   {.in_table = seen, .why = "the headline says it"});
 
+// Where a touch is judged; with several contacts each is judged by its own skin.
+QuantityValue slip_by(const Touch& touch) {
+  const bool judged = touch.slip == Slip::Stick || touch.slip == Slip::Incipient || touch.slip == Slip::Slip;
+  return judged ? QuantityValue{std::string_view(touch.skin ? "skin" : "limit")} : QuantityValue{};
+}
+
 QuantityValue depth_of(const Touch& touch) {
   if (!touch.surface) return {};
   const SurfaceSummary& surface = *touch.surface;
@@ -173,6 +179,11 @@ QuantityValue contacts_of(const Touch& touch) {
 }
 
 constexpr MeasuredQuantity<Touch> kSurface[] = {
+    made<Touch>("slip_by", G::Slipping, Word,
+                "What shows the slip of a single contact: `skin`, whose pattern stays behind what slides and "
+                "goes along with what rolls, or `limit`: the contact's own motion at the friction limit, so "
+                "that one that rolls is taken for one that slides.",
+                slip_by, {.in_table = alone, .none = true, .why = "the sensor's panel says it"}),
     made<Touch>(
         "depth_max_mm", G::Depth, Estimated,
         "Deepest point, where there is contact and along the border; its error where the sensor file states "

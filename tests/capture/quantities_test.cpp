@@ -29,7 +29,8 @@ constexpr const char* kHeader =
     "area_mm2,ellipse_major_mm,ellipse_major_px,ellipse_minor_mm,ellipse_minor_px,ellipse_angle_rad,peak_"
     "gray,"
     "saturated_px,shear_x_N,shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_x_px,shift_y_mm,"
-    "shift_y_px,slip,depth_max_mm,depth_sd_mm,depth_state,depth_reference,unknown_px,shadowed_px,outside_px,"
+    "shift_y_px,slip,slip_by,depth_max_mm,depth_sd_mm,depth_state,depth_reference,unknown_px,shadowed_px,"
+    "outside_px,"
     "islands,weighted_residual,weighted_misfit,clipped_px,contacts,volume_mm3,dented_mm2,extrapolated_"
     "px,skin_points,skin_lost,"
     "skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,"
@@ -49,7 +50,7 @@ constexpr const char* kContactsHeader =
 constexpr const char* kRow =
     "7,0.250000,a.png,1,1234.5,0.840,0.012,valid,10.12,20.25,300,3.0000,2.0000,40.00,1.5000,30.00,0.5000,99."
     "00,4,0.1000,0.0000,-0.200,0.020,onset unseen,0.0123,0.25,-0.0123,-0.25,incipient "
-    "slip,0.420,0.011,slopes "
+    "slip,skin,0.420,0.011,slopes "
     "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,9,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,"
     "0."
     "800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for the "
@@ -248,6 +249,32 @@ std::string readme_table() {
 }
 
 // PALPATE_WRITE_TABLES=1 writes it anew.
+TEST(Quantities, SlipSaysWhatShowsIt) {
+  const auto all = touch_quantities();
+  const auto by = std::ranges::find(all, std::string_view("slip_by"), &MeasuredQuantity<Touch>::name);
+  ASSERT_NE(by, all.end());
+  const auto word = [&](const Touch& touch) {
+    const QuantityValue value = by->value(touch);
+    const auto* const found = std::get_if<std::string_view>(&value);
+    return found ? *found : std::string_view();
+  };
+  Touch touch = distinct_touch();
+  for (const Slip slip : {Slip::Stick, Slip::Incipient, Slip::Slip}) {
+    touch.slip = slip;
+    EXPECT_EQ(word(touch), "skin");
+    Touch bare = touch;
+    bare.skin.reset();
+    EXPECT_EQ(word(bare), "limit");
+  }
+  for (const Slip slip : {Slip::NoContact, Slip::NotCalibrated, Slip::PictureDamaged}) {
+    touch.slip = slip;
+    EXPECT_EQ(word(touch), "");
+  }
+  ASSERT_TRUE(by->in_table(touch));
+  touch.contacts.resize(2);
+  EXPECT_FALSE(by->in_table(touch));
+}
+
 TEST(Quantities, TheTableInTheReadmeIsTheList) {
   const std::string file = std::string(PALPATE_SOURCE_DIR) + "/capture/files/README.md";
   const std::string text = slurp(file), begin = "<!-- quantities -->\n", end = "<!-- end -->\n";

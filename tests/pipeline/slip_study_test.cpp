@@ -23,6 +23,7 @@ constexpr uint32_t kFirstJudged = 200;
 struct SlideFrame {
   Slip said = Slip::NoContact;
   bool sees_contact = false;
+  bool by_skin = false;  ///< the skin was followed under the contact
   double gray_sum = 0;
   Truth truth;
   bool rolls = false;  ///< of a touch that rolls
@@ -54,6 +55,7 @@ struct SlideCase {
 /// What a set of slides showed.
 struct SlipScore {
   uint64_t frames = 0, wrong = 0, rolling_frames = 0, rolling_wrong = 0;
+  uint64_t rolls_by_skin = 0;  ///< frames of rolls that are said to slide where the skin shows them
   uint64_t slides = 0, warned = 0, alarms = 0;
   double rest_s = 0;
 
@@ -104,6 +106,7 @@ void add_score(std::span<const SlideFrame> frames, double rate_Hz, bool rolling_
       const bool wrong = (f.said == Slip::Slip) != f.truth.slipping;
       score.rolling_frames += f.rolls;
       score.rolling_wrong += f.rolls && wrong;
+      score.rolls_by_skin += f.rolls && wrong && f.by_skin && f.said == Slip::Slip;
       if (rolling_counts || !f.rolls) {
         ++score.frames;
         score.wrong += wrong;
@@ -143,7 +146,7 @@ class SlipStudy : public GpuTest, public testing::WithParamInterface<double> {
       for (uint8_t& byte : frame.bytes)
         byte = static_cast<uint8_t>(std::clamp(byte + noise[next++ % noise.size()], 0.0, 255.0));
       const Touch touch = pipeline.process(frame).touch;
-      SlideFrame f{touch.slip, touch.contact, touch.gray_sum, *source.truth(k)};
+      SlideFrame f{touch.slip, touch.contact, touch.skin.has_value(), touch.gray_sum, *source.truth(k)};
       f.truth.depth_mm = {};
       f.rolls = at(script, f.truth.time_s).roll_x_mm != 0;
       seen.push_back(std::move(f));
@@ -202,6 +205,7 @@ TEST_P(SlipStudy, SaysSlipRightAtEveryRate) {
     EXPECT_GE(score.warned_percent(), 90);
     EXPECT_LE(score.alarms_per_min(), 1);
     EXPECT_GT(score.slides, 20u);
+    EXPECT_EQ(score.rolls_by_skin, 0u);
   }
 }
 

@@ -92,7 +92,8 @@ std::vector<CalibrationLine> calibrations(const Sensor& s) {
     lines.push_back(
         {"skin", true, text("%s, every %.3g px", to_string(s.skin->kind), s.skin->spacing_px), {}});
   else
-    lines.push_back({"skin", false, "no pattern: slip is detected by the friction limit alone", {}});
+    lines.push_back(
+        {"skin", false, "no pattern: slip by the friction limit alone, rolls look like slides", {}});
   if (s.lens)
     lines.push_back({"lens", true, text("distortion undone, to %.2g px", s.lens->residual_px),
                      origin_text(s.lens->origin)});

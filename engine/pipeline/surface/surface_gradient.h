@@ -1,6 +1,6 @@
 // Surface from slopes: SurfaceReading::Shading and SurfaceReading::Photometric, of the known pixels. Those
 // that no frame shows (beyond the pad's outline, specks) are part of the plain solve; a frame in which others
-// are unknown or uncertain is solved once more with weights.
+// are unknown or uncertain is solved with weights.
 #pragma once
 
 #include <optional>
