@@ -1,6 +1,7 @@
 #include "engine/stages/frame/confidence.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "engine/base/divide_up.h"
@@ -43,22 +44,33 @@ struct OutsideLimits {
   const Pixel *darkest, *brightest;
   bool& found;
 
-  PALPATE_INLINE bool at(const Pixel* value, size_t plane, size_t i) const {
-    Pixel v = value[i];
-    for (uint32_t c = 1; c < Channels; ++c) v = std::max(v, value[c * plane + i]);
-    return v < darkest[i] || v > brightest[i];
-  }
   PALPATE_INLINE void run() const {
-    constexpr size_t kBlock = 64;  // of a known length: the compiler takes whole vectors
+    typedef Pixel Lanes __attribute__((vector_size(32)));
+    constexpr size_t kLanes = sizeof(Lanes) / sizeof(Pixel), kBlock = 64 * kLanes;
     const size_t plane = size_t{frame.format.width} * frame.format.height;
     const auto* value = reinterpret_cast<const Pixel*>(frame.pixels());
     size_t i = 0;
-    for (; i + kBlock <= plane && !found; i += kBlock) {
-      Pixel any = 0;
-      for (size_t k = i; k < i + kBlock; ++k) any |= static_cast<Pixel>(at(value, plane, k));
-      found = any != 0;
+    while (i + kBlock <= plane && !found) {
+      Lanes beyond{};
+      for (const size_t end = i + kBlock; i < end; i += kLanes) {
+        Lanes v, other;
+        std::memcpy(&v, value + i, sizeof v);
+        for (uint32_t c = 1; c < Channels; ++c) {
+          std::memcpy(&other, value + c * plane + i, sizeof other);
+          v = other > v ? other : v;
+        }
+        std::memcpy(&other, darkest + i, sizeof other);
+        beyond |= (v < other) ? ~Lanes{} : Lanes{};
+        std::memcpy(&other, brightest + i, sizeof other);
+        beyond |= (v > other) ? ~Lanes{} : Lanes{};
+      }
+      for (size_t lane = 0; lane < kLanes; ++lane) found |= beyond[lane] != 0;
     }
-    for (; i < plane && !found; ++i) found = at(value, plane, i);
+    for (; i < plane && !found; ++i) {
+      Pixel v = value[i];
+      for (uint32_t c = 1; c < Channels; ++c) v = std::max(v, value[c * plane + i]);
+      found = v < darkest[i] || v > brightest[i];
+    }
   }
 };
 
