@@ -1,4 +1,5 @@
-// The way up of a full-multigrid pass, as ascend.comp, for GPUs: a workgroup owns a tile.
+// The way up of a full-multigrid pass, as ascend.comp, for GPUs: a workgroup owns a tile. CORRECTED: from heights that still lack the
+// correction of the level after theirs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/texels.glsl"
@@ -11,6 +12,9 @@ TEXELS(0, float, right_words);
 TEXELS(1, float, coarse_words);
 layout(binding = 2) writeonly buffer Out { float result[]; };
 layout(binding = 3) writeonly buffer Coarse { float coarse[]; };
+#ifdef CORRECTED
+TEXELS(4, float, coarser_words);
+#endif
 
 #include "shaders/surface/tile.glsl"
 #define HALO 3

@@ -14,11 +14,13 @@ TEXELS(3, float, right_words);
 #endif
 
 #include "shaders/surface/tile.glsl"
+#define CORRECTION_WORDS coarse_words
 #include "shaders/surface/tile_linear.glsl"
 
 float corrected(ivec2 cell) {
   cell = framed(cell);
-  return texelFetch(present_words, word_of(cell)).x + linear_correction(cell);
+  return texelFetch(present_words, word_of(cell)).x +
+         linear_correction(cell, ivec2(push.width, push.height), vec2(push.edge_width, push.edge_height));
 }
 
 #ifdef ONLY_CORRECT

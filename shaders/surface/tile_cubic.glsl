@@ -1,20 +1,35 @@
 // Heights of the coarser level in shared memory, for interpolation by cubics: those under the tile and HALO fine cells around it, with
 // two more cells each way, going on linearly beyond the frame. Included after `coarse_words` is declared; needs tile.glsl and
-// cubic.glsl.
+// cubic.glsl. CORRECTED: plus the correction of the level after it, `coarser_words`.
 const int kCoarseMargin = (HALO + 1) / 2 + 2;
 const int kCoarseWidth = kTileWidth / 2 + 2 * kCoarseMargin, kCoarseHeight = kTileHeight / 2 + 2 * kCoarseMargin;
 const int kAcross = kTileWidth + 2 * HALO;
 shared float coarse_cells[kCoarseWidth * kCoarseHeight];
 shared float across_rows[kAcross * kCoarseHeight];
 
+#ifdef CORRECTED
+#define CORRECTION_WORDS coarser_words
+#include "shaders/surface/tile_linear.glsl"
+
+float halved_edge(uint cells, float edge) { return cells == 1 ? edge : (cells & 1) == 0 ? 0.5 + 0.5 * edge : 0.5 * edge; }
+#endif
+
+float coarse_at(ivec2 cell) {
+  float height = texelFetch(coarse_words, cell.y * 4 * int(push.coarse_pitch) + cell.x).x;
+#ifdef CORRECTED
+  vec2 edge = vec2(halved_edge(push.width, push.edge_width), halved_edge(push.height, push.edge_height));
+  height += linear_correction(cell, ivec2(push.coarse_width, push.coarse_height), edge);
+#endif
+  return height;
+}
+
 // Cells beyond an edge are this far from the edge's cell, in cells, and go on by the difference of the two last.
 float coarse_height(ivec2 cell) {
-  ivec2 last = ivec2(push.coarse_width, push.coarse_height) - 1, at = clamp(cell, ivec2(0), last);
-  ivec2 beyond = cell - at, before = clamp(at - sign(beyond), ivec2(0), last);
-  int pitch = 4 * int(push.coarse_pitch);
-  float here = texelFetch(coarse_words, at.y * pitch + at.x).x;
-  float beside = texelFetch(coarse_words, at.y * pitch + before.x).x, under = texelFetch(coarse_words, before.y * pitch + at.x).x;
-  float both = texelFetch(coarse_words, before.y * pitch + before.x).x;
+  ivec2 last = ivec2(push.coarse_width, push.coarse_height) - 1, at = clamp(cell, ivec2(0), last), beyond = cell - at;
+  float here = coarse_at(at);
+  if (beyond == ivec2(0)) return here;
+  ivec2 before = clamp(at - sign(beyond), ivec2(0), last);
+  float beside = coarse_at(ivec2(before.x, at.y)), under = coarse_at(ivec2(at.x, before.y)), both = coarse_at(before);
   float row = here + abs(float(beyond.x)) * (here - beside), row_before = under + abs(float(beyond.x)) * (under - both);
   return row + abs(float(beyond.y)) * (row - row_before);
 }

@@ -208,7 +208,7 @@ TEST_F(SurfaceTest, TilesAndStripsAgree) {
 // What a card waits for is its dispatches: the three coarsest levels of a usual frame are one, and come to
 // what they come to one by one.
 TEST_F(SurfaceTest, CoarseLevelsOfAUsualFrameAreOneDispatch) {
-  constexpr uint32_t kCols = 640, kRows = 480, kMost = 12;
+  constexpr uint32_t kCols = 640, kRows = 480, kMost = 9;
   constexpr uint32_t kWords = 80 * 60 + 2 * (40 * 30 + 20 * 15);  // of the three levels
   Tuning tuning = default_tuning(context());
   tuning.surface_tiles = 1;

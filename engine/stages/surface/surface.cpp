@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "engine/base/divide_up.h"
 #include "engine/gpu/commands.h"
@@ -161,9 +162,13 @@ struct Surface::Pass {
     commands.barrier();
   }
   /// Heights of the coarser level, interpolated and swept, and the coarser level's right side from what they
-  /// leave.
-  void ascend(uint32_t l) {
+  /// leave. `corrected`: with what is still to be added to them of the level after theirs.
+  void ascend(uint32_t l, bool corrected) {
     const Level& v = level(l);
+    if (corrected)
+      return dispatch_tiles(
+          surface.ascend_corrected_, l,
+          {&v.right.words, &x(l + 1).words, &x(l).buffer, &level(l + 1).right.buffer, &x(l + 2).words});
     if (surface.tiled())
       return dispatch_tiles(surface.ascend_, l,
                             {&v.right.words, &x(l + 1).words, &x(l).buffer, &level(l + 1).right.buffer});
@@ -174,8 +179,10 @@ struct Surface::Pass {
         push(l, coarse), groups(coarse));
     commands.barrier();
   }
-  void interpolate(const FloatMap& cells, const FloatMap& pixels) {
+  void interpolate(const FloatMap& cells, const FloatMap& pixels, bool corrected = false) {
     const Level& v = level(0);
+    if (corrected)
+      return dispatch_tiles(surface.interpolate_corrected_, 0, {&cells.words, &pixels.buffer, &x(2).words});
     if (surface.tiled()) return dispatch_tiles(surface.interpolate_, 0, {&cells.words, &pixels.buffer});
     commands.dispatch(surface.interpolate_, {&cells.texels, &cells.pairs, &pixels.buffer}, push(0, v.grid),
                       groups(v.grid, 2));
@@ -244,8 +251,8 @@ struct Surface::Pass {
 
   // Full multigrid down to level `finest`: solved on the coarsest level, and from there each level starts
   // from the coarser one's solution. Cubics carry smooth heights up so well that coarse levels need no cycle
-  // of their own.
-  void full_multigrid(uint32_t finest) {
+  // of their own. Tiles leave a level's last correction to whoever reads it, as the answer says of `finest`.
+  bool full_multigrid(uint32_t finest) {
     const bool together = surface.coarse_first_ > finest;
     const uint32_t coarse = together ? surface.coarse_first_ : last();
     for (uint32_t l = finest; l < coarse; l += 2) restrict_right(l);
@@ -253,16 +260,20 @@ struct Surface::Pass {
       solve_coarse_levels(surface.coarse_pass_);
     else
       solve_coarsest();
+    bool to_correct = false;
     for (uint32_t l = coarse - 1; l >= finest; --l) {
-      ascend(l);
+      ascend(l, std::exchange(to_correct, false));
       if (l > kCycledLevels) continue;
       cycle(l + 1);
+      to_correct = surface.tiled();
       if (l == finest && surface.edge_) {
         correct_and_smooth(l);  // what flows across single faces counts
-        continue;
+        to_correct = false;
+      } else if (!to_correct) {
+        correct(l);
       }
-      correct(l);
     }
+    return to_correct;
   }
 
   /// Sources on the edge of what is known, from what the present solution lets flow across it.
@@ -273,13 +284,13 @@ struct Surface::Pass {
     const bool edge = surface.edge_.has_value();
     // An even number of flips at level 0 must leave the solution in the caller's map.
     present[0] = extra_cycles % 2;
-    full_multigrid(1);
+    const bool to_correct = full_multigrid(1);
     if (edge && surface.right_sides_ == RightSides::Cells) {
       add_sources(1, true);
       solve_residual(1);
       correct(1);
     }
-    interpolate(x(1), x(0));
+    interpolate(x(1), x(0), to_correct);
     for (uint32_t i = 0; i < extra_cycles; ++i) {
       const bool sources = i % kCyclesOfSources == kCyclesOfSources - 1 || i + 1 == extra_cycles;
       if (edge && sources) add_sources(0, i < kCyclesOfSources);

@@ -93,8 +93,8 @@ class Surface {
   /// In tiles the levels from here on are one workgroup's, in one dispatch; 0: each by itself.
   uint32_t coarse_first_ = 0;
   gpu::TexelView inverse_words_;
-  gpu::Kernel descend_, ascend_, interpolate_, smooth_, restrict_, restrict_residual_, correct_, coarsest_,
-      coarse_pass_, coarse_cycle_;
+  gpu::Kernel descend_, ascend_, ascend_corrected_, interpolate_, interpolate_corrected_, smooth_, restrict_,
+      restrict_residual_, correct_, coarsest_, coarse_pass_, coarse_cycle_;
 };
 
 /// Evidence of how good an answer is.

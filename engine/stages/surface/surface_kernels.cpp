@@ -5,6 +5,7 @@
 #include "engine/gpu/context.h"
 #include "engine/stages/surface/surface.h"
 #include "shaders/ascend.spv.h"
+#include "shaders/ascend_corrected_tile.spv.h"
 #include "shaders/ascend_tile.spv.h"
 #include "shaders/coarse_levels.spv.h"
 #include "shaders/correct.spv.h"
@@ -12,6 +13,7 @@
 #include "shaders/descend.spv.h"
 #include "shaders/descend_tile.spv.h"
 #include "shaders/interpolate.spv.h"
+#include "shaders/interpolate_corrected_tile.spv.h"
 #include "shaders/interpolate_tile.spv.h"
 #include "shaders/restrict_residual.spv.h"
 #include "shaders/restrict_residual_tile.spv.h"
@@ -79,7 +81,11 @@ void Surface::make_tiles(gpu::Context& context) {
   };
   descend_ = make({"descend_tile", k_descend_tile}, {Texels, Storage, Storage});
   ascend_ = make({"ascend_tile", k_ascend_tile}, {Texels, Texels, Storage, Storage});
+  ascend_corrected_ =
+      make({"ascend_corrected_tile", k_ascend_corrected_tile}, {Texels, Texels, Storage, Storage, Texels});
   interpolate_ = make({"interpolate_tile", k_interpolate_tile}, {Texels, Storage});
+  interpolate_corrected_ =
+      make({"interpolate_corrected_tile", k_interpolate_corrected_tile}, {Texels, Storage, Texels});
   correct_ = make({"correct_tile", k_correct_tile}, {Texels, Texels, Storage});
   make_coarse_levels(context);
 }
