@@ -292,31 +292,12 @@ void GelContacts::fill_holes() {
   std::fill(label_.begin(), label_.end(), 0u);
   const auto start = [&](uint32_t x, uint32_t y) {
     const uint32_t cell = y * cells_x_ + x;
-    if (foot_[cell] == 0 && label_[cell] == 0) flood(cell, 0, kOutside);
+    if (foot_[cell] == 0 && label_[cell] == 0)
+      flood(cell, kOutside, [this](uint32_t one) { return foot_[one] == 0; });
   };
   for (uint32_t x = 0; x < cells_x_; ++x) start(x, 0), start(x, cells_y_ - 1);
   for (uint32_t y = 0; y < cells_y_; ++y) start(0, y), start(cells_x_ - 1, y);
   for (size_t i = 0; i < foot_.size(); ++i) foot_[i] = foot_[i] || label_[i] != kOutside;
-}
-
-// Labels all cells that `from` reaches over cells of the same foot; edge_ then holds them.
-void GelContacts::flood(uint32_t from, uint8_t of, uint32_t label) {
-  edge_.clear();
-  edge_.push_back(from);
-  label_[from] = label;
-  for (size_t next = 0; next < edge_.size(); ++next) {
-    const uint32_t x = edge_[next] % cells_x_, y = edge_[next] / cells_x_;
-    const auto visit = [&](uint32_t u, uint32_t v) {
-      const uint32_t cell = v * cells_x_ + u;
-      if (foot_[cell] != of || label_[cell] != 0) return;
-      label_[cell] = label;
-      edge_.push_back(cell);
-    };
-    if (x > 0) visit(x - 1, y);
-    if (x + 1 < cells_x_) visit(x + 1, y);
-    if (y > 0) visit(x, y - 1);
-    if (y + 1 < cells_y_) visit(x, y + 1);
-  }
 }
 
 // The connected feet that hold a core, numbered from 1 in owner_; returns how many.
@@ -327,7 +308,7 @@ uint32_t GelContacts::number_contacts() {
   heir_.assign(kMostContacts + 1, 0);
   for (uint32_t cell = 0; cell < label_.size(); ++cell) {
     if (foot_[cell] == 0 || label_[cell] != 0) continue;
-    flood(cell, 1, static_cast<uint32_t>(feet_.size()) + 1);
+    flood(cell, static_cast<uint32_t>(feet_.size()) + 1, [this](uint32_t one) { return foot_[one] != 0; });
     feet_.push_back(foot_of_edge());
   }
   // Where a contact splits, only the part with most of its pixels keeps its identity; the others start anew.

@@ -83,7 +83,8 @@ class GelContacts {
   const ContactTouch& whole() const { return whole_; }
   /// Whether each cell of the last frame is surely not touched: kRestMargin_mm from any contact's outline.
   std::span<const uint8_t> at_rest() const { return at_rest_; }
-  /// From now on, for the last frame, only where the image has not changed either.
+  /// From now on, for the last frame, only where the image has not changed either, and not within what has:
+  /// an even face leaves slopes at its rim alone.
   void rest_where_unchanged();
   /// Mean square change of each cell of the last frame over its noise, smoothed.
   std::span<const float> raised() const { return raised_; }
@@ -145,7 +146,26 @@ class GelContacts {
   void fill_holes();
   void find_rest();
   void collect(std::vector<ContactTouch>& found);
-  void flood(uint32_t from, uint8_t of, uint32_t label);
+  /// Labels all cells that `from` reaches over cells that are `in`; edge_ then holds them.
+  template <typename In>
+  void flood(uint32_t from, uint32_t label, const In& in) {
+    edge_.clear();
+    edge_.push_back(from);
+    label_[from] = label;
+    for (size_t next = 0; next < edge_.size(); ++next) {
+      const uint32_t x = edge_[next] % cells_x_, y = edge_[next] / cells_x_;
+      const auto visit = [&](uint32_t u, uint32_t v) {
+        const uint32_t cell = v * cells_x_ + u;
+        if (!in(cell) || label_[cell] != 0) return;
+        label_[cell] = label;
+        edge_.push_back(cell);
+      };
+      if (x > 0) visit(x - 1, y);
+      if (x + 1 < cells_x_) visit(x + 1, y);
+      if (y > 0) visit(x, y - 1);
+      if (y + 1 < cells_y_) visit(x, y + 1);
+    }
+  }
   uint32_t number_contacts();
   void mark_outlines();
   bool split_by_structure();

@@ -33,7 +33,23 @@ void GelContacts::find_rest() {
 
 void GelContacts::rest_where_unchanged() {
   for (size_t i = 0; i < at_rest_.size(); ++i)
-    if (double{raised_[i]} >= kFoot) at_rest_[i] = 0;
+    if (double{raised_[i]} >= kFoot || owner_[i] != 0) at_rest_[i] = 0;
+  // What a foot and one side of the frame enclose is an even face that the frame cuts off.
+  std::fill(label_.begin(), label_.end(), 0u);
+  for (uint32_t from = 0; from < owner_.size(); ++from) {
+    if (owner_[from] != 0 || label_[from] != 0) continue;
+    flood(from, 1, [this](uint32_t cell) { return owner_[cell] == 0; });
+    std::array<bool, 4> sides{};
+    for (const uint32_t cell : edge_) {
+      const uint32_t x = cell % cells_x_, y = cell / cells_x_;
+      sides[0] = sides[0] || x == 0;
+      sides[1] = sides[1] || x + 1 == cells_x_;
+      sides[2] = sides[2] || y == 0;
+      sides[3] = sides[3] || y + 1 == cells_y_;
+    }
+    if (std::ranges::count(sides, true) == 1)
+      for (const uint32_t cell : edge_) at_rest_[cell] = 0;
+  }
 }
 
 void GelContacts::shrink_to_depth(std::span<const float> depth_mm, std::span<const ContactTouch> gray,

@@ -143,7 +143,7 @@ void GelContacts::find_parts() {
 void GelContacts::add_parts() {
   for (uint32_t cell = 0; cell < foot_.size(); ++cell) {
     if (foot_[cell] == 0 || owner_[cell] == 0 || label_[cell] != 0) continue;
-    flood(cell, 1, static_cast<uint32_t>(parts_.size()) + 1);
+    flood(cell, static_cast<uint32_t>(parts_.size()) + 1, [this](uint32_t one) { return foot_[one] != 0; });
     Part& part = parts_.emplace_back();
     part.owner = owner_[cell];
     for (const uint32_t one : edge_) {
