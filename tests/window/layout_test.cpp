@@ -3,6 +3,7 @@
 
 #include <tuple>
 
+#include "viz/look/measures.h"
 #include "viz/render/format.h"
 #include "viz/render/layout.h"
 
@@ -15,21 +16,23 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
   for (const auto& [width, height, scale] : {std::tuple{480u, 320u, 1.0f},
                                              {800u, 600u, 1.0f},
                                              {1280u, 720u, 1.0f},
+                                             {1920u, 1080u, 1.0f},
+                                             {3840u, 2160u, 1.0f},
                                              {1280u, 800u, 1.5f},
                                              {2560u, 1440u, 2.0f},
                                              {3840u, 2160u, 2.5f}}) {
     for (const bool surface : {false, true}) {
       for (const Panels& panels :
            {Panels{true, true}, Panels{true, false}, Panels{false, true}, Panels{false, false},
-            Panels{true, true, 262}, Panels{false, false, 430}, Panels{true, true, 262, true},
-            Panels{false, false, 0, true}, Panels{true, true, 262, true, true}, Panels{.tools = true}}) {
+            Panels{true, true, 264}, Panels{false, false, 432}, Panels{true, true, 264, true},
+            Panels{false, false, 0, true}, Panels{true, true, 264, true, true}, Panels{.tools = true}}) {
         SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d, player %d", width, height, scale,
                           surface, panels.charts, panels.profile, panels.player));
         const Layout l = make_layout({width, height}, scale, {640, 480, 1, 8}, surface, panels);
         EXPECT_LE(right(l.surface), l.panel.x);
         EXPECT_TRUE(!l.has_dock || right(l.dock) <= l.surface.x);
         EXPECT_TRUE(!l.has_dock || foot(l.dock) <= foot(l.surface));
-        EXPECT_TRUE(panels.dock != 262 || static_cast<float>(width) < 800 * scale || l.has_dock);
+        EXPECT_TRUE(panels.dock != 264 || static_cast<float>(width) < 800 * scale || l.has_dock);
         EXPECT_LE(right(l.panel), width);
         EXPECT_LE(foot(l.panel), l.status.y);
         EXPECT_LE(foot(l.status), height);
@@ -61,6 +64,27 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
         EXPECT_LE(foot(l.image), foot(holder));
         EXPECT_GE(l.surface.height, (panels.tools ? 80u : 100u) * height / 720);
       }
+    }
+  }
+}
+
+TEST(Layout, EdgesOfPanelsLieOnTheGrid) {
+  for (const auto& [width, height, scale] : {std::tuple{800u, 600u, 1.0f},
+                                             {1280u, 720u, 1.0f},
+                                             {1920u, 1080u, 1.0f},
+                                             {3840u, 2160u, 1.0f},
+                                             {3840u, 2160u, 2.0f}}) {
+    SCOPED_TRACE(text("%u x %u at %g", width, height, static_cast<double>(scale)));
+    const Layout l =
+        make_layout({width, height}, scale, {640, 480, 1, 8}, true,
+                    {.charts = true, .profile = true, .dock = 264, .player = true, .tools = true});
+    const auto grid = static_cast<uint32_t>(kGrid_px * scale);
+    for (const ViewRect& r : {l.surface, l.tools, l.dock, l.player, l.charts, l.profile, l.panel, l.status}) {
+      if (r.width <= 1) continue;  // it has no room
+      EXPECT_EQ(r.x % static_cast<int32_t>(grid), 0) << r.x;
+      EXPECT_EQ(r.y % static_cast<int32_t>(grid), 0) << r.y;
+      EXPECT_EQ(r.width % grid, 0) << r.width;
+      EXPECT_EQ(r.height % grid, 0) << r.height;
     }
   }
 }

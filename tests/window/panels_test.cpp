@@ -84,7 +84,7 @@ TEST_F(PanelTest, EveryButtonHasRoomWhateverItSays) {
       const VkExtent2D extent{static_cast<uint32_t>(1280 * scale), static_cast<uint32_t>(720 * scale)};
       const Layout layout =
           make_layout(extent, scale, {320, 240, 1, 8}, true,
-                      {.charts = true, .profile = false, .dock = 262, .player = live.player.has_value()});
+                      {.charts = true, .profile = false, .dock = 264, .player = live.player.has_value()});
       ASSERT_TRUE(layout.has_dock);
       describe(
           scale, [&] { control_window(layout, scale, true, &live, state); }, extent);
@@ -114,7 +114,7 @@ TEST_F(PanelTest, TheToolBarHasTheMostWantedActionsThatFit) {
         EXPECT_EQ(bar->ScrollMax.y, 0);
         std::vector<BarButton> all;
         describe(
-            scale, [&] { all = bar_buttons(layout, true, &live, state); }, extent);
+            scale, [&] { all = bar_buttons(layout, scale, true, &live, state); }, extent);
         const auto in_bar = [&](std::string_view label) {
           return std::ranges::any_of(all, [&](const BarButton& b) { return b.in_bar && label == b.label; });
         };
@@ -129,7 +129,7 @@ TEST_F(PanelTest, AButtonOfTheBarDoesWhatItsKeyDoes) {
   LiveStats live;
   const Layout layout = make_layout({1280, 720}, 1, {320, 240, 1, 8}, true, {.tools = true});
   describe(1, [&] {
-    for (const BarButton& button : bar_buttons(layout, true, &live, state)) button.action->run(state);
+    for (const BarButton& button : bar_buttons(layout, 1, true, &live, state)) button.action->run(state);
   });
   // Three pictures: what is switched has been switched three times.
   EXPECT_TRUE(state.paused && state.controls && state.help && state.sensor_panel && state.labelling);
@@ -271,7 +271,7 @@ TEST_F(PanelTest, NoLabelOfTheAxesLiesOverAnother) {
   };
   for (const auto& [width, height] : {std::pair{1280u, 720u}, {800u, 600u}, {1920u, 1080u}}) {
     const Layout layout =
-        make_layout({width, height}, 1, {320, 240, 1, 8}, true, {.dock = width > 800 ? 262.0 : 0.0});
+        make_layout({width, height}, 1, {320, 240, 1, 8}, true, {.dock = width > 800 ? 264.0 : 0.0});
     describe(1,
              [&] {
                for (const double range_mm : {0.05, 0.5, 1.0, 8.0})

@@ -30,7 +30,7 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
 
 /// Calibrations take the place of the settings while they are shown.
 static double dock_width(const ViewState& state, bool window) {
-  constexpr double kSettings = 262, kCalibrations = 430;
+  constexpr double kSettings = 264, kCalibrations = 432;
   return state.sensor_panel ? kCalibrations : window && state.controls ? kSettings : 0;
 }
 

@@ -72,7 +72,8 @@ palpate_package(program palpate "touch sensing through a camera behind a silicon
 contact shape and the surface of the pad, each with its standard error, live
 in a window or from a recording. It calibrates sensors, measures Young's
 modulus, finds lumps in tissue, and simulates all of it with known truth."
-  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, gnuplot-nox" SUGGESTS "palpate-lab, palpate-genicam")
+  DEPENDS fonts-dejavu-core RECOMMENDS "mesa-vulkan-drivers, fonts-inter, fonts-font-awesome, gnuplot-nox"
+  SUGGESTS "palpate-lab, palpate-genicam")
 if(TARGET palpate-lab)
   palpate_package(lab palpate-lab "laboratory of palpate: models, training, studies, benchmarks"
     "palpate-lab presses finite-element models of tissue, makes data sets of them

@@ -170,7 +170,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
   ImGui::PopItemWidth();
   Rows rows;
-  for (const BarButton& button : bar_buttons(layout, has_surface, live, state))
+  for (const BarButton& button : bar_buttons(layout, scale, has_surface, live, state))
     if (!button.in_bar && rows.button(button.label)) button.action->run(state);
   ImGui::Text("text");
   ImGui::SameLine();

@@ -16,6 +16,7 @@
 #include "viz/render/colour_map.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
+#include "viz/render/layout.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {
@@ -34,7 +35,9 @@ void centred_text(ImDrawList* list, ImVec2 at, const std::string& words, ImU32 c
 // Draws lines and labels given in world mm.
 class Pen {
  public:
-  Pen(ImDrawList* list, const Eye& eye, const ViewRect& rect) : list_(list), eye_(eye), rect_(rect) {}
+  /// `beside_px`: at the right end, without labels.
+  Pen(ImDrawList* list, const Eye& eye, const ViewRect& rect, float beside_px = 0)
+      : list_(list), eye_(eye), rect_(rect), right_(far_corner(rect).x - beside_px) {}
 
   bool at(const Vec3& world, ImVec2& screen) const {
     const Projected p = eye_.project(world);
@@ -59,6 +62,9 @@ class Pen {
   bool label(ImVec2 middle, const std::string& words) {
     constexpr float kApart_px = 3;
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+    const float beyond = middle.x + size.x / 2 - right_;
+    if (beyond > size.x) return false;
+    middle.x -= std::max(beyond, 0.0f);
     const PlacedText text{words, middle.x - size.x / 2, middle.y - size.y / 2, middle.x + size.x / 2,
                           middle.y + size.y / 2};
     for (const PlacedText& other : placed_)
@@ -75,6 +81,7 @@ class Pen {
   ImDrawList* list_;
   const Eye& eye_;
   const ViewRect& rect_;
+  float right_;
   std::vector<PlacedText> placed_;
 };
 
@@ -183,7 +190,7 @@ void draw_depth_axis(Pen& pen, const Eye& eye, const Vec3& corner, double tick, 
 std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
                                   const SurfaceStyle& style, float scale) {
   list->PushClipRect(corner(view), far_corner(view));
-  Pen pen(list, eye, view);
+  Pen pen(list, eye, view, static_cast<float>(kColourBarRoom_px) * scale);
   const double side_x = eye.backward.x >= 0 ? 1 : -1, side_y = eye.backward.y >= 0 ? 1 : -1;
   const double step = nice_ceiling(std::max(half_mm.x, half_mm.y) / 3.5);
   const double tick = 0.025 * std::max(half_mm.x, half_mm.y);

@@ -5,12 +5,12 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <initializer_list>
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "viz/look/measures.h"
 #include "viz/look/theme.h"
 #include "viz/render/drawing.h"
 
@@ -23,13 +23,13 @@ void check_imgui(VkResult result) {
 
 void set_style(float scale) {
   ImGuiStyle& style = ImGui::GetStyle();
-  style.WindowRounding = 6;
-  style.FrameRounding = 4;
-  style.GrabRounding = 4;
+  style.WindowRounding = kGrid_px;
+  style.FrameRounding = kGrid_px / 2;
+  style.GrabRounding = kGrid_px / 2;
   style.WindowBorderSize = 0;
-  style.WindowPadding = {12, 10};
-  style.ItemSpacing = {8, 5};
-  style.CellPadding = {4, 2};
+  style.WindowPadding = {1.5f * kGrid_px, kGrid_px};
+  style.ItemSpacing = {kGrid_px, kGrid_px / 2};
+  style.CellPadding = {kGrid_px / 2, kGrid_px / 4};
   style.ScaleAllSizes(scale);
 }
 
@@ -53,7 +53,6 @@ void set_colours(const Theme& t) {
 }
 
 void put_pictures(ImFontAtlas& atlas, std::span<const RgbImage> pictures, const std::vector<int>& places) {
-  atlas.Build();
   unsigned char* texels = nullptr;
   int width = 0, height = 0;
   atlas.GetTexDataAsRGBA32(&texels, &width, &height);
@@ -80,26 +79,15 @@ HudFrame::HudFrame(gpu::Context& context, const RenderPass& pass, uint32_t frame
   io.IniFilename = nullptr;  // nothing is written to the user's folder
   io.LogFilename = nullptr;
   set_style(scale);
-#ifdef PALPATE_FONT
-  if (std::filesystem::exists(PALPATE_FONT)) {
-    static const ImWchar kRanges[] = {0x20, 0xFF, 0x2190, 0x2193, 0};
-    body_ = io.Fonts->AddFontFromFileTTF(PALPATE_FONT, 14 * scale, nullptr, kRanges);
-    large_ = io.Fonts->AddFontFromFileTTF(PALPATE_FONT, 30 * scale, nullptr, kRanges);
-  }
-#endif
-  if (!body_ || !large_) {  // ImGui's own font: plain, but complete
-    ImFontConfig config;
-    config.SizePixels = 13 * scale;
-    body_ = io.Fonts->AddFontDefault(&config);
-    config.SizePixels = 26 * scale;
-    large_ = io.Fonts->AddFontDefault(&config);
-  }
+  fonts_ = add_fonts(*io.Fonts, scale);
   // Pictures lie in the texture of the letters: one texture, one descriptor, one upload.
   for (const RgbImage& picture : pictures)
     if (picture.width > 400) io.Fonts->TexDesiredWidth = 2048;  // wider than letters alone need
   for (const RgbImage& picture : pictures)
     pictures_.push_back(
         io.Fonts->AddCustomRectRegular(static_cast<int>(picture.width), static_cast<int>(picture.height)));
+  io.Fonts->Build();
+  make_figures_tabular(*io.Fonts);
   if (!pictures.empty()) put_pictures(*io.Fonts, pictures, pictures_);
 
   const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};

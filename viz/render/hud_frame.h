@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "viz/render/fonts.h"
 #include "viz/render/render_target.h"
 
 struct GLFWwindow;
 struct ImGuiContext;
-struct ImFont;
 
 namespace palpate::viz {
 
@@ -35,8 +35,8 @@ class HudFrame {
   /// Picture `index`, where there is one, from `low` to `high`, px, in ImGui's present window.
   void draw_picture(size_t index, std::array<float, 2> low, std::array<float, 2> high) const;
 
-  ImFont* body() const { return body_; }
-  ImFont* large() const { return large_; }
+  ImFont* small() const { return fonts_.small; }
+  ImFont* large() const { return fonts_.large; }
   float scale() const { return scale_; }
   bool has_window() const { return window_ != nullptr; }
 
@@ -45,8 +45,7 @@ class HudFrame {
   GLFWwindow* window_;
   float scale_;
   ImGuiContext* imgui_ = nullptr;
-  ImFont* body_ = nullptr;
-  ImFont* large_ = nullptr;
+  Fonts fonts_;
   std::vector<int> pictures_;  ///< their places in the fonts' texture
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
 };

@@ -6,20 +6,46 @@
 
 #include <algorithm>
 #include <numeric>
+#include <string>
+#include <string_view>
 #include <utility>
 
+#include "viz/look/measures.h"
 #include "viz/render/drawing.h"
+#include "viz/render/fonts.h"
 
 namespace palpate::viz {
 namespace {
 
-float width_of(const BarButton& button) {
-  return ImGui::CalcTextSize(button.longest, nullptr, true).x + 2 * ImGui::GetStyle().FramePadding.x;
+/// With an icon where there are icons; `words` beside it.
+std::string face_of(const char* label, bool words) {
+  const std::string icon = icon_of(label);
+  return icon + (icon.empty() ? "" : words ? " " : "##") + label;
+}
+
+/// Gives all buttons icons and words where the bar has room for both, else icons alone, else the words.
+void choose_faces(std::vector<BarButton>& all, float room) {
+  const ImGuiStyle& style = ImGui::GetStyle();
+  for (const bool words : {true, false}) {
+    float wanted = 0;
+    for (BarButton& button : all) {
+      button.face = face_of(button.label, words);
+      button.width = ImGui::CalcTextSize(face_of(button.longest, words).c_str(), nullptr, true).x +
+                     2 * style.FramePadding.x;
+      wanted += button.width + style.ItemSpacing.x;
+    }
+    if (wanted <= room) return;
+  }
+}
+
+/// Buttons of a bar have more room around their words than those of a form.
+void push_bar_style(float scale) {
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {kGrid_px * scale, kGrid_px / 2 * scale});
 }
 
 }  // namespace
 
-std::vector<BarButton> bar_buttons(const Layout& layout, bool has_surface, const LiveStats* live,
+std::vector<BarButton> bar_buttons(const Layout& layout, float scale, bool has_surface, const LiveStats* live,
                                    const ViewState& state) {
   const Circumstances now = circumstances(live, has_surface, state);
   const bool recording = live && live->recording, zeroed = state.tare.on;
@@ -45,13 +71,16 @@ std::vector<BarButton> bar_buttons(const Layout& layout, bool has_surface, const
   std::vector<size_t> order(all.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::ranges::stable_sort(order, {}, [&](size_t i) { return all[i].rank; });
+  push_bar_style(scale);
   const ImGuiStyle& style = ImGui::GetStyle();
   float room = layout.has_tools ? size_of(layout.tools).x - 2 * style.WindowPadding.x : 0;
+  choose_faces(all, room);
   for (const size_t i : order) {
-    room -= width_of(all[i]) + style.ItemSpacing.x;
+    room -= all[i].width + style.ItemSpacing.x;
     if (room < 0) break;
     all[i].in_bar = true;
   }
+  ImGui::PopStyleVar();
   return all;
 }
 
@@ -61,12 +90,13 @@ void tool_bar(const Layout& layout, float scale, bool has_surface, const LiveSta
   ImGui::Begin("tools", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav);
+  const std::vector<BarButton> all = bar_buttons(layout, scale, has_surface, live, state);
+  push_bar_style(scale);
   ImGui::SetCursorPosY((size_of(layout.tools).y - ImGui::GetFrameHeight()) / 2);
-  const std::vector<BarButton> all = bar_buttons(layout, has_surface, live, state);
   const ImGuiStyle& style = ImGui::GetStyle();
   float taken = -style.ItemSpacing.x;
   for (const BarButton& button : all)
-    if (button.in_bar && button.last) taken += width_of(button) + style.ItemSpacing.x;
+    if (button.in_bar && button.last) taken += button.width + style.ItemSpacing.x;
   bool begun = false, at_end = false;
   for (const BarButton& button : all) {
     if (!button.in_bar) continue;
@@ -75,13 +105,16 @@ void tool_bar(const Layout& layout, float scale, bool has_surface, const LiveSta
       ImGui::SetCursorPosX(size_of(layout.tools).x - style.WindowPadding.x - taken);
     begun = true;
     if (button.on) ImGui::PushStyleColor(ImGuiCol_Button, tint(theme().picked));
-    const bool clicked = ImGui::Button(button.label, {width_of(button), 0});
+    const bool clicked = ImGui::Button(button.face.c_str(), {button.width, 0});
     if (button.on) ImGui::PopStyleColor();
-    if (ImGui::IsItemHovered())
-      ImGui::SetTooltip("%s (%s)", button.action->name.c_str(),
-                        words_of(button.action->chords.front()).c_str());
+    if (ImGui::IsItemHovered()) {
+      const std::string_view label = button.label, word = label.substr(0, label.find("##"));
+      ImGui::SetTooltip("%.*s: %s (%s)", static_cast<int>(word.size()), word.data(),
+                        button.action->name.c_str(), words_of(button.action->chords.front()).c_str());
+    }
     if (clicked) button.action->run(state);
   }
+  ImGui::PopStyleVar();
   ImGui::End();
   const ImVec2 low = corner(layout.tools), high = far_corner(layout.tools);
   ImGui::GetBackgroundDrawList()->AddLine({low.x, high.y - scale}, {high.x, high.y - scale},
