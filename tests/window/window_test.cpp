@@ -13,6 +13,7 @@
 
 #include "engine/base/text.h"
 #include "tests/window/desktop.h"
+#include "viz/look/theme.h"
 #include "viz/render/layout.h"
 
 namespace palpate {
@@ -143,6 +144,39 @@ TEST_F(WindowTest, AnActionIsFoundByItsName) {
   EXPECT_EQ(kept["colour_map"], "magma");
   for (const char* on : {"light", "grid", "axes"}) EXPECT_EQ(kept[on], true) << on;
   EXPECT_NEAR(kept["text_scale"], 1 / 1.15, 1e-3);
+}
+
+TEST_F(WindowTest, TheLastButtonIsHelpAndAKeyShowsThePerformance) {
+  const fs::path out = folder_ / "out";
+  open({"live", "synthetic:still?size=320x240", "--out", out});
+  ASSERT_TRUE(drawn(out));
+  const Layout layout = viz::make_layout({1280, 720}, 1, {320, 240, 1, 8}, true, {.tools = true});
+  const int right = layout.tools.x + static_cast<int>(layout.tools.width);
+  /// Until a picture has the ground of the window at a place, or something over it.
+  int taken = 0;
+  const auto comes = [&](const cv::Point& at, bool ground) {
+    return wait_for([&] {
+      desktop_->key("s");
+      if (!exists(out / text("palpate-%04d.csv", ++taken))) return false;
+      const auto pixel = cv::imread(out / text("palpate-%04d.png", taken)).at<cv::Vec3b>(at);
+      const viz::Rgb wanted = viz::dark_theme().ground;
+      return ground == (pixel == cv::Vec3b(wanted.blue, wanted.green, wanted.red));
+    });
+  };
+  const ViewRect& surface = layout.surface;
+  const cv::Point help(640, 360), overlay(surface.x + 16, surface.y + static_cast<int>(surface.height) - 32);
+  EXPECT_TRUE(comes(help, true));
+  desktop_->click(right - 32, layout.tools.y + 20);
+  EXPECT_TRUE(comes(help, false));
+  desktop_->key("Escape");
+  EXPECT_TRUE(comes(help, true)) << "the help alone is closed";
+  EXPECT_TRUE(comes(overlay, true));
+  desktop_->key("f");
+  EXPECT_TRUE(comes(overlay, false));
+  desktop_->key("f");
+  EXPECT_TRUE(comes(overlay, true));
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
 }
 
 TEST_F(WindowTest, TheSectionFollowsTheMouse) {

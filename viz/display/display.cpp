@@ -83,6 +83,8 @@ void Display::retire(const Finished& finished) {
     latency_.add(done.times);
     recent_to_measured_.add(done.times.to_measured_ms());
     recent_to_shown_.add(done.times.to_shown_ms());
+    stats_.recent.push_back({done.times.to_measured_ms(), done.times.to_shown_ms(), finished.draw_ms});
+    if (stats_.recent.size() > PictureTimes::kKept) stats_.recent.pop_front();
     ++stats_.shown;
   }
   // Whatever this picture's result replaced was drawn before it, and is finished too.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 
@@ -22,13 +23,20 @@ struct PlayerStats {
   bool at_end = false;
 };
 
-/// Statistics of a live session; shown at the window's foot.
+/// When one picture was there, ms after its frame's exposure or delivery, and what its drawing took.
+struct PictureTimes {
+  static constexpr int kKept = 240;  ///< of the last pictures
+  double to_measured_ms = 0, to_shown_ms = 0, draw_ms = 0;
+};
+
+/// Statistics of a live session; its notes at the window's foot, its figures behind a key.
 struct LiveStats {
   double captured_per_s = 0;
   double processed_per_s = 0;
   double shown_per_s = 0;
   Percentiles to_measured;  ///< from the frame's exposure, where it is known, else its delivery
   Percentiles to_shown;     ///< from there to the picture handed to the display
+  std::deque<PictureTimes> recent;
   uint64_t captured = 0;
   uint64_t processed = 0;
   uint64_t shown = 0;

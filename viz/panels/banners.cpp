@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "viz/panels/measurement.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
@@ -20,20 +19,6 @@ std::string camera_text(const CaptureCounts& c) {
               static_cast<unsigned long long>(c.damaged), static_cast<unsigned long long>(c.gaps));
 }
 
-/// How the program runs.
-std::string rates_text(const HudContent& content) {
-  std::string line;
-  if (const LiveStats* live = content.live)
-    line = text(
-        "shown %.0f/s   measured %.0f/s   captured %.0f/s   not measured %llu, not shown %llu   "
-        "draw %.0f ms",
-        live->shown_per_s, live->processed_per_s, live->captured_per_s,
-        static_cast<unsigned long long>(live->dropped_before_engine),
-        static_cast<unsigned long long>(live->dropped_before_display), live->draw_ms);
-  if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
-  return line + "   " + content.device;
-}
-
 /// Frame and time, where no bar of a replay says them.
 std::string place_text(const HudContent& content) {
   if (content.live && content.live->player) return "H: help";
@@ -44,16 +29,15 @@ std::string place_text(const HudContent& content) {
 
 }  // namespace
 
-void status_line(const Layout& layout, const HudContent& content, bool rates, float scale) {
+void status_line(const Layout& layout, const HudContent& content, float scale) {
   // Under all windows: the help covers it.
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   const ImVec2 low = corner(layout.status), high = far_corner(layout.status);
-  list->AddRectFilled(low, high, ink(theme().panel));
   const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2, margin = 12 * scale;
   const float gap = ImGui::CalcTextSize("   |   ").x;
   list->PushClipRect(low, high);
-  // The last event stands first; the frame, or how the program runs, on the right.
-  std::string right = rates ? rates_text(content) : place_text(content);
+  // The last event stands first; the frame on the right.
+  std::string right = place_text(content);
   std::string left = content.live ? content.live->note : "";
   const std::string camera = content.live ? camera_text(content.live->camera) : "";
   if (!camera.empty()) left = left.empty() ? camera : camera + "   |   " + left;

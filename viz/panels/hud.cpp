@@ -12,6 +12,7 @@
 #include "viz/panels/banners.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
+#include "viz/panels/performance.h"
 #include "viz/panels/sensor.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
@@ -105,8 +106,9 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     draw_profile(under, layout.profile, *profile,
                  doubt(content.touch.surface.value_or(SurfaceSummary{}).validity), scale);
   measurement_panel(frame, layout, content, shown, state);
-  status_line(layout, content, state.rates, scale);
+  status_line(layout, content, scale);
   if (state.sensor_panel) sensor_panel(layout, scale, content.sensor, content.touch, state);
+  if (state.rates && content.live) performance_overlay(layout, content, scale);
   if (!frame.has_window()) return;
   if (layout.has_tools) tool_bar(layout, scale, content.has_surface, content.live, state);
   if (state.controls && !(state.sensor_panel && layout.has_dock))

@@ -1,9 +1,6 @@
 #include "viz/panels/press.h"
 
-#include <imgui.h>
-
 #include "engine/palpation/scan.h"
-#include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -68,19 +65,6 @@ std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
   else
     rows.push_back({Meaning::Doubtful, "", s.last->trouble});
   return rows;
-}
-
-void press_lines(const PressStatus& status, double time_s) {
-  ImGui::Separator();
-  const float left = ImGui::GetCursorPosX(), column = 0.30f * ImGui::GetContentRegionAvail().x;
-  for (const PressRow& row : press_rows(status, time_s)) {
-    if (!row.name.empty()) {
-      ImGui::TextDisabled("%s", row.name.c_str());
-      ImGui::SameLine(left + column);
-    }
-    wrapped_text(row.value, tint(theme().of(row.meaning)));
-  }
-  ImGui::Separator();
 }
 
 }  // namespace palpate::viz

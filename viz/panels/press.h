@@ -21,7 +21,4 @@ struct PressRow {
 /// `time_s`. Intervals hold the truth nine times out of ten.
 std::vector<PressRow> press_rows(const PressStatus& status, double time_s);
 
-/// Describes them to ImGui, within the panel.
-void press_lines(const PressStatus& status, double time_s);
-
 }  // namespace palpate::viz

@@ -134,7 +134,6 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
                   float scale) {
   const float row = ImGui::GetFontSize();
   const ImVec2 low = corner(rect), high = far_corner(rect);
-  list->AddRectFilled(low, high, ink(theme().panel));
   list->PushClipRect(low, high, true);
   const ImVec2 from{low.x + 48 * scale, low.y + row + 8 * scale};
   const ImVec2 to{high.x - 10 * scale, high.y - row - 6 * scale};

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLeastSurface_px = 256;  // beside a dock, at scale 1
 constexpr double kPlayer_px = 32, kTools_px = 40, kStatus_px = 24;
-constexpr double kNumbers_px = 496;  // below the image
+constexpr double kNumbers_px = 440;  // below the image
 
 }  // namespace
 

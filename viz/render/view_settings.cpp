@@ -28,7 +28,7 @@ constexpr std::array kSettings = {
     ViewSetting{"skin", &V::skin, "skin shifts over the image", "J"},
     ViewSetting{"skin_strain", &V::skin_strain, "strain of the skin over the image", "N"},
     ViewSetting{"places_in_px", &V::pixels, "places from the top left corner, not in mm from the middle"},
-    ViewSetting{"rates", &V::rates, "rates, latency and mesh of the program", "F"},
+    ViewSetting{"rates", &V::rates, "performance: rates, latency, mesh, timeline", "F"},
     ViewSetting{"controls", &V::controls, "settings on, off", "C"},
     ViewSetting{"light_theme", &V::light_theme, "dark words on a light ground", "U"}};
 

@@ -158,7 +158,6 @@ class StripCharts {
   }
 
   void draw() {
-    list_->AddRectFilled(low_, high_, ink(theme().panel));
     list_->PushClipRect(low_, high_, true);
     if (sensor_.force)
       draw_force();
