@@ -48,11 +48,11 @@ TEST(Actions, EveryKeyOfTheHelpDoesWhatTheHelpSays) {
     }
     with_keys += !action.chords.empty();
   }
-  // Recording a session is not offered in a replay; mouse movements have four lines.
-  EXPECT_EQ(key_help(kEverything).size(), with_keys - 1 + 4);
+  // Recording a session is not offered in a replay; mouse movements have six lines.
+  EXPECT_EQ(key_help(kEverything).size(), with_keys - 1 + 6);
   std::string all;
   for (const KeyHelp& line : key_help(Circumstances{})) all += line.what + "; ";
-  for (const char* absent : {"section", "frame back", "colour", "zoom", "list of sources", "skin, "})
+  for (const char* absent : {"section", "frame back", "colour", "orbit", "list of sources", "skin, "})
     EXPECT_EQ(all.find(absent), std::string::npos) << absent << " in " << all;
 }
 

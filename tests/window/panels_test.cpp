@@ -26,7 +26,7 @@
 #include "viz/panels/performance.h"
 #include "viz/panels/press.h"
 #include "viz/panels/run_panel.h"
-#include "viz/panels/start/cards.h"
+#include "viz/panels/start/card_grid.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"

@@ -114,10 +114,12 @@ bool Display::draw(bool is_new, bool still) {
                   window_.begin_pass();
                 });
   const bool snapshot = std::exchange(scene_.state().snapshot_requested, false);
-  d.picture = window_.end_picture(snapshot);
+  const bool charts = !snapshot && !chart_picture_.empty();
+  d.picture = window_.end_picture(snapshot || charts);
   d.replaced = std::exchange(replaced_, {});
   drawing_.push_back(std::move(d));
   if (snapshot) save_snapshot();
+  if (charts) save_chart_picture();
   return true;
 }
 

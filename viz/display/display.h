@@ -75,6 +75,8 @@ class Display {
   void carry_out_requests();
   void switch_recording();
   void save_snapshot();
+  void save_charts(bool table, bool picture);
+  void save_chart_picture();
   void switch_zero(bool on);
   void mark_event();
   void log_event(const char* kind, const std::string& words);
@@ -112,8 +114,8 @@ class Display {
   std::pair<int, int> last_size_{0, 0};
   std::optional<RgbImage> thumbnail_;  ///< of the largest contact so far
   double thumbnail_px_ = -1;           ///< area of that contact
-  double largest_N_ = 0;               ///< of valid forces
-  int snapshots_ = 0;
+  int snapshots_ = 0, charts_ = 0;
+  std::filesystem::path chart_picture_;  ///< of the next picture, in which their menu is closed; empty: none
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen
   bool sources_requested_ = false;

@@ -8,9 +8,11 @@
 #include <utility>
 
 #include "capture/files/event_log.h"
+#include "capture/files/output_file.h"
 #include "capture/live/recorder.h"
 #include "palpate/error.h"
 #include "viz/display/display.h"
+#include "viz/display/picture.h"
 #include "viz/display/snapshot.h"
 #include "viz/render/format.h"
 
@@ -34,9 +36,41 @@ void Display::save_snapshot() {
   snapshot.frame.format = shown.format;
   snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
   background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
-                   stem = next_snapshot(notes_folder(), snapshots_)] {
+                   stem = next_file(notes_folder(), "palpate", snapshots_)] {
     write_snapshot(*snapshot, stem);
     return "wrote " + stem.string() + ".png, -frame.png, .csv";
+  });
+}
+
+void Display::save_charts(bool table, bool picture) {
+  if (notes_folder().empty()) {
+    stats_.note = kNoFolder;
+    return;
+  }
+  const std::filesystem::path stem = next_file(notes_folder(), "charts", charts_);
+  if (picture && scene_.layout().has_charts) chart_picture_ = stem.string() + ".png";
+  if (!table) {
+    if (!scene_.layout().has_charts) stats_.note = "no charts are shown (P)";
+    return;
+  }
+  background_.add([table = scene_.chart_table(), file = stem.string() + ".csv"] {
+    make_output_folder(std::filesystem::path(file).parent_path());
+    write_whole(file, table);
+    return "wrote " + file;
+  });
+}
+
+void Display::save_chart_picture() {
+  auto image = window_.captured();
+  const std::filesystem::path file = std::exchange(chart_picture_, {});
+  if (!image) {
+    stats_.note = "pictures of the charts are not possible on this display";
+    return;
+  }
+  background_.add([part = part_of(*image, scene_.layout().charts), file] {
+    make_output_folder(file.parent_path());
+    write_png(part, file);
+    return "wrote " + file.string();
   });
 }
 
@@ -182,6 +216,9 @@ void Display::carry_out_requests() {
   if (requested(state.zero_requested)) switch_zero(true);
   if (requested(state.zero_cleared_requested)) switch_zero(false);
   if (requested(state.mark_requested)) mark_event();
+  const bool table = requested(state.chart_table_requested),
+             picture = requested(state.chart_picture_requested);
+  if (table || picture) save_charts(table, picture);
   if (requested(state.full_screen_requested)) window_.switch_full_screen();
   if (const auto block = std::exchange(state.block_requested, {}); block && options_.presses) {
     try {

@@ -38,6 +38,7 @@ class Scene {
   void follow(const Touch& touch, std::optional<uint64_t> position = {});
   void mark(const Event& event) { hud_.mark(event); }
   void set_timeline(const Timeline& timeline) { hud_.set_timeline(timeline); }
+  std::string chart_table() const { return hud_.chart_table(sensor_, state_); }
   /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.
   void record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
               const LiveStats* live, const std::function<void()>& begin_pass);

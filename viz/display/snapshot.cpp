@@ -1,5 +1,7 @@
 #include "viz/display/snapshot.h"
 
+#include <algorithm>
+
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "viz/display/picture.h"
@@ -7,10 +9,10 @@
 
 namespace palpate::viz {
 
-std::filesystem::path next_snapshot(const std::filesystem::path& folder, int& number) {
+std::filesystem::path next_file(const std::filesystem::path& folder, const char* name, int& number) {
   std::filesystem::path stem;
   do {
-    stem = folder / text("palpate-%04d", ++number);
+    stem = folder / text("%s-%04d", name, ++number);
   } while (std::filesystem::exists(stem.string() + ".png") ||
            std::filesystem::exists(stem.string() + ".csv"));
   return stem;
@@ -23,6 +25,17 @@ void write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem)
   write_whole(stem.string() + ".csv",
               Measurements::header(snapshot.columns) + "\n" +
                   Measurements::row(snapshot.touch, snapshot.columns, Digits::Deserved) + "\n");
+}
+
+RgbImage part_of(const RgbImage& picture, const ViewRect& rect) {
+  const auto left = static_cast<uint32_t>(std::max(rect.x, 0)),
+             top = static_cast<uint32_t>(std::max(rect.y, 0));
+  RgbImage part;
+  part.width = left < picture.width ? std::min(rect.width, picture.width - left) : 0;
+  part.height = top < picture.height ? std::min(rect.height, picture.height - top) : 0;
+  for (uint32_t y = 0; part.width > 0 && y < part.height; ++y)
+    part.rgb.insert(part.rgb.end(), picture.at(left, top + y), picture.at(left, top + y) + 3 * part.width);
+  return part;
 }
 
 }  // namespace palpate::viz

@@ -7,6 +7,7 @@
 #include "palpate/frame.h"
 #include "palpate/touch.h"
 #include "viz/render/render_target.h"
+#include "viz/render/surface_view.h"
 
 namespace palpate::viz {
 
@@ -17,12 +18,15 @@ struct Snapshot {
   MeasuredColumns columns;
 };
 
-/// The first of palpate-0001, palpate-0002, ... in `folder`, from `number` on, of which nothing exists;
-/// `number` becomes its number.
-std::filesystem::path next_snapshot(const std::filesystem::path& folder, int& number);
+/// The first of NAME-0001, NAME-0002, ... in `folder`, from `number` on, of which nothing exists; `number`
+/// becomes its number.
+std::filesystem::path next_file(const std::filesystem::path& folder, const char* name, int& number);
 
 /// Writes STEM.png (the picture), STEM-frame.png (the frame, values as they are) and STEM.csv (header and row
 /// of measurements.csv). Makes the folder. Throws Error(Failure::Output).
 void write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem);
+
+/// What of a picture is within `rect`.
+RgbImage part_of(const RgbImage& picture, const ViewRect& rect);
 
 }  // namespace palpate::viz

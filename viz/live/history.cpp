@@ -52,6 +52,7 @@ void History::add(const Touch& touch, std::optional<uint64_t> position) {
   s.gray_sum = touch.gray_sum;
   s.has_depth = touch.surface.has_value();
   s.depth_mm = touch.contact && touch.surface ? touch.surface->depth_max_mm : 0;
+  s.depth_sd_mm = touch.contact && touch.surface ? touch.surface->depth_sd_mm : 0;
   s.slip = touch.slip;
   if (!timeline_.whole() && !samples_.empty() && s.time < samples_.back().time) samples_.clear();
   auto at = std::lower_bound(samples_.begin(), samples_.end(), s.time,

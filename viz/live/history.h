@@ -24,6 +24,7 @@ struct Sample {
   double gray_sum = 0;              ///< gray levels
   bool has_depth = false;
   double depth_mm = 0;
+  double depth_sd_mm = 0;  ///< 0: not known
   Slip slip = Slip::NotCalibrated;
 };
 
@@ -31,6 +32,11 @@ struct Sample {
 struct EventMark {
   double time = 0;  ///< as Sample::time
   std::string label;
+};
+
+/// A part of the axis of time.
+struct TimeSpan {
+  double end = 0, length = 1;  ///< s, or frames: see Timeline
 };
 
 /// The axis of time of a session.

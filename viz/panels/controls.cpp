@@ -162,8 +162,9 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
       if (ImGui::Selectable(text("%g s", span_s).c_str(), !whole && span_s == state.chart_span_s)) {
         state.chart_span_s = span_s;
         state.whole_recording = !player;
+        state.chart_view.reset();
       }
-    if (player && ImGui::Selectable("whole", whole)) state.whole_recording = true;
+    if (player && ImGui::Selectable("whole", whole)) state.whole_recording = true, state.chart_view.reset();
     ImGui::EndCombo();
   }
   int vsync = static_cast<int>(state.vsync);

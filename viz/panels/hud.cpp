@@ -10,6 +10,8 @@
 #include "viz/panels/actions/text_field.h"
 #include "viz/panels/actions/tool_bar.h"
 #include "viz/panels/banners.h"
+#include "viz/panels/charts/chart_menu.h"
+#include "viz/panels/charts/chart_table.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/performance.h"
@@ -48,6 +50,15 @@ std::string doubt(Validity depth) {
   }
 }
 
+/// With the mouse, where it is over the charts.
+ChartStyle charts_of(const ViewState& state, const Layout& layout, float scale) {
+  ChartStyle style{state.chart_span_s, state.whole_recording, scale, state.chart_view};
+  const ImGuiIO& io = ImGui::GetIO();
+  if (layout.has_charts && !io.WantCaptureMouse && inside(layout.charts, io.MousePos))
+    style.cursor_x = io.MousePos.x;
+  return style;
+}
+
 }  // namespace
 
 void Hud::follow(const Touch& touch, uint64_t position) {
@@ -61,15 +72,8 @@ void Hud::follow(const Touch& touch, uint64_t position) {
   for (const ContactTouch& c : touch.contacts) reach(c.shear_x_N, c.shear_y_N);
 }
 
-/// A click or drag in the charts of a recording goes there; true while the mouse is held on them.
-bool Hud::timeline_click(const ViewRect& charts, const ChartStyle& style, ViewState& state) const {
-  const ImGuiIO& io = ImGui::GetIO();
-  const ImVec2 from = io.MouseClickedPos[ImGuiMouseButton_Left];
-  if (io.WantCaptureMouse || !io.MouseDown[ImGuiMouseButton_Left] || !inside(charts, from)) return false;
-  const bool moved = io.MouseDelta.x != 0 || ImGui::IsMouseClicked(ImGuiMouseButton_Left);
-  if (const auto time = time_under(io.MousePos.x, charts, history_, style); time && moved)
-    state.seek_to = timeline().frame_at(*time);
-  return true;
+std::string Hud::chart_table(const Sensor& sensor, const ViewState& state) const {
+  return viz::chart_table(history_, shown_span(history_, charts_of(state, {}, 1)), sensor);
 }
 
 void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
@@ -99,7 +103,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     draw_lump(under, layout.image, *content.live->press->last, content.sensor, content.frame.format, scale);
   if (content.strain) draw_strain_bar(under, layout.image, *content.strain, state, scale);
   if (section) draw_section(under, layout.image, state.line, scale);
-  const ChartStyle chart_style{state.chart_span_s, state.whole_recording, scale};
+  const ChartStyle chart_style = charts_of(state, layout, scale);
   if (layout.has_charts)
     draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare, chart_style);
   if (layout.has_profile && profile)
@@ -125,7 +129,11 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     const ImVec2 at{corner(layout.surface).x + 14 * scale, far_corner(layout.surface).y - 20 * scale};
     under->AddText(at, ink(theme().faint), "drag: orbit   wheel: zoom");
   }
-  const bool at_charts = player && layout.has_charts && timeline_click(layout.charts, chart_style, state);
+  const bool at_charts =
+      layout.has_charts && chart_mouse_.follow(layout.charts, history_, chart_style, state);
+  if (state.chart_menu)
+    chart_menu(
+        layout.charts, scale, [&] { return chart_table(content.sensor, state); }, state);
   state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,
                                                                      eye, half_mm, scale));
 }

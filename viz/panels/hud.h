@@ -2,6 +2,8 @@
 // settings, help.
 #pragma once
 
+#include <string>
+
 #include "viz/live/history.h"
 #include "viz/live/stats.h"
 #include "viz/panels/charts/charts.h"
@@ -24,15 +26,16 @@ class Hud {
   /// The axis of the charts; what was remembered is forgotten.
   void set_timeline(const Timeline& timeline) { history_ = History(timeline); }
   const Timeline& timeline() const { return history_.timeline(); }
+  /// The part of the measurements that the charts show, as CSV.
+  std::string chart_table(const Sensor& sensor, const ViewState& state) const;
   /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (the user moved a
   /// slider). `eye`: null without a surface; `profile`: null without a section.
   void describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
                 ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile);
 
  private:
-  bool timeline_click(const ViewRect& charts, const ChartStyle& style, ViewState& state) const;
-
   History history_;
+  ChartMouse chart_mouse_;
   SectionMouse section_mouse_;
   double full_shear_N_ = 0.1;  ///< largest tangential force seen: the length of the arrow
 };

@@ -113,6 +113,7 @@ void ViewState::widen_range(double factor) {
 }
 
 void ViewState::change_chart_span(int steps) {
+  chart_view.reset();
   if (replay && whole_recording) {
     whole_recording = steps >= 0;
     return;

@@ -10,6 +10,7 @@
 #include "engine/palpation/press_observation.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
+#include "viz/live/history.h"
 #include "viz/live/tare.h"
 #include "viz/live/vsync.h"
 #include "viz/render/orbit.h"
@@ -60,7 +61,10 @@ struct ViewState : ViewSettings {
   bool can_show_strain = true;     ///< of the surface's area: its slopes are seen, not computed from pressure
   bool can_show_skin = true;       ///< it follows its skin
   bool whole_recording = true;     ///< charts of a replay from end to end, else chart_span_s
-  double skin_strain_range = 0.005;  ///< with the last colour; follows the touch
+  std::optional<TimeSpan>
+      chart_view;  ///< part of the charts' time that was zoomed or panned to; none: as above
+  std::optional<std::array<float, 2>> chart_menu;  ///< place of the charts' open menu, px
+  double skin_strain_range = 0.005;                ///< with the last colour; follows the touch
   bool sensor_panel = false;
   bool help = false;
   bool paused = false;
@@ -86,6 +90,8 @@ struct ViewState : ViewSettings {
   bool next_vsync_requested = false;
   bool close_requested = false;
   PlayRequest play;
+  bool chart_table_requested = false;       ///< a file of what the charts show
+  bool chart_picture_requested = false;     ///< a picture of them
   std::optional<BlockSetting> block_draft;  ///< as typed, while it is
   std::optional<BlockSetting> block_requested;
   std::optional<uint64_t> seek_to;   ///< frame of a replay; beyond its end: the last

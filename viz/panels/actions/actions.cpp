@@ -46,8 +46,9 @@ void view_from_the_top(S& state) {
 }
 
 void close_or_quit(S& state) {
-  const bool closed = state.help || state.sensor_panel;
+  const bool closed = state.help || state.sensor_panel || state.chart_menu;
   state.help = state.sensor_panel = false;
+  state.chart_menu.reset();
   state.close_requested = !closed;
 }
 
@@ -193,6 +194,8 @@ class Actions {
         [](S& state) { state.recording_switched_requested = true; }, Needs::NoPlayer);
     add("snapshot: picture, frame and numbers of this moment", keys({GLFW_KEY_S}),
         [](S& state) { state.snapshot_requested = true; });
+    add("save the charts as CSV and PNG", {with_shift(GLFW_KEY_S)},
+        [](S& state) { state.chart_table_requested = state.chart_picture_requested = true; });
     add("mark an event", keys({GLFW_KEY_M}), [](S& state) { state.mark_requested = true; });
     add("mark an event with a text", {with_shift(GLFW_KEY_M)}, [](S& state) { state.labelling = true; });
   }
@@ -237,9 +240,15 @@ class Actions {
       add(text("time axis: %g s", span_s), {}, [span_s](S& state) {
         state.chart_span_s = span_s;
         state.whole_recording = false;
+        state.chart_view.reset();
       });
     add(
-        "time axis: whole recording", {}, [](S& state) { state.whole_recording = true; }, Needs::Player);
+        "time axis: whole recording", {},
+        [](S& state) {
+          state.whole_recording = true;
+          state.chart_view.reset();
+        },
+        Needs::Player);
     for (const ViewSetting& setting : view_settings())  // those without a key
       if (std::holds_alternative<bool ViewSettings::*>(setting.member) && *setting.key == 0)
         add(setting.sentence, {}, [&setting](S& state) { next_value(setting, state); });
@@ -390,6 +399,8 @@ std::string words_of(const KeyPress& chord) {
 std::vector<KeyHelp> key_help(const Circumstances& now) {
   std::vector<KeyHelp> lines;
   if (now.has_surface) lines = {{"drag", "orbit"}, {"right drag, Shift + drag", "pan"}, {"wheel", "zoom"}};
+  lines.push_back({"wheel, drag in the charts", "zoom, pan time"});
+  lines.push_back({"double, right click in the charts", "all of the time, menu"});
   if (now.player) lines.push_back({"click in the charts", "go there"});
   for (const Action& action : actions()) {
     if (action.chords.empty() || !action.possible(now)) continue;

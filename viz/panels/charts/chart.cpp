@@ -26,16 +26,17 @@ void Chart::paper(double step) const {
 }
 
 void Chart::title(const std::string& whole, ImU32 colour) {
-  const float room = high_.x - low_.x - titled_;
+  const float room = high_.x - low_.x - titled_ - noted_;
   if (titled_ > 0 && ImGui::CalcTextSize(whole.c_str()).x > room) return;  // the first words matter most
   const std::string words = shortened(whole, room);
   list_->AddText({low_.x + titled_, low_.y - ImGui::GetFontSize() - scale_}, colour, words.c_str());
   titled_ += ImGui::CalcTextSize(words.c_str()).x + 10 * scale_;
 }
 
-void Chart::note(const std::string& words, ImU32 colour) const {
+void Chart::note(const std::string& words, ImU32 colour) {
   const float width = ImGui::CalcTextSize(words.c_str()).x;
-  if (width > high_.x - low_.x - titled_) return;
+  if (noted_ > 0 || width > high_.x - low_.x - titled_) return;
+  noted_ = width + 10 * scale_;
   list_->AddText({high_.x - width, low_.y - ImGui::GetFontSize() - scale_}, colour, words.c_str());
 }
 

@@ -45,8 +45,8 @@ class Chart {
   }
   /// The next words of the row above, from its left end; shortened where there is no room for all.
   void title(const std::string& whole, ImU32 colour = ink(theme().text));
-  /// Words at the right end of that row; none where the titles leave no room.
-  void note(const std::string& words, ImU32 colour) const;
+  /// Words at the right end of that row, once; none where the titles leave no room.
+  void note(const std::string& words, ImU32 colour);
   /// A dashed line across the chart.
   void level(double value, ImU32 colour) const;
   void clip() const { list_->PushClipRect(low_, high_, true); }
@@ -69,7 +69,7 @@ class Chart {
   ImVec2 low_, high_;
   double end_s_, span_s_;
   float scale_;
-  float titled_ = 0;  ///< px of the row above that have words
+  float titled_ = 0, noted_ = 0;  ///< px of the row above that have words, from its left and its right
   double least_ = 0, most_ = 1;
 };
 

@@ -29,6 +29,9 @@ struct Ends {
     least = std::min(least, v);
     most = std::max(most, v);
   }
+  void take(const std::optional<std::pair<double, double>>& both) {
+    if (both) take(both->first), take(both->second);
+  }
   /// Rounded outwards at the top, at least `smallest` long; returns the distance of ticks for `ticks` of
   /// them.
   double round(double smallest, int ticks) {
@@ -37,6 +40,7 @@ struct Ends {
     const double step = tick_step(least, most, ticks);
     // Noise below zero does not cost a whole tick of room.
     least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
+    if (most - least < smallest) most = least + smallest;
     return step;
   }
 };
@@ -48,6 +52,7 @@ std::optional<Chart::Ends> interval(const Estimate& e) {
 }
 
 constexpr double kLeastDepthAxis_mm = 0.05;  // as the colours of depth
+constexpr double kLeastErrors = 6;           // standard errors that an axis shows at least
 
 /// The least that the axis of force shows: at rest noise is no event.
 double least_force_axis_N(const ForceCalibration& force) {
@@ -100,30 +105,6 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   list->AddRect(low, high, ink(theme().frame));
 }
 
-/// The part of the axis of time that is shown.
-struct Span {
-  double end = 0, length = 1;  ///< s or frames
-};
-
-Span shown_span(const History& history, const ChartStyle& style) {
-  const Timeline& timeline = history.timeline();
-  const double span = style.span_s * (timeline.timed ? 1 : 10);
-  if (!timeline.whole()) {
-    const double last = history.samples().empty() ? 0 : history.samples().back().time;
-    return {std::max(last, span), span};
-  }
-  if (style.whole || span >= timeline.length())
-    return {timeline.start() + std::max(timeline.length(), 1e-3), std::max(timeline.length(), 1e-3)};
-  // Page by page, so that the axis stands still while the cursor moves.
-  const double page = std::max(0.0, std::floor((history.now() - timeline.start()) / span));
-  return {timeline.start() + (page + 1) * span, span};
-}
-
-/// From the left to the right end of the axis of time, px.
-std::pair<float, float> axis_ends(const ViewRect& rect, float scale) {
-  return {corner(rect).x + 52 * scale, far_corner(rect).x - 10 * scale};
-}
-
 /// State common to the charts of one picture.
 class StripCharts {
  public:
@@ -142,6 +123,7 @@ class StripCharts {
         has_depth_(sensor.reading != SurfaceReading::None) {
     const float row = ImGui::GetFontSize();
     std::tie(left_, right_) = axis_ends(rect, scale_);
+    if (style.cursor_x) find_cursor(time_under(*style.cursor_x, rect, history, style));
     axis_ = row + 5 * scale_;
     band_ = has_shear_ ? row + 6 * scale_ : 0;
     marks_ = history.events().empty() ? 0 : row + 4 * scale_;
@@ -164,13 +146,20 @@ class StripCharts {
     else if (!samples_.empty() && samples_.back().layer_N)
       draw_layer_force();
     else  // a hundred pixels at the threshold: below it lies what noise alone makes
-      draw_plain([](const Sample& s) { return std::optional(1e-3 * s.gray_sum); },
-                 std::max(0.01, 0.1 * sensor_.threshold_gray),
-                 "gray sum G [1000 gray levels], force not calibrated", ink(theme().chosen));
+      draw_plain(
+          [](const Sample& s) {
+            return Estimate{1e-3 * s.gray_sum, 0, Validity::Valid};
+          },
+          std::max(0.01, 0.1 * sensor_.threshold_gray), "gray sum G [1000 gray levels], force not calibrated",
+          ink(theme().chosen));
     if (has_shear_ && index_ < count_) draw_shear();
     if (has_depth_ && index_ < count_)
-      draw_plain([](const Sample& s) { return s.has_depth ? std::optional(s.depth_mm) : std::nullopt; },
-                 kLeastDepthAxis_mm, "deepest [mm]", ink(theme().depth));
+      draw_plain(
+          [](const Sample& s) {
+            return Estimate{s.depth_mm, s.depth_sd_mm,
+                            s.has_depth ? Validity::Valid : Validity::NotCalibrated};
+          },
+          kLeastDepthAxis_mm, "deepest [mm]", ink(theme().depth));
     draw_time_axis();
     draw_events();
     draw_cursor();
@@ -183,6 +172,7 @@ class StripCharts {
     return Chart(list_, {left_, y + head_}, {right_, y + each_ - 2 * scale_}, span_.end, span_.length,
                  scale_);
   }
+  Chart axis() const { return {list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_}; }
   /// A vertical line through all charts, between the words above them.
   template <typename Line>
   void across(Line line) const {
@@ -190,6 +180,31 @@ class StripCharts {
       const float y = low_.y + static_cast<float>(i) * each_;
       line(y + head_, y + each_ - 2 * scale_);
     }
+  }
+  /// The line under the mouse; at a sample where there is one near.
+  void find_cursor(std::optional<double> time) {
+    if (!time) return;
+    cursor_ = time;
+    const double reach = 40 * scale_ * span_.length / static_cast<double>(right_ - left_);
+    for (const Sample& s : samples_)
+      if (const double away = std::abs(s.time - *time);
+          away <= reach && (!read_ || away < std::abs(read_->time - *time)))
+        read_ = &s;
+    if (read_) cursor_ = read_->time;
+  }
+  /// What the chart has under the mouse, at the end of the words above it.
+  void read(Chart& chart, const std::string& words) const {
+    if (cursor_) chart.note(read_ ? words : "-", ink(theme().text));
+  }
+  /// The largest standard error of what is shown, times those that an axis shows at least.
+  template <typename Find>
+  double least_by_error(const Chart& chart, Find find) const {
+    double most = 0;
+    for (const Sample& s : samples_)
+      if (const Estimate e = find(s);
+          chart.visible(s.time) && has_value(e) && std::isfinite(e.standard_error))
+        most = std::max(most, e.standard_error);
+    return kLeastErrors * most;
   }
   const char* zeroed() const { return tare_.on ? ", tared" : ""; }
   Estimate force(const Sample& s) const { return tare_.on ? tared(s.force_N, tare_.force_N) : s.force_N; }
@@ -203,11 +218,12 @@ class StripCharts {
   void draw_force();
   void draw_layer_force();
   void draw_shear();
-  void draw_plain(const std::function<std::optional<double>(const Sample&)>& value, double least_axis,
+  void draw_plain(const std::function<Estimate(const Sample&)>& value, double least_axis,
                   const std::string& title, ImU32 colour);
   void draw_time_axis();
   void draw_events();
   void draw_cursor();
+  std::tuple<std::string, float, float> cursor_label() const;
 
   ImDrawList* list_;
   const History& history_;
@@ -216,12 +232,21 @@ class StripCharts {
   const Tare& tare_;
   float scale_;
   ImVec2 low_, high_;
-  Span span_;
+  TimeSpan span_;
   bool has_shear_;  // without a force there is no friction limit, and shear is not drawn
   bool has_depth_;
   float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, marks_ = 0, bottom_ = 0, head_ = 0, each_ = 0;  // px
   int count_ = 0, index_ = 0, ticks_ = 0;
+  std::optional<double> cursor_;  ///< time under the mouse
+  const Sample* read_ = nullptr;  ///< the sample there; none: nothing was measured near
 };
+
+/// "0.51 ± 0.01 N"; "-" where it is not known.
+std::string value_text(const Estimate& e, const char* unit, int places = 3) {
+  if (!has_value(e) || !std::isfinite(e.value)) return "-";
+  const std::string error = e.standard_error > 0 ? text(" \xc2\xb1 %.*f", places, e.standard_error) : "";
+  return text("%.*f", places, e.value) + error + (*unit ? " " : "") + unit;
+}
 
 /// Where no calibration says the force and the elastic layer does.
 void StripCharts::draw_layer_force() {
@@ -229,12 +254,10 @@ void StripCharts::draw_layer_force() {
   Chart chart = next();
   const auto band = [](const Sample& s) { return s.layer_N ? interval(*s.layer_N) : std::nullopt; };
   Ends ends;
+  const auto layer = [](const Sample& s) { return s.layer_N.value_or(Estimate{}); };
   for (const Sample& s : samples_)
-    if (const auto known = band(s); known && chart.visible(s.time)) {
-      ends.take(known->first);
-      ends.take(known->second);
-    }
-  const double step = ends.round(kLeastAxis_N, ticks_);
+    if (chart.visible(s.time)) ends.take(band(s));
+  const double step = ends.round(std::max(kLeastAxis_N, least_by_error(chart, layer)), ticks_);
   chart.begin(ends.least, ends.most, step);
   chart.band(samples_, band, ink(theme().chosen, kBandAlpha));
   chart.line(
@@ -245,6 +268,7 @@ void StripCharts::draw_layer_force() {
       },
       ink(theme().chosen), LineStyle::Solid);
   chart.unclip();
+  read(chart, read_ ? value_text(layer(*read_), "N") : "");
   chart.title("force by the layer [N], band: 95 %", ink(theme().chosen));
   chart.frame();
 }
@@ -255,15 +279,14 @@ void StripCharts::draw_force() {
   const ForceRange range = calibrated_range(*sensor_.force);
   const double zero_N = tare_.on && has_value(tare_.force_N) ? tare_.force_N.value : 0;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time) && s.contact) {
-      ends.take(force(s).value - 2 * force(s).standard_error);
-      ends.take(force(s).value + 2 * force(s).standard_error);
-    }
+    if (chart.visible(s.time) && s.contact) ends.take(interval(force(s)));
   // The limits, of one contact, come into sight when its force comes near them.
   const bool limits = std::none_of(samples_.begin(), samples_.end(),
                                    [&](const Sample& s) { return chart.visible(s.time) && s.several; });
   if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
-  const double step = ends.round(least_force_axis_N(*sensor_.force), ticks_);
+  const double least_N = std::max(least_force_axis_N(*sensor_.force),
+                                  least_by_error(chart, [this](const Sample& s) { return force(s); }));
+  const double step = ends.round(least_N, ticks_);
   chart.begin(ends.least, ends.most, step);
   chart.band(
       samples_, [&](const Sample& s) { return interval(force(s)); }, ink(theme().chosen, kBandAlpha));
@@ -278,6 +301,7 @@ void StripCharts::draw_force() {
   if (limits) chart.level(range.most_N - zero_N, ink(theme().limit));
   if (limits && lower) chart.level(range.least_N - zero_N, ink(theme().limit));
   chart.unclip();
+  read(chart, read_ ? value_text(force(*read_), "N") : "");
   chart.title(text("force [N]%s, band: 95 %%", zeroed()), ink(theme().chosen));
   const std::string from = lower ? text("from %.3g ", range.least_N) : "";
   if (limits)
@@ -322,6 +346,9 @@ void StripCharts::draw_shear() {
         },
         x ? ink(theme().second) : ink(theme().third), x ? LineStyle::Solid : LineStyle::Dashed);
   chart.unclip();
+  read(chart,
+       read_ ? "x " + value_text(shear(*read_, true), "N") + ",  y " + value_text(shear(*read_, false), "N")
+             : "");
   chart.title(text("shear [N]%s: x", zeroed()), ink(theme().second));
   chart.title("y (dashed)", ink(theme().third));
   if (!tare_.on) chart.note("area: within the friction limit", ink(theme().limit));
@@ -329,71 +356,112 @@ void StripCharts::draw_shear() {
 }
 
 /// One line, from zero on.
-void StripCharts::draw_plain(const std::function<std::optional<double>(const Sample&)>& value,
-                             double least_axis, const std::string& title, ImU32 colour) {
+void StripCharts::draw_plain(const std::function<Estimate(const Sample&)>& value, double least_axis,
+                             const std::string& title, ImU32 colour) {
   Chart chart = next();
   Ends ends;
   for (const Sample& s : samples_)
-    if (const std::optional<double> v = value(s); v && chart.visible(s.time)) ends.take(*v);
-  const double step = ends.round(least_axis, ticks_);
+    if (const Estimate v = value(s); has_value(v) && chart.visible(s.time)) ends.take(v.value);
+  const double step = ends.round(std::max(least_axis, least_by_error(chart, value)), ticks_);
   chart.begin(ends.least, ends.most, step);
-  chart.line(samples_, value, colour, LineStyle::Solid);
+  chart.line(
+      samples_,
+      [&](const Sample& s) {
+        const Estimate v = value(s);
+        return has_value(v) ? std::optional(v.value) : std::nullopt;
+      },
+      colour, LineStyle::Solid);
   chart.unclip();
+  read(chart, read_ ? value_text(value(*read_), "") : "");
   chart.title(title, colour);
   chart.frame();
 }
 
 void StripCharts::draw_time_axis() {
-  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
+  const Chart time = axis();
   if (has_shear_)
     draw_slip_band(list_, {left_, bottom_ + marks_ + 2 * scale_},
                    {right_, bottom_ + marks_ + band_ - 2 * scale_}, time, samples_, scale_);
   const char* title = history_.timeline().timed ? "time [s]" : "frame";
   const float title_left = right_ - ImGui::CalcTextSize(title).x;
-  list_->AddText({title_left, high_.y - axis_ + 4 * scale_}, ink(theme().faint), title);
+  const auto [words, from, to] = cursor_label();
+  const auto covered = [from = from, to = to](float left, float right) { return left < to && from < right; };
+  if (!covered(title_left, right_))
+    list_->AddText({title_left, high_.y - axis_ + 4 * scale_}, ink(theme().faint), title);
   const double step = nice_ceiling(span_.length / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
   for (double t = std::ceil((span_.end - span_.length) / step) * step; t <= span_.end + 1e-9; t += step) {
     const float x = time.at(t, 0).x;
     list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, ink(theme().frame));
     const std::string label = tick_text(t, step);
     const ImVec2 size = ImGui::CalcTextSize(label.c_str());
-    if (x + size.x / 2 > title_left - 6 * scale_) continue;
+    if (x + size.x / 2 > title_left - 6 * scale_ || covered(x - size.x / 2, x + size.x / 2)) continue;
     list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, ink(theme().faint), label.c_str());
   }
 }
 
+/// A pole through all charts with a pennant in the row below them, and the text where it has room; under the
+/// mouse it stands with the time.
 void StripCharts::draw_events() {
-  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
-  float free_from = left_;  // of the row of labels; in order of time, none over another
+  const Chart time = axis();
+  float free_from = left_;  // of that row; in order of time, none over another
   for (const EventMark& e : history_.events()) {
     if (e.time > span_.end || !time.visible(e.time)) continue;
     const float x = time.at(e.time, 0).x;
     if (x < left_) continue;
+    const float y = bottom_ + scale_, side = ImGui::GetFontSize();
     const auto dashes = [&](float from, float to) {
-      for (float y = from; y < to; y += 6 * scale_)
-        list_->AddLine({x, y}, {x, std::min(y + 3 * scale_, to)}, ink(theme().text, 220), 1.2f * scale_);
+      for (float at = from; at < to; at += 6 * scale_)
+        list_->AddLine({x, at}, {x, std::min(at + 3 * scale_, to)}, ink(theme().text, 220), 1.2f * scale_);
     };
     across(dashes);
     const ImVec2 size = ImGui::CalcTextSize(e.label.c_str());
-    const float at = std::min(x, right_ - size.x - 3 * scale_), y = bottom_ + scale_;
-    if (at < free_from) continue;
-    free_from = at + size.x + 6 * scale_;
-    list_->AddRectFilled({at, y}, {at + size.x + 3 * scale_, y + size.y}, ink(theme().text, 225));
-    list_->AddText({at + scale_, y}, ink(theme().panel), e.label.c_str());
+    const float pennant = side / 2, words = pennant + size.x + 6 * scale_;
+    // At the right end the flag flies to the left.
+    const bool left = x + words > right_;
+    const float from = left ? x - words : x;
+    list_->AddLine({x, y}, {x, y + side}, ink(theme().text), 1.5f * scale_);
+    list_->AddTriangleFilled({x, y}, {x + (left ? -pennant : pennant), y + side / 4}, {x, y + side / 2},
+                             ink(theme().text));
+    if (from < free_from) {
+      free_from = std::max(free_from, x + pennant);
+      continue;
+    }
+    free_from = left ? x : from + words;
+    list_->AddText({left ? from : x + pennant + 2 * scale_, y}, ink(theme().text), e.label.c_str());
   }
 }
 
-/// In a recording: where the shown frame is.
+/// In a recording where the shown frame is; and the line under the mouse.
 void StripCharts::draw_cursor() {
-  if (!history_.timeline().whole()) return;
-  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
-  const float x = std::clamp(time.at(history_.now(), 0).x, left_, right_);
-  across([&](float from, float to) {
-    list_->AddLine({x, from}, {x, to}, ink(theme().slips), 1.6f * scale_);
-  });
+  const Chart time = axis();
+  const auto line = [&](float x, Rgb colour) {
+    across([&](float from, float to) { list_->AddLine({x, from}, {x, to}, ink(colour), 1.6f * scale_); });
+  };
   const float foot = high_.y - axis_;
-  list_->AddTriangleFilled({x - 5 * scale_, foot + 6 * scale_}, {x + 5 * scale_, foot + 6 * scale_},
-                           {x, foot - scale_}, ink(theme().slips));
+  if (history_.timeline().whole()) {
+    const float place = time.at(history_.now(), 0).x, x = std::clamp(place, left_, right_);
+    if (x == place) line(x, theme().slips);  // else it is beyond that end
+    list_->AddTriangleFilled({x - 5 * scale_, foot + 6 * scale_}, {x + 5 * scale_, foot + 6 * scale_},
+                             {x, foot - scale_}, ink(theme().slips));
+  }
+  if (!cursor_) return;
+  line(time.at(*cursor_, 0).x, theme().text);
+  const auto [words, from, to] = cursor_label();
+  list_->AddRectFilled({from, foot + 2 * scale_}, {to, high_.y}, ink(theme().text));
+  list_->AddText({from + 3 * scale_, foot + 3 * scale_}, ink(theme().panel), words.c_str());
+}
+
+/// The time under the mouse with the events there, from its left to its right end; empty without a mouse.
+std::tuple<std::string, float, float> StripCharts::cursor_label() const {
+  if (!cursor_) return {};
+  const Chart time = axis();
+  const float x = time.at(*cursor_, 0).x;
+  std::string words = text(history_.timeline().timed ? "%.3f s" : "%.0f", *cursor_);
+  for (const EventMark& e : history_.events())
+    if (std::abs(time.at(e.time, 0).x - x) < 6 * scale_) words += "  " + e.label;
+  const float width = ImGui::CalcTextSize(words.c_str()).x + 6 * scale_;
+  const float from = std::clamp(x - width / 2, low_.x, std::max(low_.x, high_.x - width));
+  return {words, from, from + width};
 }
 
 }  // namespace
@@ -422,14 +490,6 @@ ForceRange calibrated_range(const ForceCalibration& force) {
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style) {
   StripCharts(list, rect, history, sensor, tare, style).draw();
-}
-
-std::optional<double> time_under(float x, const ViewRect& rect, const History& history,
-                                 const ChartStyle& style) {
-  const auto [left, right] = axis_ends(rect, style.scale);
-  if (x < left || x > right) return std::nullopt;
-  const Span span = shown_span(history, style);
-  return span.end - span.length * static_cast<double>((right - x) / (right - left));
 }
 
 }  // namespace palpate::viz

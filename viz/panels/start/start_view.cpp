@@ -269,7 +269,7 @@ void StartView::describe_sources(float scale) {
       grid_.remark(e.name + (e.detail.empty() ? "" : ": " + e.detail));
       continue;
     }
-    Card card{e.name, e.detail, {}, is_tissue(e.input), !e.missing};
+    PictureCard card{e.name, e.detail, {}, is_tissue(e.input), !e.missing};
     if (const auto at = thumbnail_of_.find({e.group, e.input}); at != thumbnail_of_.end())
       card.picture = at->second;
     cards_.push_back(i);

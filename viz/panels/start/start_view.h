@@ -12,7 +12,7 @@
 #include "viz/panels/actions/help.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
-#include "viz/panels/start/cards.h"
+#include "viz/panels/start/card_grid.h"
 #include "viz/panels/start/start_list.h"
 #include "viz/render/window.h"
 

@@ -9,7 +9,7 @@
 
 namespace palpate::viz {
 
-struct Card {
+struct PictureCard {
   std::string name;
   std::string detail;             ///< one line below the name
   std::optional<size_t> picture;  ///< of the page's
@@ -26,7 +26,7 @@ class CardGrid {
   void begin(const HudFrame& frame, float content);
   void heading(const char* words);
   /// True where it was clicked. `tip`: said where the mouse is, unless empty.
-  bool add(const Card& card, bool selected, bool scroll_here, const std::string& tip);
+  bool add(const PictureCard& card, bool selected, bool scroll_here, const std::string& tip);
   /// A line of words between cards.
   void remark(const std::string& words);
 

@@ -1,4 +1,4 @@
-#include "viz/panels/start/cards.h"
+#include "viz/panels/start/card_grid.h"
 
 #include <imgui.h>
 
@@ -59,7 +59,7 @@ void CardGrid::next_row() {
   x_ = 0;
 }
 
-bool CardGrid::add(const Card& card, bool selected, bool scroll_here, const std::string& tip) {
+bool CardGrid::add(const PictureCard& card, bool selected, bool scroll_here, const std::string& tip) {
   const float scale = frame_->scale(), inner = kInner * scale, line = ImGui::GetTextLineHeight();
   if (x_ > 0 && x_ + width_ > content_ + 1) next_row();
   if (x_ > 0) ImGui::SameLine(0, kGap * scale);
