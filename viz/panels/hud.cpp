@@ -14,7 +14,7 @@
 #include "viz/panels/charts/chart_table.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
-#include "viz/panels/performance.h"
+#include "viz/panels/numbers/performance.h"
 #include "viz/panels/sensor.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"

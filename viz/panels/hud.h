@@ -7,7 +7,7 @@
 #include "viz/live/history.h"
 #include "viz/live/stats.h"
 #include "viz/panels/charts/charts.h"
-#include "viz/panels/measurement.h"
+#include "viz/panels/numbers/measurement.h"
 #include "viz/panels/section.h"
 #include "viz/render/format.h"
 #include "viz/render/hud_frame.h"

@@ -1,4 +1,4 @@
-#include "viz/panels/performance.h"
+#include "viz/panels/numbers/performance.h"
 
 #include <imgui.h>
 

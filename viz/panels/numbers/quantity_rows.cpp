@@ -1,4 +1,4 @@
-#include "viz/panels/quantity_rows.h"
+#include "viz/panels/numbers/quantity_rows.h"
 
 #include <algorithm>
 #include <cmath>

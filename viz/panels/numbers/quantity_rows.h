@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "viz/panels/cards.h"
 #include "viz/panels/hud_content.h"
+#include "viz/panels/numbers/cards.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {

@@ -1,4 +1,4 @@
-#include "viz/panels/gauges.h"
+#include "viz/panels/numbers/gauges.h"
 
 #include <algorithm>
 #include <cmath>

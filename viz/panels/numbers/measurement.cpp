@@ -1,4 +1,4 @@
-#include "viz/panels/measurement.h"
+#include "viz/panels/numbers/measurement.h"
 
 #include <imgui.h>
 
@@ -12,11 +12,11 @@
 
 #include "capture/files/measurements.h"
 #include "viz/look/measures.h"
-#include "viz/panels/cards.h"
 #include "viz/panels/charts/charts.h"
-#include "viz/panels/gauges.h"
-#include "viz/panels/press.h"
-#include "viz/panels/quantity_rows.h"
+#include "viz/panels/numbers/cards.h"
+#include "viz/panels/numbers/gauges.h"
+#include "viz/panels/numbers/press.h"
+#include "viz/panels/numbers/quantity_rows.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 

@@ -1,4 +1,4 @@
-#include "viz/panels/cards.h"
+#include "viz/panels/numbers/cards.h"
 
 #include <algorithm>
 

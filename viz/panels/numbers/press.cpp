@@ -1,4 +1,4 @@
-#include "viz/panels/press.h"
+#include "viz/panels/numbers/press.h"
 
 #include "engine/palpation/scan.h"
 #include "viz/render/format.h"
