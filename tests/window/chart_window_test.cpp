@@ -180,7 +180,7 @@ TEST_F(ChartTest, OfALiveSessionTheAxisFollowsUntilItIsHeld) {
   picture({kMiddle.x - 400, 400}, false);
   EXPECT_FALSE(state_.chart_view) << "back at the present";
   state_.chart_view = TimeSpan{20, 5};
-  state_.change_chart_span(1, false);
+  state_.change_chart_span(1);
   EXPECT_FALSE(state_.chart_view);
 }
 

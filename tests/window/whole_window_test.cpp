@@ -14,9 +14,9 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "tests/support/gpu_fixture.h"
+#include "viz/panels/actions/tool_bar.h"
 #include "viz/panels/banners.h"
 #include "viz/panels/hud.h"
-#include "viz/panels/tool_bar.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
@@ -238,7 +238,7 @@ TEST_F(WholeWindow, ButtonsHaveIconsWhereTheirFontIsInstalledElseWords) {
     std::vector<std::string> found;
     frame_->begin({width, 720});
     if (!with_icons) ImGui::PushFont(frame_->large());  // it has letters alone
-    for (const Action& action : actions(layout, 1, true, &live, state)) found.push_back(action.face);
+    for (const BarButton& button : bar_buttons(layout, 1, true, &live, state)) found.push_back(button.face);
     if (!with_icons) ImGui::PopFont();
     frame_->abandon();
     return found;

@@ -114,6 +114,7 @@ class Display {
   std::pair<int, int> last_size_{0, 0};
   std::optional<RgbImage> thumbnail_;  ///< of the largest contact so far
   double thumbnail_px_ = -1;           ///< area of that contact
+  double largest_N_ = 0;               ///< of valid forces
   int snapshots_ = 0, charts_ = 0;
   std::filesystem::path chart_picture_;  ///< of the next picture, in which their menu is closed; empty: none
   int marks_ = 0;
