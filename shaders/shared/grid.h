@@ -30,14 +30,15 @@ struct CoarseLevel {
   uint width, height;
   float across, down;
   float edge_width, edge_height;
-  float step0, step1;
 };
-const uint kCoarseLevels = 3;
+const uint kCoarseLevels = 4;
 struct CoarsePush {
   CoarseLevel levels[kCoarseLevels];  // finest first
   uint count;                         // of them
   uint pitch;                         // texels of the finest one
   uint cycled;                        // a bit a level: a full-multigrid pass has a cycle there
+  float root0;                        // the two Chebyshev-Jacobi steps times the diagonal are 1 over these
+  float root1;
 };
 
 struct CoarsestPush {
@@ -71,7 +72,7 @@ struct RestLevelRecord {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(CoarsePush) == 108);
+static_assert(sizeof(CoarsePush) == 116);
 }  // namespace palpate::shared
 #endif
 #endif

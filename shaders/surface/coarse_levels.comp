@@ -64,7 +64,10 @@ void put_own(int level, float own[TURNS]) {
   next_step();
 }
 
-void sweep(int level, float step) {
+float step_of(int level, float root) { return 0.5 / ((push.levels[level].across + push.levels[level].down) * root); }
+
+void sweep(int level, float root) {
+  float step = step_of(level, root);
   float own[TURNS];
   FOR_OWN(level) own[i] = work[x_at(level) + n] + step * (right_side(level, n) - apply(level, n));
   put_own(level, own);
@@ -72,13 +75,12 @@ void sweep(int level, float step) {
 
 // Two sweeps from zero: the first is step0 times the right side.
 void sweep_from_zero(int level) {
-  CoarseLevel g = push.levels[level];
-  float own[TURNS];
+  float step0 = step_of(level, push.root0), step1 = step_of(level, push.root1), own[TURNS];
   FOR_OWN(level) work[x_at(level) + n] = right_side(level, n);
   next_step();
   FOR_OWN(level) {
     float f = work[x_at(level) + n];
-    own[i] = g.step0 * f + g.step1 * (f - g.step0 * apply(level, n));
+    own[i] = step0 * f + step1 * (f - step0 * apply(level, n));
   }
   put_own(level, own);
 }
@@ -164,8 +166,8 @@ void ascend(int level) {
     own[i] = line_cubic(x + n % size.x, size.x, row, coarse.y, cubic(row, size.y, g.edge_height));
   }
   put_own(level, own);
-  sweep(level, g.step0);
-  sweep(level, g.step1);
+  sweep(level, push.root0);
+  sweep(level, push.root1);
 }
 
 void cycle(int first) {

@@ -225,9 +225,11 @@ struct Surface::Pass {
     shared::CoarsePush coarse{};
     coarse.count = last() - first + 1;
     coarse.pitch = level(first).grid.pitch;
+    coarse.root0 = static_cast<float>(jacobi::kLowerRoot);
+    coarse.root1 = static_cast<float>(jacobi::kUpperRoot);
     for (uint32_t i = 0; i < coarse.count; ++i) {
       const shared::GridPush p = push(first + i, level(first + i).grid);
-      coarse.levels[i] = {p.width, p.height, p.across, p.down, p.edge_width, p.edge_height, p.step0, p.step1};
+      coarse.levels[i] = {p.width, p.height, p.across, p.down, p.edge_width, p.edge_height};
       if (first + i <= kCycledLevels) coarse.cycled |= 1u << i;
     }
     commands.dispatch(kernel, {&level(first).right.words, &surface.inverse_words_, &x(first).buffer}, coarse,
