@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/measure/quantities.h"
 #include "viz/look/measures.h"
@@ -21,8 +22,10 @@ void draw_force_bar(ImDrawList* list, ImVec2 low, ImVec2 high, const ForceRange&
     list->AddRectFilled(low, {at(force->value), high.y}, ink(theme().chosen), scale);
     const float from = at(force->value - 2 * force->standard_error);
     const float to = at(force->value + 2 * force->standard_error), y = (low.y + high.y) / 2;
-    list->AddLine({from, y}, {to, y}, ink(theme().text), 2 * scale);
-    for (const float end : {from, to}) list->AddLine({end, low.y}, {end, high.y}, ink(theme().text), scale);
+    for (const auto& [colour, width] : {std::pair{theme().panel, 4 * scale}, {theme().text, 2 * scale}}) {
+      list->AddLine({from, y}, {to, y}, ink(colour), width);  // with a rim: it is seen on the bar too
+      for (const float end : {from, to}) list->AddLine({end, low.y}, {end, high.y}, ink(colour), width / 2);
+    }
     if (force->value > full_N)
       list->AddTriangleFilled({high.x - (high.y - low.y), low.y}, {high.x, y},
                               {high.x - (high.y - low.y), high.y}, ink(theme().text));
