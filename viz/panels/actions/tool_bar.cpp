@@ -23,18 +23,23 @@ std::string face_of(const char* label, bool words) {
   return icon + (icon.empty() ? "" : words ? " " : "##") + label;
 }
 
-/// Gives all buttons icons and words where the bar has room for both, else icons alone, else the words.
-void choose_faces(std::vector<BarButton>& all, float room) {
+/// Gives the buttons icons and words; where the bar has no room for all words the least wanted go without,
+/// and where it would be most of them, all. Without icons all have words. `order`: the most wanted first.
+void choose_faces(std::vector<BarButton>& all, const std::vector<size_t>& order, float room) {
   const ImGuiStyle& style = ImGui::GetStyle();
-  for (const bool words : {true, false}) {
-    float wanted = 0;
-    for (BarButton& button : all) {
-      button.face = face_of(button.label, words);
-      button.width = ImGui::CalcTextSize(face_of(button.longest, words).c_str(), nullptr, true).x +
-                     2 * style.FramePadding.x;
-      wanted += button.width + style.ItemSpacing.x;
-    }
-    if (wanted <= room) return;
+  const auto put = [&](BarButton& button, bool words) {
+    room += button.width;
+    button.face = face_of(button.label, words);
+    button.width = ImGui::CalcTextSize(face_of(button.longest, words).c_str(), nullptr, true).x +
+                   2 * style.FramePadding.x;
+    room -= button.width;
+  };
+  room -= style.ItemSpacing.x * static_cast<float>(all.size());
+  for (BarButton& button : all) put(button, true);
+  for (size_t wanted = order.size(); room < 0 && wanted > 0;) {
+    put(all[order[--wanted]], false);
+    if (2 * wanted >= order.size()) continue;
+    for (; wanted > 0; --wanted) put(all[order[wanted - 1]], false);
   }
 }
 
@@ -74,7 +79,7 @@ std::vector<BarButton> bar_buttons(const Layout& layout, float scale, bool has_s
   push_bar_style(scale);
   const ImGuiStyle& style = ImGui::GetStyle();
   float room = layout.has_tools ? size_of(layout.tools).x - 2 * style.WindowPadding.x : 0;
-  choose_faces(all, room);
+  choose_faces(all, order, room);
   for (const size_t i : order) {
     room -= all[i].width + style.ItemSpacing.x;
     if (room < 0) break;
