@@ -280,7 +280,12 @@ void measure_photon(const gpu::ContextOptions& device, const MakeDrawer& drawer,
     const double start_s = wall_now_s();
     PhotonRun run(context, scene, drawer);
     const double left_s = std::max(kLeast_s, each_s - (wall_now_s() - start_s));
-    run.at_the_cameras_pace(kPaced * left_s, watch.stopped);
+    try {
+      run.at_the_cameras_pace(kPaced * left_s, watch.stopped);
+    } catch (const Error& e) {  // nothing can be recorded here: the rest of the profile stands
+      if (e.failure() != Failure::Output && e.failure() != Failure::Input) throw;
+      return skip("from photon to picture", watch, profile, e.what());
+    }
     run.as_fast_as_it_goes((1 - kPaced) * left_s, watch.stopped);
     if (!run.figure().parts.empty()) profile.photon.push_back(run.figure());
     watch.say(std::string("from photon to picture, ") + scene.name + ": done");

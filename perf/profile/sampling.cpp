@@ -18,10 +18,9 @@ double cpu_now_ms() {
   return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
-void skip(const std::string& what, const Watch& watch, Profile& profile) {
-  constexpr const char* kWhy = "the time budget is used up";
-  profile.skipped.push_back({what, kWhy});
-  watch.say(what + ": skipped, " + kWhy);
+void skip(const std::string& what, const Watch& watch, Profile& profile, const std::string& why) {
+  profile.skipped.push_back({what, why});
+  watch.say(what + ": skipped, " + why);
 }
 
 bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Watch& watch) {

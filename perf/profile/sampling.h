@@ -22,8 +22,9 @@ struct Watch {
   };  ///< called with each device when done with it
 };
 
-/// Notes, and says, that something was not measured as its time is used up.
-void skip(const std::string& what, const Watch& watch, Profile& profile);
+/// Notes, and says, that something was not measured, and why.
+void skip(const std::string& what, const Watch& watch, Profile& profile,
+          const std::string& why = "the time budget is used up");
 
 /// One way to do the work, and its samples: one for each run.
 struct Contender {

@@ -2,6 +2,7 @@
 #include "perf/profile/profile.h"
 
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <array>
@@ -430,6 +431,18 @@ TEST(Profile, FromPhotonToPictureHasEveryThread) {
   EXPECT_TRUE(none.photon.empty());
   ASSERT_EQ(none.skipped.size(), 1u);
   EXPECT_EQ(none.skipped[0].what, "from photon to picture");
+}
+
+TEST(Profile, WhereNothingCanBeRecordedTheRestStands) {
+  const char* const before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  ::setenv("TMPDIR", "/proc", 1);
+  Profile profile;
+  measure_photon({}, viz::timed_drawer, 7, {}, profile);
+  before ? ::setenv("TMPDIR", kept.c_str(), 1) : ::unsetenv("TMPDIR");
+  EXPECT_TRUE(profile.photon.empty());
+  ASSERT_EQ(profile.skipped.size(), 1u);
+  EXPECT_TRUE(contains(profile.skipped[0].why, "wanted a folder for a recording")) << profile.skipped[0].why;
 }
 
 TEST(Profile, StoppedKeepsWhatIsFinished) {
