@@ -1,5 +1,5 @@
 // Figures of the cards against the numbers that they show, and rows that a sensor can never fill.
-#include "viz/panels/gauges.h"
+#include "viz/panels/numbers/gauges.h"
 
 #include <gtest/gtest.h>
 #include <imgui.h>
@@ -13,7 +13,7 @@
 #include "capture/synthetic/synthetic.h"
 #include "engine/measure/measured_columns.h"
 #include "tests/support/gpu_fixture.h"
-#include "viz/panels/quantity_rows.h"
+#include "viz/panels/numbers/quantity_rows.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 

@@ -250,7 +250,7 @@ TEST_F(WholeWindow, ButtonsHaveIconsWhereTheirFontIsInstalledElseWords) {
   frame_->abandon();
   for (const std::string& face : faces(1280, false)) EXPECT_TRUE(std::isalpha(face[0])) << face;
   if (!installed) GTEST_SKIP() << "no font of icons";
-  for (const std::string& face : faces(1280, true)) EXPECT_EQ(face[3], ' ') << face << ": icon and word";
+  for (const std::string& face : faces(1600, true)) EXPECT_EQ(face[3], ' ') << face << ": icon and word";
   for (const std::string& face : faces(640, true)) EXPECT_EQ(face.substr(3, 2), "##") << face << ": an icon";
   live.from_list = true;  // one button more
   const std::vector<std::string> some = faces(1280, true);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "viz/panels/actions/actions.h"
 #include "viz/panels/actions/palette.h"
@@ -87,10 +89,14 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     // Where numbers would overlap, the grid alone shows lengths.
     const ImVec2 room = size_of(layout.surface);
     const bool roomy = room.x >= 320 * scale && room.y >= 200 * scale;
-    if (state.axes && roomy) draw_axes(under, *eye, layout.surface, half_mm, style, scale);
+    std::vector<PlacedText> placed;
+    if (state.axes && roomy) placed = draw_axes(under, *eye, layout.surface, half_mm, style, scale);
     if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
       draw_shear(under, *eye, layout.surface, half_mm, content.traction,
                  content.sensor.shear ? content.sensor.shear->friction : 0, scale);
+    if (state.contacts)
+      draw_touch(under, SurfacePlace{*eye, layout.surface, half_mm}, shown, content.frame.format,
+                 {.scale = scale, .extrapolated = content.extrapolated}, std::move(placed));
     if (section) draw_section(under, layout.surface, *eye, state.line, *profile, half_mm, style, scale);
     const bool* follows = state.automatic();
     draw_colour_bar(under, layout.surface, style, follows && *follows, scale);

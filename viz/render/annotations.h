@@ -53,6 +53,18 @@ struct ImageMarks {
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
                 const ImageMarks& marks);
 
+/// The surface as it is seen in a picture.
+struct SurfacePlace {
+  const Eye& eye;
+  const ViewRect& view;
+  Vec3 half_mm;
+};
+/// The same over the surface, at its rest level: outlines, the deepest place of one contact in words or the
+/// numbers of several, and hatched what calibration never saw. Words that would lie over `placed` ones, or
+/// over the colour bar, are left out.
+void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, const FrameFormat& format,
+                const ImageMarks& marks, std::vector<PlacedText> placed);
+
 /// Over the raw image: the outline of a found lump seen from above, a circle of its size, with the interval
 /// of its centre as a cross.
 void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,

@@ -24,7 +24,7 @@ constexpr std::array kSettings = {
     ViewSetting{.name = "section_line", .member = &V::line},
     ViewSetting{"charts", &V::charts, "strip charts", "P"},
     ViewSetting{.name = "chart_span_s", .member = &V::chart_span_s, .least = 1, .most = 60},
-    ViewSetting{"contacts", &V::contacts, "contacts over the image", "K"},
+    ViewSetting{"contacts", &V::contacts, "contacts over image and surface", "K"},
     ViewSetting{"skin", &V::skin, "skin shifts over the image", "J"},
     ViewSetting{"skin_strain", &V::skin_strain, "strain of the skin over the image", "N"},
     ViewSetting{"places_in_px", &V::pixels, "places from the top left corner, not in mm from the middle"},

@@ -10,6 +10,7 @@
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
+#include "viz/render/layout.h"
 
 namespace palpate::viz {
 namespace {
@@ -37,15 +38,17 @@ void shadowed_text(ImDrawList* list, ImVec2 at, ImU32 colour, const std::string&
   list->AddText(at, colour, words.c_str());
 }
 
-void draw_ellipse(ImDrawList* list, ImVec2 centre, const Ellipse& ellipse, double zoom, bool at_border,
-                  float scale) {
-  const double a = 0.5 * ellipse.major_px * zoom, b = 0.5 * ellipse.minor_px * zoom;
+/// `at`: from pixels of the frame to the screen.
+template <typename At>
+void draw_ellipse(ImDrawList* list, const At& at, double x_px, double y_px, const Ellipse& ellipse,
+                  bool at_border, float scale) {
+  const double a = 0.5 * ellipse.major_px, b = 0.5 * ellipse.minor_px;
   const double c = std::cos(ellipse.angle_rad), s = std::sin(ellipse.angle_rad);
   std::array<ImVec2, 64> outline;
   for (size_t i = 0; i < outline.size(); ++i) {
     const double phase = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(outline.size());
     const double u = a * std::cos(phase), v = b * std::sin(phase);
-    outline[i] = {centre.x + static_cast<float>(c * u - s * v), centre.y + static_cast<float>(s * u + c * v)};
+    outline[i] = at(x_px + c * u - s * v, y_px + s * u + c * v);
   }
   list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kShadow, ImDrawFlags_Closed,
                     3.5f * scale);
@@ -114,12 +117,22 @@ void draw_skin(ImDrawList* list, const Place& place, const Touch& touch, float s
 }
 
 /// A stroke through each cell.
-void draw_extrapolated(ImDrawList* list, const Place& place, const ExtrapolatedCells& map, float scale) {
+template <typename At>
+void draw_extrapolated(ImDrawList* list, const At& at, const ExtrapolatedCells& map, float scale) {
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x)
       if (map.cells[size_t{y} * map.width + x])
-        list->AddLine(place.at(x * map.cell_px - 0.5, (y + 1) * map.cell_px - 0.5),
-                      place.at((x + 1) * map.cell_px - 0.5, y * map.cell_px - 0.5), kWarning, scale);
+        list->AddLine(at(x * map.cell_px - 0.5, (y + 1) * map.cell_px - 0.5),
+                      at((x + 1) * map.cell_px - 0.5, y * map.cell_px - 0.5), kWarning, scale);
+}
+
+/// The largest depth, with its error or why it is none.
+std::string deepest_words(const Touch& touch) {
+  if (!touch.surface) return {};
+  const SurfaceSummary& s = *touch.surface;
+  if (s.validity != Validity::Valid) return text("%.3g mm deep (%s)", s.depth_max_mm, to_string(s.validity));
+  return s.depth_sd_mm > 0 ? text("%.3f \xc2\xb1 %.3f mm deep", s.depth_max_mm, s.depth_sd_mm)
+                           : text("%.3f mm deep", s.depth_max_mm);
 }
 
 }  // namespace
@@ -130,12 +143,13 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   const ImVec2 low = corner(rect), high = far_corner(rect);
   const Place place{low, static_cast<double>(rect.width) / format.width};
   list->PushClipRect(low, high, true);
-  if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, place, marks.extrapolated, scale);
+  const auto at = [&place](double x_px, double y_px) { return place.at(x_px, y_px); };
+  if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, at, marks.extrapolated, scale);
   if (marks.skin && touch.skin) draw_skin(list, place, touch, scale);
   if (marks.contacts && touch.regions) {
     for (const ContactTouch& c : touch.contacts) {
       const ImVec2 centre = place.at(c.centroid_x_px, c.centroid_y_px);
-      draw_ellipse(list, centre, c.ellipse, place.zoom, c.at_border, scale);
+      draw_ellipse(list, at, c.centroid_x_px, c.centroid_y_px, c.ellipse, c.at_border, scale);
       draw_cross(list, centre, scale);
       draw_shear(list, rect, centre, c.shear_x_N, c.shear_y_N, marks);
     }
@@ -147,7 +161,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
     }
   } else if (marks.contacts && touch.contact && std::isfinite(touch.centroid_x_px)) {
     const ImVec2 centre = place.at(touch.centroid_x_px, touch.centroid_y_px);
-    draw_ellipse(list, centre, touch.ellipse, place.zoom, touch.at_border, scale);
+    draw_ellipse(list, at, touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, touch.at_border, scale);
     draw_cross(list, centre, scale);
     draw_shear(list, rect, centre, touch.shear_x_N, touch.shear_y_N, marks);
   }
@@ -164,6 +178,46 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
     list->AddRect({low.x + scale, low.y + scale}, {high.x - scale, high.y - scale}, kWarning, 0, 0,
                   2 * scale);
     shadowed_text(list, {low.x + 5 * scale, high.y - ImGui::GetFontSize() - 4 * scale}, kWarning, warnings);
+  }
+  list->PopClipRect();
+}
+
+void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, const FrameFormat& format,
+                const ImageMarks& marks, std::vector<PlacedText> placed) {
+  const auto at = [&](double x_px, double y_px) {
+    const Projected p = on.eye.project({(2 * (x_px + 0.5) / format.width - 1) * on.half_mm.x,
+                                        (1 - 2 * (y_px + 0.5) / format.height) * on.half_mm.y, 0});
+    return ImVec2{static_cast<float>(on.view.x + p.x * on.view.width),
+                  static_cast<float>(on.view.y + p.y * on.view.height)};
+  };
+  for (const double x : {-on.half_mm.x, on.half_mm.x})
+    for (const double y : {-on.half_mm.y, on.half_mm.y})
+      if (!on.eye.project({x, y, 0}).in_front) return;
+  list->PushClipRect(corner(on.view), far_corner(on.view), true);
+  if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, at, marks.extrapolated, marks.scale);
+  const auto beside = [&](double x_px, double y_px, const Ellipse& ellipse, const std::string& words) {
+    const ImVec2 right = at(x_px + 0.55 * ellipse.major_px, y_px), size = ImGui::CalcTextSize(words.c_str());
+    const PlacedText label{words, right.x, right.y - size.y / 2, right.x + size.x, right.y + size.y / 2};
+    const float apart = 3 * marks.scale,
+                end = far_corner(on.view).x - static_cast<float>(kColourBarRoom_px) * marks.scale;
+    const bool taken = std::ranges::any_of(placed, [&](const PlacedText& other) {
+      return label.left < other.right + apart && other.left < label.right + apart &&
+             label.top < other.bottom + apart && other.top < label.bottom + apart;
+    });
+    if (words.empty() || taken || label.right > end) return;
+    shadowed_text(list, {label.left, label.top}, kMarker, words);
+    placed.push_back(label);
+  };
+  if (touch.regions) {
+    const bool one = touch.contacts.size() == 1;
+    for (const ContactTouch& c : touch.contacts)
+      draw_ellipse(list, at, c.centroid_x_px, c.centroid_y_px, c.ellipse, c.at_border, marks.scale);
+    for (const ContactTouch& c : touch.contacts)
+      beside(c.centroid_x_px, c.centroid_y_px, c.ellipse, one ? deepest_words(touch) : text("%u", c.id));
+  } else if (touch.contact && std::isfinite(touch.centroid_x_px)) {
+    draw_ellipse(list, at, touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, touch.at_border,
+                 marks.scale);
+    beside(touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, deepest_words(touch));
   }
   list->PopClipRect();
 }
