@@ -12,7 +12,7 @@ class SetupInWindow : public WindowTest {
   /// Where the corner at `camera` px is drawn: the picture of 320 x 240 px stands in the left column, as in a
   /// window of 1280 x 720.
   static std::pair<double, double> on_screen(double x, double y) {
-    const double low_x = 42, low_y = 74, factor = 2.273;
+    const double low_x = 37, low_y = 71, factor = 2.3;
     return {low_x + factor * x, low_y + factor * y};
   }
   /// The recording's picture is there, and with it what can be dragged.
@@ -22,8 +22,8 @@ class SetupInWindow : public WindowTest {
       return desktop_->brightness(x, y) > 60;
     });
   }
-  static constexpr int kMake_x = 70, kButtons_y = 688;
-  static constexpr int kPropose_x = 1058, kPropose_y = 362;
+  static constexpr int kMake_x = 70, kButtons_y = 689;
+  static constexpr int kPropose_x = 1053, kPropose_y = 357;
 };
 
 TEST_F(SetupInWindow, CornersAreDraggedAndStepsDoneAgain) {

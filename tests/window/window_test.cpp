@@ -29,7 +29,7 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   ASSERT_TRUE(titled("^palpate$"));
   Desktop::rest();
   // A file that is not there: one line in the window, and the list goes on.
-  const int typed_y = 636, first_recent_y = 130;
+  const int typed_y = 638, first_recent_y = 130;
   desktop_->click(300, typed_y);
   EXPECT_TRUE(desktop_->tool("type --delay 20 /nowhere/touch.avi"));
   Desktop::rest();
