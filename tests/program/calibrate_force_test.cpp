@@ -12,6 +12,7 @@
 
 #include "capture/open_source.h"
 #include "capture/run/input.h"
+#include "capture/synthetic/synthetic.h"
 #include "palpate/sensor.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -48,6 +49,32 @@ class CalibrateForce : public TypedProgram {
 };
 
 constexpr const char* kSmallFrame = "size=320x240";
+
+// A sensor file whose pad is a quarter too thick and too soft: wide and small balls say so.
+TEST_F(CalibrateForce, FindsThicknessAndModulusOfAPad) {
+  Sensor wrong = synthetic_sensor(parse_synthetic("synthetic:press?mode=gel&size=320x240"));
+  const LayerCalibration truth = *wrong.layer;
+  wrong.layer->thickness_mm *= 1.25;
+  wrong.layer->young_MPa /= 1.25;
+  save_sensor(wrong, folder_ / "wrong.json");
+  std::string command = "calibrate force";
+  for (const char* ball :
+       {"radius=4&force=1", "radius=8&force=1.5", "radius=16&force=4", "radius=30&force=8"})
+    command += std::string(" 'synthetic:press?mode=gel&size=320x240&rate=4&") + ball + "'";
+  ASSERT_EQ(run(command + " --gauge truth --model layer --sensor '" + at("wrong.json") + "' --out '" +
+                at("out.json") + "' --json --quiet"),
+            0)
+      << text("stderr");
+  const Json found = json()["thickness"];
+  EXPECT_EQ(found["decided"], true) << found;
+  EXPECT_LT(found["held_out_error_N"], 0.3 * found["held_out_error_by_modulus_alone_N"].get<double>())
+      << found;
+  const Sensor sensor = load_sensor(folder_ / "out.json");
+  std::printf("thickness %.3f of %.3f mm, modulus %.4f of %.4f MPa\n", sensor.layer->thickness_mm,
+              truth.thickness_mm, sensor.layer->young_MPa, truth.young_MPa);
+  EXPECT_NEAR(sensor.layer->thickness_mm, truth.thickness_mm, 0.05 * truth.thickness_mm);
+  EXPECT_NEAR(sensor.layer->young_MPa, truth.young_MPa, 0.05 * truth.young_MPa);
+}
 
 TEST_F(CalibrateForce, ReadsOtherSeedsToOnePercent) {
   const std::string calibrate = std::string("calibrate force 'synthetic:press?seed=11&") + kSmallFrame +

@@ -101,8 +101,9 @@ class PressedGel {
     depth_mm_.assign(map.size(), 0);
     if (!pressure) return;
     for (size_t i = 0; i < map.size(); ++i) {
-      const double x = (static_cast<double>(i % kAcross) + 0.5 - kAcross / 2.0) * cell_mm_,
-                   y = (static_cast<double>(i / kAcross) + 0.5 - kDown / 2.0) * cell_mm_;
+      const size_t row = i / kAcross, column = i % kAcross;
+      const double x = (static_cast<double>(column) + 0.5 - kAcross / 2.0) * cell_mm_,
+                   y = (static_cast<double>(row) + 0.5 - kDown / 2.0) * cell_mm_;
       for (int a = 0; a < kParts; ++a)
         for (int b = 0; b < kParts; ++b)
           map[i] +=

@@ -45,29 +45,29 @@ struct Outcome {
 
 Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
   const std::shared_ptr<gpu::Context> context = shared_device(asked.device);
-  std::optional<Sensor> first;
-  const auto measured = [&](const Gauged& gauged) {
-    std::vector<GaugedRecording> recordings;
-    for (size_t i = 0; i < gauged.inputs.size() && !stop; ++i) {
-      MeasuredInput input = find_input(gauged.inputs[i]);
-      input.outputs = force_outputs(input, asked.choice.signal);
-      if (!first) first = input.sensor;
-      GaugeRequest request = asked.gauge;
-      request.gauge = gauged.gauges[i];
-      recordings.push_back(measure_with_gauge(*context, input, request, watch_of(stop)));
-    }
-    return recordings;
+  const auto measure = [&](const Gauged& gauged, size_t i, double thickness) {
+    MeasuredInput input = find_input(gauged.inputs[i]);
+    input.outputs = force_outputs(input, asked.choice.signal);
+    if (input.sensor.layer) input.sensor.layer->thickness_mm *= thickness;
+    GaugeRequest request = asked.gauge;
+    request.gauge = gauged.gauges[i];
+    return measure_with_gauge(*context, input, request, watch_of(stop));
   };
-  std::vector<GaugedRecording> recordings = measured(asked.fit);
-  if (stop) return {};
+  Sensor sensor = find_input(asked.fit.inputs.front()).sensor;
   ForceChoiceOptions choosing = asked.choice;
   choosing.stopped = [&stop] { return stop.load(); };
-  ForceOutcome outcome = calibrate_force(std::move(recordings), choosing, asked.keep_border);
+  LayerPresses presses =
+      measure_presses(asked.fit.inputs.size(), choosing, sensor, asked.keep_border,
+                      [&](size_t i, double thickness) { return measure(asked.fit, i, thickness); });
+  if (stop) return {};
+  const double thickness = presses.factor();
+  ForceOutcome outcome = calibrate_force(std::move(presses), choosing, asked.keep_border);
   if (outcome.choice.stopped) return {};
-  for (const GaugedRecording& check : measured(asked.checks))
-    outcome.checks.push_back(check_force(outcome.choice.calibration, check, asked.keep_border));
-  set_force(*first, outcome.choice.calibration);
-  return {*first, describe(outcome), to_json(outcome, "").dump(2, json::Utf8::Replace), samples_csv(outcome),
+  for (size_t i = 0; i < asked.checks.inputs.size() && !stop; ++i)
+    outcome.checks.push_back(
+        check_force(outcome.choice.calibration, measure(asked.checks, i, thickness), asked.keep_border));
+  set_force(sensor, outcome.choice.calibration, thickness);
+  return {sensor, describe(outcome), to_json(outcome, "").dump(2, json::Utf8::Replace), samples_csv(outcome),
           verdict_of(outcome).line};
 }
 

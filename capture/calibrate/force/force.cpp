@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "engine/base/json.h"
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -213,6 +214,46 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   return check;
 }
 
+LayerPresses measure_presses(size_t count, const ForceChoiceOptions& options, const Sensor& sensor,
+                             bool keep_border,
+                             const std::function<GaugedRecording(size_t i, double factor)>& measure) {
+  const auto stopped = [&] { return options.stopped && options.stopped(); };
+  const auto measure_all = [&](double factor) {
+    std::vector<GaugedRecording> recordings;
+    for (size_t i = 0; i < count && !stopped(); ++i) recordings.push_back(measure(i, factor));
+    return recordings;
+  };
+  LayerPresses presses{.recordings = measure_all(1), .thickness = {}};
+  const bool by_layer =
+      options.model == ForceModel::Scale || (options.signal && is_by_layer(*options.signal));
+  if (!by_layer || !sensor.layer || sensor.reading == SurfaceReading::Elastic || stopped()) return presses;
+  if (count < kFewestRecordings) {
+    presses.thickness = ThicknessChoice{.recordings = count};
+    return presses;
+  }
+  const std::vector<ForceSample> samples = force_samples(presses.recordings, keep_border);
+  std::vector<ThicknessForces> layer_N(samples.size());
+  for (size_t k = 0; k < kThicknesses.size(); ++k) {
+    std::map<std::pair<uint32_t, uint64_t>, double> by_frame;
+    for (const ForceSample& s :
+         kThicknesses[k] == 1 ? samples : force_samples(measure_all(kThicknesses[k]), keep_border))
+      if (s.features.has_layer) by_frame[{s.recording, s.frame}] = s.features.layer_N;
+    for (size_t i = 0; i < samples.size(); ++i) {
+      const auto there = by_frame.find({samples[i].recording, samples[i].frame});
+      layer_N[i][k] = there == by_frame.end() ? kNaN : there->second;
+    }
+  }
+  presses.thickness = choose_thickness(samples, layer_N);
+  if (presses.thickness->decided) presses.recordings = measure_all(presses.thickness->factor);
+  return presses;
+}
+
+ForceOutcome calibrate_force(LayerPresses presses, const ForceChoiceOptions& options, bool keep_border) {
+  ForceOutcome outcome = calibrate_force(std::move(presses.recordings), options, keep_border);
+  outcome.thickness = presses.thickness;
+  return outcome;
+}
+
 ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
                              bool keep_border) {
   ForceOutcome o;
@@ -235,8 +276,9 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
   return o;
 }
 
-void set_force(Sensor& sensor, const ForceCalibration& calibration) {
+void set_force(Sensor& sensor, const ForceCalibration& calibration, double thickness) {
   sensor.force = calibration;
+  if (sensor.layer) sensor.layer->thickness_mm *= thickness;
   if (!is_by_layer(calibration.signal) || !sensor.layer) return;
   ForceCalibration& force = *sensor.force;
   LayerCalibration& layer = *sensor.layer;
@@ -286,6 +328,7 @@ std::string describe(const ForceOutcome& o) {
         "of whole folders left out, one of %zu after the other: error %.4g N (%.2g %% of full scale)\n",
         whole->folders, whole->error_N, 100 * whole->error_N / full_N);
   text += "\n" + curve_text(f) + "\n";
+  if (o.thickness) text += o.thickness->line() + "\n";
   if (f.signal == ForceSignal::Area || f.signal == ForceSignal::Volume)
     text += palpate::text(
         "note: force by %s holds for objects shaped as those pressed here; --signal gray-sum where others "
@@ -408,6 +451,12 @@ json::Value to_json(const ForceOutcome& o, const std::string& sensor_file) {
       {"drift_sd_N_per_min", or_null(c.drift_sd_N_per_min)},
       {"lines", lines},
       {"checks", checks}};
+  if (const std::optional<ThicknessChoice>& t = o.thickness)
+    value["thickness"] = {{"decided", t->decided},
+                          {"factor", t->factor},
+                          {"relative_sd", t->relative_sd},
+                          {"held_out_error_N", t->error_N},
+                          {"held_out_error_by_modulus_alone_N", t->stated_error_N}};
   return value;
 }
 

@@ -2,6 +2,7 @@
 // report on its quality.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "capture/calibrate/force/gauged_recording.h"
 #include "engine/base/json.h"
 #include "engine/calibrate/force/choice.h"
+#include "engine/calibrate/force/thickness.h"
 
 namespace palpate {
 
@@ -54,21 +56,39 @@ struct ForceCheck {
 ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording,
                        bool keep_border = false);
 
+/// Recordings as a layer of the thickness that they decide reads them, else of the stated one.
+struct LayerPresses {
+  std::vector<GaugedRecording> recordings;
+  std::optional<ThicknessChoice> thickness;  ///< none: not looked for
+  double factor() const { return thickness && thickness->decided ? thickness->factor : 1; }
+};
+
+/// Measures `count` recordings, `measure(i, factor)` the i-th with the layer `factor` times as thick as
+/// `sensor` has it: where the options ask for a layer that reads a surface, as often as choose_thickness()
+/// needs. Each time its clock is compared with the gauge's. Nothing is left of them once `options.stopped`.
+LayerPresses measure_presses(size_t count, const ForceChoiceOptions& options, const Sensor& sensor,
+                             bool keep_border,
+                             const std::function<GaugedRecording(size_t i, double factor)>& measure);
+
 struct ForceOutcome {
   std::vector<GaugedRecording> recordings;
+  std::optional<ThicknessChoice> thickness;
   std::vector<ForceSample> samples;
   ForceChoice choice;
   std::vector<ForceCheck> checks;
 };
 
 /// The whole of it for recordings that are measured already. Fills the calibration's origin.
+ForceOutcome calibrate_force(LayerPresses presses, const ForceChoiceOptions& options,
+                             bool keep_border = false);
 ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
                              bool keep_border = false);
 
 /// Puts a calibration into a sensor. That of the layer's force becomes the layer's modulus, with its standard
 /// error, and a force of scale 1, or of scales about 1 where loading and unloading are apart. Where the
 /// bending counts too, the modulus keeps the error that it had, for the presses state that of the mean alone.
-void set_force(Sensor& sensor, const ForceCalibration& calibration);
+/// `thickness`: of the layer over what the sensor has.
+void set_force(Sensor& sensor, const ForceCalibration& calibration, double thickness = 1);
 
 /// A calibration is not fit for use where its interval is wider than kWorstInterval of full scale, where it
 /// rests on fewer than kFewestReadings, where its full scale is less than kLeastReach of what was pressed, or

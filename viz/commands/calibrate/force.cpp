@@ -79,29 +79,35 @@ Report force(const Common& common, Options options) {
                        options.one_sequence};
   const std::unique_ptr<gpu::Context> context = open_device(common);
   MeasuredInput first;
-  const auto measure = [&](const std::string& input, const std::string& gauge) {
+  const auto find = [&](const std::string& input) {
     // Brightness, gradients and area in px need no scale.
     MeasuredInput found = find_input(common.seed, input, options.sensor, options.background);
     found.outputs = force_outputs(found, options.signal);
-    if (first.input.empty()) first = found;
+    return found;
+  };
+  const auto measure = [&](MeasuredInput found, const std::string& gauge, double thickness) {
+    if (found.sensor.layer) found.sensor.layer->thickness_mm *= thickness;
     request.gauge = gauge;
     return measure_with_gauge(*context, found, request, run_watch(common));
   };
-  std::vector<GaugedRecording> recordings;
-  for (size_t i = 0; i < options.inputs.size(); ++i)
-    recordings.push_back(measure(options.inputs[i], gauges[i]));
+  first = find(options.inputs.front());
+  const ForceChoiceOptions choosing{options.signal, options.model, branches_of(options.branches),
+                                    interrupted};
+  LayerPresses presses = measure_presses(
+      options.inputs.size(), choosing, first.sensor, options.keep_border,
+      [&](size_t i, double thickness) { return measure(find(options.inputs[i]), gauges[i], thickness); });
   if (interrupted()) return interrupted_report();
-  ForceOutcome outcome = calibrate_force(
-      std::move(recordings), {options.signal, options.model, branches_of(options.branches), interrupted},
-      options.keep_border);
+  const double thickness = presses.factor();
+  ForceOutcome outcome = calibrate_force(std::move(presses), choosing, options.keep_border);
   if (outcome.choice.stopped) return interrupted_report();
   for (size_t i = 0; i < options.checks.size(); ++i)
     outcome.checks.push_back(check_force(outcome.choice.calibration,
-                                         measure(options.checks[i], check_gauges[i]), options.keep_border));
+                                         measure(find(options.checks[i]), check_gauges[i], thickness),
+                                         options.keep_border));
   if (interrupted()) return interrupted_report();
 
   Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
-  set_force(sensor, outcome.choice.calibration);
+  set_force(sensor, outcome.choice.calibration, thickness);
   const std::filesystem::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
   const std::string stem = plot_stem(common, options, "_force");
