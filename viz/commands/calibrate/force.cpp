@@ -141,8 +141,9 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
   command
       ->add_option(
           "--model", options->model,
-          "line, power, spline, or layer: the force by the elastic layer, whose modulus is found, alone "
-          "or with the bending (default: as held-out presses say)")
+          "line, power, spline, or layer: the force by the elastic layer, whose modulus is found (and "
+          "thickness, where three recordings or more decide it), alone or with the bending (default: as "
+          "held-out presses say)")
       ->transform(one_of(kForceModelNames));
   command
       ->add_option("--branches", options->branches,
