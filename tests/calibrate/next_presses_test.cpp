@@ -11,8 +11,10 @@ namespace {
 /// One press in the middle of each ninth of 300 x 240 px, except in `without`.
 std::vector<FoundPress> everywhere(int without = -1) {
   std::vector<FoundPress> presses;
-  for (int i = 0; i < 9; ++i)
-    if (i != without) presses.push_back({"press", 50.0 + 100 * (i % 3), 40.0 + 80 * (i / 3), 20, 0.02, ""});
+  for (int i = 0; i < 9; ++i) {
+    const int column = i % 3, row = i / 3;
+    if (i != without) presses.push_back({"press", 50.0 + 100 * column, 40.0 + 80 * row, 20, 0.02, ""});
+  }
   return presses;
 }
 

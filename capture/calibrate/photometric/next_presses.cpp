@@ -36,8 +36,9 @@ std::optional<PressPlace> place_for_presses(std::span<const FoundPress> presses,
     ++own.presses;
     own.squares_mm2 += press.depth_error_mm * press.depth_error_mm;
     for (size_t i = 0; i < parts.size(); ++i) {
-      const double x = (static_cast<double>(i % kAcross) + 0.5) * wide;
-      const double y = (static_cast<double>(i / kAcross) + 0.5) * high;
+      const size_t column = i % kAcross, row = i / kAcross;
+      const double x = (static_cast<double>(column) + 0.5) * wide;
+      const double y = (static_cast<double>(row) + 0.5) * high;
       parts[i].away_px = std::min(parts[i].away_px, std::hypot(press.x_px - x, press.y_px - y));
     }
   }
@@ -58,9 +59,8 @@ std::optional<PressPlace> place_for_presses(std::span<const FoundPress> presses,
   const double usual_mm = median(errors_mm);
   const bool empty = emptiest < parts.size();
   if (!empty && error_mm[worst] <= kWorse * usual_mm) return std::nullopt;
-  const size_t at = empty ? emptiest : worst;
-  const double left = static_cast<double>(at % kAcross) * wide,
-               top = static_cast<double>(at / kAcross) * high;
+  const size_t at = empty ? emptiest : worst, column = at % kAcross, row = at / kAcross;
+  const double left = static_cast<double>(column) * wide, top = static_cast<double>(row) * high;
   return PressPlace{
       left, top, left + wide, top + high,
       empty ? "no press was here"

@@ -385,6 +385,7 @@ std::vector<const Action*> actions_named(std::string_view typed, const Circumsta
       found.emplace_back(*far, &action);
   std::ranges::stable_sort(found, {}, &std::pair<int, const Action*>::first);
   std::vector<const Action*> named;
+  named.reserve(found.size());
   for (const auto& [far, action] : found) named.push_back(action);
   return named;
 }
