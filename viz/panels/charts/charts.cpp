@@ -105,6 +105,13 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   list->AddRect(low, high, ink(theme().frame));
 }
 
+/// "0.51 ± 0.01 N"; "-" where it is not known.
+std::string value_text(const Estimate& e, const char* unit, int places = 3) {
+  if (!has_value(e) || !std::isfinite(e.value)) return "-";
+  const std::string error = e.standard_error > 0 ? text(" \xc2\xb1 %.*f", places, e.standard_error) : "";
+  return text("%.*f", places, e.value) + error + (*unit ? " " : "") + unit;
+}
+
 /// State common to the charts of one picture.
 class StripCharts {
  public:
@@ -206,6 +213,17 @@ class StripCharts {
         most = std::max(most, e.standard_error);
     return kLeastErrors * most;
   }
+  /// A ring around the largest of what is shown, with its value and time behind the words above the chart.
+  void mark_largest(Chart& chart, const std::function<Estimate(const Sample&)>& value,
+                    const char* unit) const {
+    const Sample* largest = largest_of(samples_, span_, value);
+    if (!largest) return;
+    const Estimate e = value(*largest);
+    list_->AddCircle(chart.at(largest->time, e.value), 3.5f * scale_, ink(theme().text), 0, scale_);
+    chart.title("largest " + value_text(e, unit) +
+                    text(history_.timeline().timed ? " at %.2f s" : " at frame %.0f", largest->time),
+                ink(theme().text));
+  }
   const char* zeroed() const { return tare_.on ? ", tared" : ""; }
   Estimate force(const Sample& s) const { return tare_.on ? tared(s.force_N, tare_.force_N) : s.force_N; }
   Estimate shear(const Sample& s, bool x) const {
@@ -241,13 +259,6 @@ class StripCharts {
   const Sample* read_ = nullptr;  ///< the sample there; none: nothing was measured near
 };
 
-/// "0.51 ± 0.01 N"; "-" where it is not known.
-std::string value_text(const Estimate& e, const char* unit, int places = 3) {
-  if (!has_value(e) || !std::isfinite(e.value)) return "-";
-  const std::string error = e.standard_error > 0 ? text(" \xc2\xb1 %.*f", places, e.standard_error) : "";
-  return text("%.*f", places, e.value) + error + (*unit ? " " : "") + unit;
-}
-
 /// Where no calibration says the force and the elastic layer does.
 void StripCharts::draw_layer_force() {
   constexpr double kLeastAxis_N = 0.05;
@@ -270,6 +281,7 @@ void StripCharts::draw_layer_force() {
   chart.unclip();
   read(chart, read_ ? value_text(layer(*read_), "N") : "");
   chart.title("force by the layer [N], band: 95 %", ink(theme().chosen));
+  mark_largest(chart, layer, "N");
   chart.frame();
 }
 
@@ -308,6 +320,8 @@ void StripCharts::draw_force() {
     chart.note(
         text("calibrated %sto %.3g N (dashed)%s", from.c_str(), range.most_N, tare_.on ? ", untared" : ""),
         ink(theme().limit));
+  mark_largest(
+      chart, [this](const Sample& s) { return force(s); }, "N");
   chart.frame();
 }
 
@@ -465,27 +479,6 @@ std::tuple<std::string, float, float> StripCharts::cursor_label() const {
 }
 
 }  // namespace
-
-double least_shear_axis_N(const Sensor& sensor, const std::deque<Sample>& samples) {
-  double noise_N = 0;
-  for (const Sample& s : samples)
-    if (s.contact)
-      for (const Estimate* e : {&s.shear_x_N, &s.shear_y_N})
-        if (has_value(*e) && std::isfinite(e->standard_error)) noise_N = std::max(noise_N, e->standard_error);
-  const double limit_N = sensor.shear->friction * calibrated_range(*sensor.force).most_N;
-  return std::max({0.01, 0.05 * limit_N, 4 * noise_N});
-}
-
-double tick_step(double least, double most, int ticks) {
-  double step = nice_ceiling((most - least) / std::max(ticks, 1));
-  while (step > std::max(most, -least)) step = nice_ceiling(step / 2.5);
-  return step;
-}
-
-ForceRange calibrated_range(const ForceCalibration& force) {
-  return {force_of(force, reading_at(force, force.gray_min)).value,
-          force_of(force, reading_at(force, force.gray_max)).value};
-}
 
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 
 #include "palpate/sensor.h"
 #include "viz/live/history.h"
@@ -17,10 +18,16 @@ namespace palpate::viz {
 /// Draws into `rect`. Force: line, band of two standard errors, the calibrated range as dashed lines (without
 /// a calibration the gray sum). Shear: x solid, y dashed, what the friction limit leaves as an area. Depth
 /// where there is a surface. Where the rectangle is low the last charts are left out. `tare` moves force and
-/// shear. Words stand in rows of their own, none over a curve. No axis is shorter than six standard errors of
-/// what it shows. Under the mouse a line goes through all charts, with its time and the values there.
+/// shear. The largest of what is shown is ringed,
+/// and stands with its time above. Words stand in rows of their own, none over a curve. No axis is shorter
+/// than six standard errors of what it shows. Under the mouse a line goes through all charts, with its time
+/// and the values there.
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
+
+/// The largest valid value of the samples in a contact that lie within `shown`; null: there is none.
+const Sample* largest_of(const std::deque<Sample>& samples, const TimeSpan& shown,
+                         const std::function<Estimate(const Sample&)>& value);
 
 /// The least that the axis of shear reaches to either side, N: a twentieth of the largest friction limit, and
 /// four standard errors, so that it does not show the noise of a pad at rest. The sensor has force and shear.
