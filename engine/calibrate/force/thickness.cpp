@@ -10,9 +10,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kSteps = 120;       // between the ends of kThicknesses, by ratio
-constexpr double kClearly = 0.1;  // of the error by the modulus alone: less of a gain is none
-constexpr double kTheory = 0.02;  // of the force, by which the layer's force errs where all is known
+constexpr int kThicknessSteps = 120;  // between the ends of kThicknesses, by ratio
+constexpr double kClearly = 0.1;      // of the error by the modulus alone: less of a gain is none
+constexpr double kTheory = 0.02;      // of the force, by which the layer's force errs where all is known
 constexpr double kMostRelativeSd = 0.15;
 
 struct Readings {
@@ -23,7 +23,7 @@ using Recordings = std::vector<Readings>;
 
 double thickness_at(int step) {
   return kThicknesses.front() *
-         std::pow(kThicknesses.back() / kThicknesses.front(), double{1} * step / kSteps);
+         std::pow(kThicknesses.back() / kThicknesses.front(), double{1} * step / kThicknessSteps);
 }
 
 /// The layer's force at another thickness: a polynomial through all of them, by the logarithm of thickness.
@@ -72,9 +72,9 @@ Fit fit_scale(const Recordings& recordings, size_t left_out, double thickness) {
 Fit fit_both(const Recordings& recordings, size_t left_out) {
   Fit best = fit_scale(recordings, left_out, thickness_at(0));
   best.at_end = true;
-  for (int step = 1; step <= kSteps; ++step) {
+  for (int step = 1; step <= kThicknessSteps; ++step) {
     Fit fit = fit_scale(recordings, left_out, thickness_at(step));
-    fit.at_end = step == kSteps;
+    fit.at_end = step == kThicknessSteps;
     if (fit.misfit < best.misfit) best = fit;
   }
   return best;
@@ -84,9 +84,9 @@ Fit fit_both(const Recordings& recordings, size_t left_out) {
 double theory_sd(const Recordings& recordings, const Fit& best) {
   const double most = best.misfit + kTheory * kTheory * best.squares / static_cast<double>(recordings.size());
   int within = 0;
-  for (int step = 0; step <= kSteps; ++step)
+  for (int step = 0; step <= kThicknessSteps; ++step)
     within += fit_scale(recordings, recordings.size(), thickness_at(step)).misfit <= most;
-  return 0.5 * within / kSteps * std::log(kThicknesses.back() / kThicknesses.front());
+  return 0.5 * within / kThicknessSteps * std::log(kThicknesses.back() / kThicknesses.front());
 }
 
 double error_N(const Fit& fit, const Readings& readings) {
