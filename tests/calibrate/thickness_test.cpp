@@ -72,7 +72,7 @@ TEST_F(ThicknessTest, WrongByAFifthIsFound) {
     const ThicknessChoice found = choose_thickness(presses.samples, presses.layer_N);
     std::printf("stated %g mm: %s\n", stated_mm, found.line().c_str());
     EXPECT_NEAR(found.factor * stated_mm, kTrue_mm, 0.05 * kTrue_mm);
-    // What is right already needs no other.
+    // A thickness that is right already stays.
     EXPECT_EQ(found.decided, stated_mm != kTrue_mm) << found.line();
     EXPECT_LT(found.error_N, 0.5 * found.stated_error_N + 0.02);
   }

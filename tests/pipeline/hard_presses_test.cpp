@@ -24,7 +24,7 @@ using scenes::PressedGel;
 struct HardPress {
   const char* name;
   std::function<PressedGel::Pressure(const Layer& layer, double share)> pressure;
-  /// Of the lamps at full force: red gains this share, green half of it, blue loses it; and all glow.
+  /// Drift of the lamps at full force: red gains this share, green half of it, blue loses it; and all glow.
   double drift = 0, glow_gray = 0;
 };
 

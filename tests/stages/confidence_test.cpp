@@ -119,7 +119,7 @@ TEST_F(ConfidenceTest, EqualsReference) {
   }
 }
 
-// What the host says of a frame before it is submitted is what the device finds: few pixels are at a limit,
+// The host says before a frame is submitted what the device will find: few pixels are at a limit,
 // next to what is unknown in every frame or apart from it.
 TEST_F(ConfidenceTest, TheHostKnowsBefore) {
   std::mt19937 random(22);

@@ -34,7 +34,7 @@ void GelContacts::find_rest() {
 void GelContacts::rest_where_unchanged() {
   for (size_t i = 0; i < at_rest_.size(); ++i)
     if (double{raised_[i]} >= kFoot || owner_[i] != 0) at_rest_[i] = 0;
-  // What a foot and one side of the frame enclose is an even face that the frame cuts off.
+  // An even face that the frame cuts off: a foot and one side of the frame enclose it.
   std::fill(label_.begin(), label_.end(), 0u);
   for (uint32_t from = 0; from < owner_.size(); ++from) {
     if (owner_[from] != 0 || label_[from] != 0) continue;

@@ -37,7 +37,7 @@ uint32_t brightest(const Frame& frame, uint32_t x, uint32_t y) {
   return value;
 }
 
-/// Whether a pixel's brightest channel lies outside of its limits.
+/// A pixel whose brightest channel lies outside of its limits, if there is one.
 template <typename Pixel, uint32_t Channels>
 struct OutsideLimits {
   const Frame& frame;
