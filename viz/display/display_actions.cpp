@@ -199,9 +199,11 @@ void Display::go_on_playing() {
 /// Between two pictures.
 void Display::carry_out_requests() {
   ViewState& state = scene_.state();
-  if (std::exchange(state.next_vsync_requested, false)) do {
+  if (std::exchange(state.next_vsync_requested, false)) {
+    do {
       state.vsync = static_cast<Vsync>((static_cast<int>(state.vsync) + 1) % 3);
     } while (!window_.offers(state.vsync));  // On is always offered
+  }
   window_.set_vsync(state.vsync);
   state.vsync = window_.vsync();
   const auto requested = [this](bool& request) {

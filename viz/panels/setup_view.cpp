@@ -23,6 +23,7 @@ namespace {
 constexpr ImU32 kCorner = IM_COL32(255, 190, 70, 255), kOutline = IM_COL32(255, 190, 70, 200);
 constexpr uint32_t kPicture_px = 1000;
 // Steps in their order, and what each is for.
+enum Step : size_t { kFrame, kUntouched, kTouch, kScale, kSurface, kForce };
 constexpr std::array<std::array<const char*, 2>, SetupView::kSteps> kStepWords{
     {{"pad in the picture", "Which part of the camera's picture is the pad."},
      {"untouched image", "How the pad looks at rest, and how much each pixel changes by noise."},
@@ -211,15 +212,15 @@ void SetupView::describe_path(float scale) {
 /// Fields of the step that is shown.
 void SetupView::describe_fields() {
   switch (at_) {
-    case 0:
+    case kFrame:
       ImGui::Checkbox("cut the pad out by its corners", &form_.cut);
       ImGui::SameLine();
       if (ImGui::Button("Propose")) wish(SetupWish::What::Propose);
       break;
-    case 1:
+    case kUntouched:
       path("picture at rest", "found in the recording", form_.background);
       break;
-    case 3:
+    case kScale:
       number("mm per px", "not known", form_.pitch_mm_per_px);
       path("grid pictures", "instead: of a grid that is known", form_.grid_pictures);
       if (form_.grid_pictures[0] == '\0') break;
@@ -227,11 +228,11 @@ void SetupView::describe_fields() {
       ImGui::InputTextWithHint("columns x rows", "9x7", form_.grid.data(), form_.grid.size());
       number("mm between points", "not known", form_.spacing_mm);
       break;
-    case 4:
+    case kSurface:
       number("ball radius, mm", "no ball", form_.ball_radius_mm);
       path("its presses", "those of the recording", form_.balls);
       break;
-    case 5:
+    case kForce:
       path("gauge table", "CSV: frame or time_s, force_N", form_.gauge);
       break;
     default:
@@ -257,7 +258,7 @@ void SetupView::describe_steps(float scale) {
   const SetupLine& line = lines_[at_];
   if (!line.known.empty()) wrapped_text(line.known, tint(theme().text));
   if (!line.missing.empty()) wrapped_text(by_field(line.missing), tint(theme().doubtful));
-  if (at_ == 4 && next_)
+  if (at_ == kSurface && next_)
     wrapped_text("three more presses where the picture is framed: " + next_->reason, tint(theme().doubtful));
   if (at_ > 0 && !lines_[0].name.empty() && ImGui::Button("Do this step again"))
     wish(SetupWish::What::Again, at_);
@@ -321,12 +322,8 @@ void SetupView::draw_balls(std::array<float, 2> low, double px_per_px, float sca
       list->AddLine({at.x - side, at.y - side}, {at.x + side, at.y + side}, ink(colour), 1.4f * scale);
     }
     const ImVec2 words = ImGui::CalcTextSize(ball.label.c_str());
-    if (!ball.label.empty() && words.x < 2 * radius) {
-      const ImVec2 place{at.x - words.x / 2, at.y - words.y / 2};
-      list->AddRectFilled({place.x - 2, place.y - 1}, {place.x + words.x + 2, place.y + words.y + 1},
-                          kShadow);
-      list->AddText(place, ink(colour), ball.label.c_str());
-    }
+    if (!ball.label.empty() && words.x < 2 * radius)
+      shadowed_text(list, {at.x - words.x / 2, at.y - words.y / 2}, ink(colour), ball.label);
     if (std::hypot(mouse.x - at.x, mouse.y - at.y) < radius) pointed_at = &ball;
   }
   if (pointed_at && !help_ && ImGui::IsWindowHovered()) ImGui::SetTooltip("%s", pointed_at->words.c_str());
@@ -342,11 +339,8 @@ void SetupView::draw_place(std::array<float, 2> low, double px_per_px, float sca
   list->AddConvexPolyFilled(corners.data(), 4, ink(dark_theme().doubtful, 36));
   list->AddPolyline(corners.data(), 4, ink(dark_theme().doubtful), ImDrawFlags_Closed, 2 * scale);
   const char* words = "press here too";
-  const ImVec2 size = ImGui::CalcTextSize(words),
-               middle{(corners[0].x + corners[2].x - size.x) / 2, corners[0].y + 4 * scale};
-  list->AddRectFilled({middle.x - 3, middle.y - 1}, {middle.x + size.x + 3, middle.y + size.y + 1},
-                      IM_COL32(0, 0, 0, 170));
-  list->AddText(middle, ink(dark_theme().doubtful), words);
+  const float left = (corners[0].x + corners[2].x - ImGui::CalcTextSize(words).x) / 2;
+  shadowed_text(list, {left, corners[0].y + 4 * scale}, ink(dark_theme().doubtful), words);
 }
 
 void SetupView::describe_picture(float scale) {
@@ -360,7 +354,7 @@ void SetupView::describe_picture(float scale) {
   }
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float foot = 2.2f * ImGui::GetTextLineHeightWithSpacing();
-  const bool rest = at_ == 1 && untouched_;
+  const bool rest = at_ == kUntouched && untouched_;
   const RgbImage& shown = rest ? *untouched_ : picture_;
   const float factor =
       std::min(room.x / static_cast<float>(shown.width), (room.y - foot) / static_cast<float>(shown.height));
@@ -370,8 +364,8 @@ void SetupView::describe_picture(float scale) {
   const double px_per_px = static_cast<double>(size.x) / camera_px_[0];
   page_.frame().draw_picture(rest ? 1 : 0, {low.x, low.y}, {low.x + size.x, low.y + size.y});
   ImGui::InvisibleButton("picture", size);
-  const bool corners = form_.cut && at_ == 0;
-  if (at_ == 4) {
+  const bool corners = form_.cut && at_ == kFrame;
+  if (at_ == kSurface) {
     draw_place({low.x, low.y}, px_per_px, scale);
     draw_balls({low.x, low.y}, px_per_px, scale);
   }
@@ -381,8 +375,8 @@ void SetupView::describe_picture(float scale) {
   };
   std::string words = text("%u x %u px", camera_px_[0], camera_px_[1]);
   const auto used = std::ranges::count_if(balls_, &SetupBall::used);
-  if (rest) words = "the untouched image: " + lines_[1].known;
-  if (at_ == 4 && !balls_.empty()) {
+  if (rest) words = "the untouched image: " + lines_[kUntouched].known;
+  if (at_ == kSurface && !balls_.empty()) {
     words += text("; %td presses of the ball used", used);
     if (used < std::ssize(balls_)) words += text(", %td crossed out", std::ssize(balls_) - used);
   }
@@ -392,7 +386,7 @@ void SetupView::describe_picture(float scale) {
   }
   line(words);
   if (corners) line("drag each corner to that of the pad; what lies outside is not used");
-  if (at_ == 4 && !balls_.empty())
+  if (at_ == kSurface && !balls_.empty())
     line(
         "numbers: RMS error of the depth by the other presses, \xc2\xb5m; the mouse over a circle says more");
 }

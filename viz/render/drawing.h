@@ -37,6 +37,13 @@ inline bool inside(const ViewRect& r, ImVec2 p) {
   return p.x >= corner(r).x && p.y >= corner(r).y && p.x < far_corner(r).x && p.y < far_corner(r).y;
 }
 
+/// Words on a dark ground of their own, over a picture.
+inline void shadowed_text(ImDrawList* list, ImVec2 at, ImU32 colour, const std::string& words) {
+  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+  list->AddRectFilled({at.x - 2, at.y}, {at.x + size.x + 2, at.y + size.y}, IM_COL32(0, 0, 0, 165), 3);
+  list->AddText(at, colour, words.c_str());
+}
+
 inline void wrapped_text(const std::string& words, const ImVec4& colour) {
   ImGui::PushStyleColor(ImGuiCol_Text, colour);
   ImGui::TextWrapped("%s", words.c_str());

@@ -32,12 +32,6 @@ struct Place {
   }
 };
 
-void shadowed_text(ImDrawList* list, ImVec2 at, ImU32 colour, const std::string& words) {
-  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
-  list->AddRectFilled({at.x - 2, at.y}, {at.x + size.x + 2, at.y + size.y}, IM_COL32(0, 0, 0, 165), 3);
-  list->AddText(at, colour, words.c_str());
-}
-
 /// `at`: from pixels of the frame to the screen.
 template <typename At>
 void draw_ellipse(ImDrawList* list, const At& at, double x_px, double y_px, const Ellipse& ellipse,
