@@ -48,12 +48,14 @@ FIELDS(SolverFigure, FIELD(truth), FIELD(width_px), FIELD(height_px), FIELD(solv
 FIELDS(OutputFigure, FIELD(outputs), FIELD(reading), FIELD(width_px), FIELD(height_px),
        FIELD(touched_fraction), FIELD(time), FIELD(cpu_ms), FIELD(cpu_ratio), FIELD(cpu_ratio_q25),
        FIELD(cpu_ratio_q75), FIELD(memory_bytes))
-FIELDS(LiveFigure, FIELD(reading), FIELD(width_px), FIELD(height_px), FIELD(rate_Hz), FIELD(frames),
-       FIELD(dropped_before_engine), FIELD(dropped_before_display), FIELD(to_measured), FIELD(to_picture))
+#define PACED                                                                                     \
+  FIELD(width_px), FIELD(height_px), FIELD(rate_Hz), FIELD(frames), FIELD(dropped_before_engine), \
+      FIELD(dropped_before_display), FIELD(to_measured), FIELD(to_picture)
+FIELDS(LiveFigure, FIELD(reading), PACED)
+FIELDS(RateFigure, FIELD(scene), PACED, FIELD(frames_per_s))
 FIELDS(ThreadPart, FIELD(thread), FIELD(step), FIELD(part), FIELD(time), FIELD(ms_per_turn), FIELD(busy))
-FIELDS(PhotonFigure, FIELD(scene), FIELD(width_px), FIELD(height_px), FIELD(rate_Hz), FIELD(frames),
-       FIELD(dropped_before_engine), FIELD(dropped_before_display), FIELD(to_measured), FIELD(to_picture),
-       FIELD(waits_ms), FIELD(frames_per_s), FIELD(parts))
+FIELDS(PhotonFigure, FIELD(scene), PACED, FIELD(waits_ms), FIELD(frames_per_s), FIELD(parts))
+#undef PACED
 FIELDS(Skipped, FIELD(what), FIELD(why))
 FIELDS(Profile, FIELD(complete), FIELD(budget_s), FIELD(elapsed_s), FIELD(machine), FIELD(ceiling),
        FIELD(sizes), FIELD(growth), FIELD(solvers), FIELD(outputs), FIELD(skipped))
@@ -125,6 +127,7 @@ void check_numbers(const Json& value, const std::string& place, const std::files
 Json to_json(const Profile& profile) {
   Json value = written(profile);
   value["live"] = written(profile.live);
+  value["rates"] = written(profile.rates);
   value["photon"] = written(profile.photon);
   value["palpate_profile"] = kProfileVersion;
   value.sort_keys();
@@ -158,6 +161,7 @@ Profile parse_profile(const std::string& text, const std::filesystem::path& file
   try {
     read(value, profile);
     if (const Json* live = value.find("live")) read(*live, profile.live);
+    if (const Json* rates = value.find("rates")) read(*rates, profile.rates);
     if (const Json* photon = value.find("photon")) read(*photon, profile.photon);
   } catch (const json::Error& error) {
     refuse(file, error.what());

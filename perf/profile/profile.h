@@ -127,9 +127,8 @@ struct OutputFigure {
   uint64_t memory_bytes = 0;
 };
 
-/// A camera that sets the pace: how old measurements and pictures are.
-struct LiveFigure {
-  std::string reading;
+/// Frames at the pace of a camera, the newest first: what was dropped, and how old the rest became.
+struct PacedRun {
   uint32_t width_px = 0;
   uint32_t height_px = 0;
   double rate_Hz = 0;
@@ -138,6 +137,17 @@ struct LiveFigure {
   uint64_t dropped_before_display = 0;
   Distribution to_measured;  ///< from the frame's delivery to its Touch
   Distribution to_picture;   ///< from there to the picture drawn off-screen, of the frames that were drawn
+};
+
+/// A camera that sets the pace, with drawing.
+struct LiveFigure : PacedRun {
+  std::string reading;
+};
+
+/// A fast camera whose frames nobody draws or records: to_picture is empty.
+struct RateFigure : PacedRun {
+  std::string scene;
+  double frames_per_s = 0;  ///< every frame measured as fast as it goes; 0: was not measured
 };
 
 /// A part of a thread's work on one frame.
@@ -151,18 +161,9 @@ struct ThreadPart {
 };
 
 /// A camera that sets the pace, with drawing and recording: what each thread does in a frame's time.
-struct PhotonFigure {
-  std::string scene;
-  uint32_t width_px = 0;
-  uint32_t height_px = 0;
-  double rate_Hz = 0;
-  uint64_t frames = 0;
-  uint64_t dropped_before_engine = 0;
-  uint64_t dropped_before_display = 0;
-  Distribution to_measured;  ///< as LiveFigure has them
-  Distribution to_picture;
-  double waits_ms = 0;      ///< mean age of a picture, less the work on it
-  double frames_per_s = 0;  ///< every frame measured, without drawing and recording; 0: was not measured
+/// `frames_per_s` is without both.
+struct PhotonFigure : RateFigure {
+  double waits_ms = 0;  ///< mean age of a picture, less the work on it
   std::vector<ThreadPart> parts;
 };
 
@@ -181,7 +182,8 @@ struct Profile {
   std::vector<Growth> growth;
   std::vector<SolverFigure> solvers;
   std::vector<OutputFigure> outputs;
-  std::vector<LiveFigure> live;  ///< this and the next are empty in files of before there were any
+  std::vector<LiveFigure> live;  ///< this and the next two are empty in files of before there were any
+  std::vector<RateFigure> rates;
   std::vector<PhotonFigure> photon;
   std::vector<Skipped> skipped;
 };

@@ -9,6 +9,7 @@
 #include "perf/profile/machine.h"
 #include "perf/profile/outputs.h"
 #include "perf/profile/photon.h"
+#include "perf/profile/rates.h"
 #include "perf/profile/solvers.h"
 
 namespace palpate::perf {
@@ -16,8 +17,8 @@ namespace {
 
 constexpr double kBudget_s = 180, kQuickBudget_s = 20;
 // Fractions of the budget; the rest is for plots and the report. What a part leaves goes to those after it.
-constexpr double kCeiling = 0.06, kSizes = 0.38, kSolvers = 0.18, kOutputs = 0.14, kLive = 0.06,
-                 kPhoton = 0.11, kReport = 0.07;
+constexpr double kCeiling = 0.06, kSizes = 0.33, kSolvers = 0.18, kOutputs = 0.14, kLive = 0.06,
+                 kRates = 0.05, kPhoton = 0.11, kReport = 0.07;
 // Frames and pipelines that the least of a part takes.
 constexpr double kSolverFrames = 60, kSolverPipelines = 8, kOutputFrames = 40, kOutputPipelines = 10;
 
@@ -82,19 +83,21 @@ Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& req
                                 profile.ceiling.GB_per_s, profile.ceiling.clock.c_str());
   watch.say(line);
   if (!finished()) return profile;
-  measure_sizes(device, sizes, request.readings, seconds_of(kSizes, kSolvers + kOutputs + kLive + kPhoton),
-                watch, profile);
+  measure_sizes(device, sizes, request.readings,
+                seconds_of(kSizes, kSolvers + kOutputs + kLive + kRates + kPhoton), watch, profile);
   if (!finished()) return profile;
-  double seconds = seconds_of(kSolvers, kOutputs + kLive + kPhoton);
+  double seconds = seconds_of(kSolvers, kOutputs + kLive + kRates + kPhoton);
   measure_solvers(device, camera_sizes(profile, sizes, kSolverFrames, kSolverPipelines, seconds), seconds,
                   watch, profile);
   if (!finished()) return profile;
-  seconds = seconds_of(kOutputs, kLive + kPhoton);
+  seconds = seconds_of(kOutputs, kLive + kRates + kPhoton);
   measure_outputs(device, camera_sizes(profile, sizes, kOutputFrames, kOutputPipelines, seconds).back(),
                   seconds, watch, profile);
   if (!finished()) return profile;
-  seconds = seconds_of(kLive, kPhoton);
+  seconds = seconds_of(kLive, kRates + kPhoton);
   measure_live(device, camera_sizes(profile, sizes, 0, 2, seconds), request.drawer, seconds, watch, profile);
+  if (!finished()) return profile;
+  measure_rates(device, seconds_of(kRates, kPhoton), watch, profile);
   if (!finished()) return profile;
   measure_photon(device, request.drawer, seconds_of(kPhoton, 0), watch, profile);
   profile.complete = !watch.stopped();

@@ -24,8 +24,8 @@ struct ProfileRequest {
   MakeDrawer drawer;    ///< draws what a live camera's frames show
 };
 
-/// Measures, in this order: ceiling, sizes, solvers, outputs, live, photon. On a stop (watch.stopped) what is
-/// finished is kept and `complete` stays false. `keep` is called with all there is after each part.
+/// Measures, in this order: ceiling, sizes, solvers, outputs, live, rates, photon. On a stop (watch.stopped)
+/// what is finished is kept and `complete` stays false. `keep` is called with all there is after each part.
 Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& request, const Watch& watch,
                     const std::function<void(const Profile&)>& keep);
 

@@ -90,6 +90,16 @@ inline Profile made_up(const std::string& device, double slowness) {
   live.to_measured = around(2 * slowness);
   live.to_picture = around(5 * slowness);
   profile.live = {live};
+  RateFigure rate;
+  rate.scene = "gel: force";
+  rate.width_px = 320;
+  rate.height_px = 240;
+  rate.rate_Hz = 480;
+  rate.frames = 960;
+  rate.dropped_before_engine = 4;
+  rate.to_measured = around(slowness);
+  rate.frames_per_s = 600 / slowness;
+  profile.rates = {rate};
   PhotonFigure photon;
   photon.scene = "gel: surface";
   photon.width_px = 640;

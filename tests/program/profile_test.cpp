@@ -13,6 +13,7 @@
 #include "palpate/error.h"
 #include "perf/profile/growth.h"
 #include "perf/profile/photon.h"
+#include "perf/profile/rates.h"
 #include "perf/profile/report/answers.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/files.h"
@@ -291,7 +292,7 @@ TEST(Profile, SmallRunOnARealDevice) {
   int kept = 0;
   const Profile profile = run_profile(device, request, watch, [&](const Profile&) { ++kept; });
   EXPECT_TRUE(profile.complete);
-  EXPECT_EQ(kept, 6);
+  EXPECT_EQ(kept, 7);
   EXPECT_GE(contexts, 6u);
   EXPECT_GT(profile.ceiling.GB_per_s, 0);
   for (const CeilingPoint& p : profile.ceiling.points) {
@@ -401,6 +402,34 @@ TEST(Profile, ThreadsAreTheirSpansWithoutThoseWithinThem) {
   EXPECT_NEAR(parts[3].ms_per_turn, 2, 1e-9);
   EXPECT_NEAR(parts[4].busy, 0.1, 1e-9);
   EXPECT_THROW(thread_parts("no trace"), json::Error);
+}
+
+TEST(Profile, RatesOfFastCamerasCountEveryFrame) {
+  Profile profile;
+  // On a busy machine a short time is too short for a few frames.
+  for (double seconds = 4; seconds < 400; seconds *= 4) {
+    profile = {};
+    measure_rates({}, seconds, {}, profile);
+    if (profile.rates.size() == 6 &&
+        std::ranges::all_of(profile.rates, [](const RateFigure& r) { return r.frames_per_s > 0; }))
+      break;
+  }
+  ASSERT_EQ(profile.rates.size(), 6u);
+  for (const RateFigure& figure : profile.rates) {
+    EXPECT_GE(figure.rate_Hz, 120) << figure.scene;
+    EXPECT_GT(figure.frames_per_s, 0) << figure.scene;
+    EXPECT_GT(figure.to_measured.median_ms, 0) << figure.scene;
+    EXPECT_EQ(figure.to_picture.samples, 0u) << figure.scene;
+    // All but those of the start, and what was under way at the end.
+    EXPECT_NEAR(static_cast<double>(figure.frames),
+                static_cast<double>(figure.dropped_before_engine + figure.to_measured.samples), 8)
+        << figure.scene;
+  }
+  Profile none;
+  measure_rates({}, 0.1, {}, none);
+  EXPECT_TRUE(none.rates.empty());
+  ASSERT_EQ(none.skipped.size(), 1u);
+  EXPECT_EQ(none.skipped[0].what, "rates of fast cameras");
 }
 
 TEST(Profile, FromPhotonToPictureHasEveryThread) {

@@ -41,7 +41,7 @@ def test_tables_are_the_program_s(measured):
                 values[:] = values[::-1]
 
 
-def test_the_work_of_each_thread_is_a_table(measured, tmp_path):
+def test_threads_and_fast_cameras_are_tables(measured, tmp_path):
     profile, out = measured
     with open(out / "threads.csv", newline="", encoding="utf-8") as text:
         assert list(profile.threads) == next(csv.reader(text))
@@ -54,9 +54,16 @@ def test_the_work_of_each_thread_is_a_table(measured, tmp_path):
     (tmp_path / "profile.json").write_text(json.dumps(found), encoding="utf-8")
     threads = pp.profile.load(tmp_path).threads
     assert threads.rows == 2 and set(threads["part"]) == {"device wait"} and (threads["busy"] == 0.25).all()
-    del found["photon"]
+    rate = {key: value for key, value in found["photon"][0].items() if key not in ("waits_ms", "parts")}
+    found["rates"] = [rate]
     (tmp_path / "profile.json").write_text(json.dumps(found), encoding="utf-8")
-    assert pp.profile.load(tmp_path).threads.rows == 0
+    rates = pp.profile.load(tmp_path).rates
+    with open(out / "rates.csv", newline="", encoding="utf-8") as text:
+        assert list(rates) == next(csv.reader(text))
+    assert rates.rows == 1 and rates["frames_per_s"][0] == 90 and rates["median_ms"][0] == time["median_ms"]
+    del found["photon"], found["rates"]
+    (tmp_path / "profile.json").write_text(json.dumps(found), encoding="utf-8")
+    assert pp.profile.load(tmp_path).threads.rows == pp.profile.load(tmp_path).rates.rows == 0
 
 
 def test_numbers_make_sense(measured):

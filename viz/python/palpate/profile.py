@@ -64,6 +64,8 @@ class Profile:
     """What a frame costs when outputs are left out, over that of the full frame (``cpu_ratio``)."""
     live: Table = field(repr=False)
     """How old a measurement and a picture are when a simulated camera sets the pace."""
+    rates: Table = field(repr=False)
+    """Fast cameras, nothing drawn: how many frames went unmeasured, how old the rest became, and ``frames_per_s`` where each is measured."""
     threads: Table = field(repr=False)
     """From photon to picture: each part of each thread's work on a frame of a live run, ``busy``: share of its time."""
     ceiling: Table = field(repr=False)
@@ -135,6 +137,14 @@ def _profile(text: str, described: str) -> Profile:
                 [*_row(one, paced), until, *_times(one[times])]
                 for one in found["live"]
                 for until, times in (("measured", "to_measured"), ("drawn", "to_picture"))
+            ],
+        ),
+        rates=Table(
+            "Fast cameras: every frame to numbers",
+            (*scene, "frames", "dropped_before_engine", *_TIMES, "frames_per_s"),
+            [
+                [*_row(one, scene), one["frames"], one["dropped_before_engine"], *_times(one["to_measured"]), one["frames_per_s"]]
+                for one in found.get("rates", [])
             ],
         ),
         threads=Table(
