@@ -88,19 +88,36 @@ void Membrane::interpolate(const Level& coarse, Level& fine) {
 }
 
 void Membrane::sweep(Level& level, int count) {
-  const uint32_t width = level.width, height = level.height;
   for (int pass = 0; pass < count; ++pass)
-    for (uint32_t y = 0; y < height; ++y)
-      for (uint32_t x = level.unknown[y].begin; x < level.unknown[y].end; ++x) {
-        const size_t cell = size_t{y} * width + x;
-        if (level.known[cell] != 0) continue;
-        float sum = 0, neighbours = 0;
-        if (x > 0) sum += level.values[cell - 1], neighbours += 1;
-        if (x + 1 < width) sum += level.values[cell + 1], neighbours += 1;
-        if (y > 0) sum += level.values[cell - width], neighbours += 1;
-        if (y + 1 < height) sum += level.values[cell + width], neighbours += 1;
-        if (neighbours > 0) level.values[cell] = sum / neighbours;
+    for (uint32_t y = 0; y < level.height; ++y) {
+      const Run& run = level.unknown[y];
+      const bool inside = y > 0 && y + 1 < level.height;
+      const uint32_t first = std::max(run.begin, 1u), last = std::min(run.end, level.width - 1);
+      if (!inside || first >= last) {
+        for (uint32_t x = run.begin; x < run.end; ++x) relax(level, x, y);
+        continue;
       }
+      if (run.begin < first) relax(level, run.begin, y);
+      float* const row = level.values.data() + size_t{y} * level.width;
+      const uint8_t* const known = level.known.data() + size_t{y} * level.width;
+      const float *const above = row - level.width, *const below = row + level.width;
+      // The neighbour on the left is the last to be ready.
+      for (uint32_t x = first; x < last; ++x)
+        if (known[x] == 0) row[x] = 0.25f * (above[x] + below[x] + row[x + 1] + row[x - 1]);
+      if (last < run.end) relax(level, last, y);
+    }
+}
+
+void Membrane::relax(Level& level, uint32_t x, uint32_t y) {
+  const uint32_t width = level.width;
+  const size_t cell = size_t{y} * width + x;
+  if (level.known[cell] != 0) return;
+  float sum = 0, neighbours = 0;
+  if (x > 0) sum += level.values[cell - 1], neighbours += 1;
+  if (x + 1 < width) sum += level.values[cell + 1], neighbours += 1;
+  if (y > 0) sum += level.values[cell - width], neighbours += 1;
+  if (y + 1 < level.height) sum += level.values[cell + width], neighbours += 1;
+  if (neighbours > 0) level.values[cell] = sum / neighbours;
 }
 
 }  // namespace palpate

@@ -31,6 +31,7 @@ class Membrane {
   static void restrict_to(const Level& fine, Level& coarse);
   static void interpolate(const Level& coarse, Level& fine);
   static void sweep(Level& level, int count);
+  static void relax(Level& level, uint32_t x, uint32_t y);
 
   std::vector<Level> levels_;  // finest first
 };
