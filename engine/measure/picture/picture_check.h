@@ -65,7 +65,8 @@ class PictureCheck {
   bool line_moved(const PictureLine& line);
   bool changed_evenly(const PictureLine& line) const;
   bool line_doubled(const PictureLine& line, std::optional<double>& of_untouched);
-  size_t likely_shift(const PictureLine& line, double still) const;
+  size_t likely_shift(const PictureLine& line, double still);
+  void lay_out(const PictureLine& line, uint32_t c, size_t step);
   void differences_of(const PictureLine& line, size_t shift, size_t from, size_t to);
   double quantile(double share);
   bool most_are_below(double gray) const;
@@ -91,7 +92,7 @@ class PictureCheck {
   std::vector<uint8_t> of_pad_;  ///< place of kRows rows, part: all its pixels are pad
   std::vector<std::optional<double>>
       unlike_;  ///< of each band: both halves of the untouched image, once known
-  std::vector<float> scratch_, steps_, change_, largest_;
+  std::vector<float> scratch_, steps_, change_, largest_, laid_out_;
 };
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 // The parts of PictureCheck that compare lines: pictures that are shifted, doubled or torn.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/base/simd.h"
@@ -44,27 +45,81 @@ double PictureCheck::misfit_of(const PictureLine& line, size_t shift, size_t fro
   return quantile(share);
 }
 
+namespace {
+
+/// Adds the change of one value of a line, from the untouched value that would come there, to the sums of
+/// many shifts.
+struct AddChanges {
+  std::array<float, 3> values;
+  std::array<const float*, 3> untouched;  ///< by rising shift; channels may repeat
+  float most;
+  float* sums;
+  size_t count;
+
+  PALPATE_INLINE void run() const {
+    const float v0 = values[0], v1 = values[1], v2 = values[2], limit = most;
+    const float *const u0 = untouched[0], *const u1 = untouched[1], *const u2 = untouched[2];
+    float* const to = sums;
+    const size_t end = count;
+    PALPATE_INDEPENDENT
+    for (size_t i = 0; i < end; ++i)
+      to[i] += std::min(limit,
+                        std::max(std::max(std::abs(v0 - u0[i]), std::abs(v1 - u1[i])), std::abs(v2 - u2[i])));
+  }
+};
+
+}  // namespace
+
+/// The untouched line of channel `c`, backwards, twice, and by phases of `step`: values of shifts that are
+/// `step` apart lie side by side.
+void PictureCheck::lay_out(const PictureLine& line, uint32_t c, size_t step) {
+  const size_t length = line.length, phase = 2 * length / step + 1;
+  laid_out_.resize(size_t{format_.channels} * step * phase);
+  const float* const from = line.untouched + c * line.channel_step;
+  for (size_t p = 0; p < step; ++p) {
+    float* to = laid_out_.data() + (c * step + p) * phase;
+    for (size_t i = p; i < 2 * length; i += step)
+      *to++ = from[(i < length ? length - 1 - i : 2 * length - 1 - i) * line.step];
+  }
+}
+
 /// The shift that leaves least of the line's change; 0: none is clearly better than none.
-size_t PictureCheck::likely_shift(const PictureLine& line, double still) const {
+size_t PictureCheck::likely_shift(const PictureLine& line, double still) {
   constexpr size_t kValues = 64, kShifts = 160;
   const auto least = std::max<size_t>(2, static_cast<size_t>(kMovedLeast * static_cast<double>(line.length)));
+  if (line.length < 2 * least) return 0;
   const size_t stride = std::max<size_t>(1, (line.to - line.from) / kValues);
-  const float most = static_cast<float>(2 * still);
-  size_t best = 0;
-  float smallest = std::numeric_limits<float>::infinity();
-  const auto look_at = [&](size_t shift) {
+  const auto most = static_cast<float>(2 * still);
+  const auto sum_at = [&](size_t shift) {
     float sum = 0;
-    for (size_t i = line.from; i < line.to && sum < smallest; i += stride)
+    for (size_t i = line.from; i < line.to; i += stride)
       sum += std::min(most, difference(line, format_.channels, shift, i));
-    if (sum < smallest) smallest = sum, best = shift;
+    return sum;
   };
-  look_at(0);
   const size_t step = std::max<size_t>(1, line.length / kShifts);
-  for (size_t shift = least; shift + least <= line.length; shift += step) look_at(shift);
-  if (best == 0) return 0;
-  const size_t coarse = best;
-  for (size_t shift = std::max(least, coarse - std::min(coarse, step)); shift < coarse + step; ++shift)
-    if (shift + least <= line.length) look_at(shift);
+  const size_t phase = 2 * line.length / step + 1, shifts = (line.length - 2 * least) / step + 1;
+  for (uint32_t c = 0; c < format_.channels; ++c) lay_out(line, c, step);
+  scratch_.assign(shifts, 0);
+  for (size_t i = line.from; i < line.to; i += stride) {
+    const size_t first = line.length - 1 - i + least;
+    AddChanges add{{}, {}, most, scratch_.data(), shifts};
+    for (uint32_t k = 0; k < 3; ++k) {
+      const uint32_t c = std::min(k, format_.channels - 1);
+      add.values[k] = line.frame[c * line.channel_step + i * line.step];
+      add.untouched[k] = laid_out_.data() + (c * step + first % step) * phase + first / step;
+    }
+    run_widest(add);
+  }
+  const auto lowest = std::ranges::min_element(scratch_);
+  float smallest = *lowest;
+  if (!(smallest < sum_at(0))) return 0;
+  const size_t coarse = least + step * static_cast<size_t>(lowest - scratch_.begin());
+  size_t best = coarse;
+  for (size_t shift = std::max(least, coarse - std::min(coarse, step)); shift < coarse + step; ++shift) {
+    if (shift + least > line.length) break;
+    const float sum = sum_at(shift);
+    if (sum < smallest) smallest = sum, best = shift;
+  }
   return best;
 }
 
