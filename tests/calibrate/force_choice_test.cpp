@@ -317,6 +317,109 @@ TEST(ForceChoice, MeanOfLayerAndBending) {
   EXPECT_THROW(choose_force(two, {.signal = ForceSignal::LayerAndBending}), Error);
 }
 
+/// Presses of objects on a gel with a layer, on days of different light: the layer reads them all to some
+/// part of `layer_off`, the gradients each day to a tenth of that, other days with another factor.
+std::vector<ForceSample> gel_on_days(int days, bool named, double layer_off = 0.1) {
+  std::vector<ForceSample> samples;
+  const std::vector<double> off{1, -0.8, 0.4, -0.9, 0.7};
+  uint32_t recording = 0;
+  for (int day = 0; day < days; ++day)
+    for (uint32_t object = 0; object < off.size(); ++object, ++recording)
+      for (ForceSample s : presses(2, 0.005, recording, straight)) {
+        s.recording = recording;
+        s.press += 2 * recording;
+        s.day = static_cast<uint32_t>(day);
+        if (named) s.object = object;
+        s.features.layer_N = (1 + layer_off * off[object]) * s.force_N;
+        s.features.gradient_sum = 1e4 * (1 + 0.01 * off[object]) * (1 + 0.5 * day) * s.force_N;
+        s.features.gray_sum = 3 * s.features.gradient_sum;
+        s.features.area_px *= object % 2 ? 2 : 0.5;
+        s.features.has_layer = s.features.has_gradient = true;
+        samples.push_back(s);
+      }
+  return samples;
+}
+
+// On one day the gradients read objects that they never saw ten times better, and the next day with half as
+// much again: one day does not speak for them where a layer reads force as well.
+TEST(ForceChoice, OneDayDoesNotJudgeTheLight) {
+  for (const bool named : {false, true}) {
+    std::vector<ForceSample> one_day = gel_on_days(1, named), two = gel_on_days(2, named);
+    const ForceChoice c = choose_force(one_day, {});
+    EXPECT_EQ(c.calibration.signal, ForceSignal::Layer) << to_string(c.chosen.candidate);
+    EXPECT_TRUE(c.objects_left_out && !c.days_left_out);
+    const auto gradient = std::ranges::find(c.scores, "line of gradient, together",
+                                            [](auto& score) { return to_string(score.candidate); });
+    ASSERT_NE(gradient, c.scores.end());
+    EXPECT_FALSE(gradient->eligible);
+    EXPECT_LT(gradient->error_N, 0.3 * c.chosen.error_N) << "what was to be had";
+    EXPECT_EQ(choose_force(one_day, {.signal = ForceSignal::Gradient}).calibration.signal,
+              ForceSignal::Gradient);
+    EXPECT_EQ(choose_force(one_day, {.model = ForceModel::Line}).calibration.model, ForceModel::Line);
+    const ForceChoice both = choose_force(two, {});
+    EXPECT_EQ(both.calibration.signal, ForceSignal::Layer) << to_string(both.chosen.candidate);
+    EXPECT_TRUE(both.days_left_out);
+  }
+  // Days of one light, judged as such, speak for the gradients.
+  std::vector<ForceSample> steady = gel_on_days(2, true);
+  for (ForceSample& s : steady) {
+    s.features.gradient_sum /= 1 + 0.5 * s.day;
+    s.features.gray_sum /= 1 + 0.5 * s.day;
+  }
+  EXPECT_EQ(choose_force(steady, {}).calibration.signal, ForceSignal::Gradient);
+}
+
+// Two trials of one object in which the pixels change by the same too much: left out one by one they praise
+// each other, left out together they do not.
+TEST(ForceChoice, TrialsOfAnObjectAreLeftOutTogether) {
+  const auto trials = [](bool named) {
+    std::vector<ForceSample> samples;
+    const std::vector<double> shape{1, 1.6, 0.7};
+    for (uint32_t recording = 0; recording < 6; ++recording)
+      for (ForceSample s : presses(2, 0.005, recording, straight)) {
+        s.recording = recording;
+        s.press += 2 * recording;
+        if (named) s.object = recording / 2;
+        s.features.gray_sum *= shape[recording / 2];
+        s.features.area_px = 0.003 * s.features.gray_sum;
+        samples.push_back(s);
+      }
+    return samples;
+  };
+  std::vector<ForceSample> apart = trials(false), together = trials(true);
+  const ForceChoiceOptions line{ForceSignal::GraySum, ForceModel::Line, false};
+  const ForceChoice leaks = choose_force(apart, line), honest = choose_force(together, line);
+  EXPECT_STREQ(leaks.blocks_are, "recordings, each taken as an object of its own");
+  EXPECT_EQ(leaks.blocks, 6u);
+  EXPECT_STREQ(honest.blocks_are, "objects");
+  EXPECT_EQ(honest.blocks, 3u);
+  EXPECT_GT(honest.chosen.error_N, 1.2 * leaks.chosen.error_N);
+  EXPECT_GT(honest.interval_full_N, leaks.interval_full_N);
+  // Two objects, whatever the number of their trials, are none that a fit did not see.
+  for (ForceSample& s : together) s.object = *s.object % 2;
+  const ForceChoice seen = choose_force(together, line);
+  EXPECT_FALSE(seen.objects_left_out);
+  EXPECT_STREQ(seen.blocks_are, "recordings");
+}
+
+// Folders that hold an object each are no days.
+TEST(ForceChoice, FoldersOfOneObjectEachAreNoDays) {
+  std::vector<ForceSample> samples = gel_on_days(1, true);
+  for (ForceSample& s : samples) s.day = *s.object;
+  const HoldOut held = hold_out(samples);
+  EXPECT_TRUE(held.objects);
+  EXPECT_FALSE(held.days);
+  EXPECT_EQ(held.blocks, 5u);
+  samples = gel_on_days(2, true);
+  const HoldOut by_day = hold_out(samples);
+  EXPECT_TRUE(by_day.days);
+  EXPECT_EQ(by_day.blocks, 10u);
+  for (size_t i = 0; i < samples.size(); i += 40)
+    for (size_t k = 0; k < samples.size(); k += 40)
+      EXPECT_EQ(by_day.teaches(k, by_day.block[i]),
+                samples[i].object != samples[k].object && samples[i].day != samples[k].day);
+}
+
 // What is held out decides nothing: neither the force per signal nor the layer's force per bending.
 TEST(ForceChoice, HeldOutObjectsDecideNothing) {
   std::vector<ForceSample> all = objects({1.3, 0.8, 1.2, 0.75}, {0.75, 1.1, 0.8, 9});

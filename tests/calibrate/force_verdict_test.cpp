@@ -6,6 +6,7 @@
 
 #include "capture/calibrate/force/force.h"
 #include "engine/measure/force.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -179,8 +180,8 @@ TEST(ForceVerdict, LayersForceIsToldApartByItsHistory) {
 }
 
 // Two recordings in each of two folders, of which the second reads a tenth more: two thirds of that are
-// missed where recordings are left out one by one, all of it by folders.
-TEST(ForceVerdict, WholeFoldersAreLeftOut) {
+// missed where recordings are left out one by one, all of it where their folder is left out too.
+TEST(ForceVerdict, DaysAreLeftOut) {
   std::vector<GaugedRecording> recordings;
   for (const char* input : {"monday/a.avi", "monday/b.avi", "friday/a.avi", "friday/b.avi"}) {
     GaugedRecording& r =
@@ -190,14 +191,42 @@ TEST(ForceVerdict, WholeFoldersAreLeftOut) {
     for (GaugedFrame& f : r.frames) f.touch.gray_sum *= 1.1;
   }
   const ForceChoiceOptions line{ForceSignal::GraySum, ForceModel::Line, false};
-  const ForceOutcome both = calibrate_force(recordings, line);
-  const double one_by_one_N = both.choice.chosen.error_N;
-  const double whole_N = to_json(both, "").at("folders_left_out_error_N").get<double>();
-  EXPECT_GT(whole_N, 1.3 * one_by_one_N);
-  EXPECT_NEAR(whole_N, 0.1 * 6.4, 0.1) << "of forces of 6.4 N in the mean";
-  EXPECT_NE(describe(both).find("whole folders left out, one of 2"), std::string::npos);
-  recordings.resize(2);
-  EXPECT_EQ(describe(calibrate_force(recordings, line)).find("whole folders"), std::string::npos);
+  const auto error_N = [&] { return calibrate_force(recordings, line).choice.chosen.error_N; };
+  const ForceOutcome days = calibrate_force(recordings, line);
+  EXPECT_NEAR(days.choice.chosen.error_N, 0.1 * 6.4, 0.1) << "of forces of 6.4 N in the mean";
+  EXPECT_NE(describe(days).find("objects and days (folders) that the fits had not seen"), std::string::npos);
+  EXPECT_EQ(to_json(days, "").at("days_left_out"), true);
+  for (GaugedRecording& r : recordings) r.input = r.input.substr(r.input.find('/') + 1);
+  EXPECT_GT(days.choice.chosen.error_N, 1.3 * error_N());
+  EXPECT_EQ(to_json(calibrate_force(recordings, line), "").at("days_left_out"), false);
+}
+
+// What was judged is said, and what reads these presses better but may not be taken unasked.
+TEST(ForceVerdict, SaysWhatItWasJudgedOn) {
+  std::vector<GaugedRecording> recordings;
+  const double off[] = {0.1, -0.08, 0.05, -0.1};
+  for (uint32_t i = 0; i < 4; ++i) {
+    GaugedRecording& r = recordings.emplace_back(recording(3, 0.001, i));
+    for (GaugedFrame& f : r.frames) {
+      f.touch.gradient_sum = 2 * f.touch.gray_sum;
+      TractionSummary& t = f.touch.traction.emplace();
+      t.fz_N = {(1 + off[i]) * f.force_N, 0.01, Validity::Valid};
+    }
+  }
+  const std::string unnamed = describe(calibrate_force(recordings, {}));
+  EXPECT_NE(unnamed.find("recordings, each taken as an object of its own"), std::string::npos) << unnamed;
+  EXPECT_NE(unnamed.find("days (folders) that they had"), std::string::npos) << unnamed;
+  EXPECT_NE(unnamed.find("goes with the light"), std::string::npos) << unnamed;
+  EXPECT_NE(unnamed.find("--signal gradient takes it"), std::string::npos) << unnamed;
+  for (GaugedRecording& r : recordings) r.object = "ball";
+  const std::string one = describe(calibrate_force(recordings, {}));
+  EXPECT_NE(one.find("objects that the fits had seen: others may read differently"), std::string::npos)
+      << one;
+  EXPECT_NE(one.find("goes with the object's shape"), std::string::npos) << one;
+  EXPECT_EQ(calibrate_force(recordings, {}).choice.calibration.signal, ForceSignal::Layer);
+  EXPECT_THROW(named_objects({"ball", "cube"}, 3), Error);
+  EXPECT_THROW(named_objects({"ball", "", "cube"}, 3), Error);
+  EXPECT_EQ(named_objects({}, 2), std::vector<std::string>(2));
 }
 
 TEST(ForceVerdict, DriftNeedsTime) {

@@ -95,6 +95,25 @@ TEST_F(CalibrateForce, ReadsOtherSeedsToOnePercent) {
   EXPECT_NE(sensor.force->origin.from.find("seed=11"), std::string::npos);
 }
 
+// Trials of one ball are left out together, and a gel on one day is read by its layer.
+TEST_F(CalibrateForce, LeavesOutObjectsThatAreNamed) {
+  std::string command = "calibrate force";
+  for (const char* press : {"seed=1&radius=4", "seed=2&radius=4", "seed=3&radius=8", "seed=4&radius=12"})
+    command += std::string(" 'synthetic:press?mode=gel&size=320x240&rate=4&force=1&") + press + "'";
+  command += " --gauge truth --json --quiet --out '" + at("out.json") + "'";
+  ASSERT_EQ(run(command + " --object small small middle large"), 0) << text("stderr");
+  const Json named = json();
+  EXPECT_EQ(named["blocks"], 3);
+  EXPECT_EQ(named["blocks_are"], "objects");
+  EXPECT_EQ(named["recordings"][1]["object"], "small");
+  EXPECT_EQ(named["objects_left_out"], true);
+  EXPECT_EQ(named["days_left_out"], false);
+  EXPECT_EQ(named["signal"].get<std::string>().find("layer"), 0u) << named["signal"];
+  fs::remove(folder_ / "out.json");
+  EXPECT_NE(refusal(command + " --object small large", 2).find("4 recordings and 2 objects"),
+            std::string::npos);
+}
+
 TEST_F(CalibrateForce, FindsHysteresisDriftAndTheClock) {
   ASSERT_EQ(
       run(std::string("calibrate force 'synthetic:rig?seed=21&hysteresis=0.05&drift=0.02&") + kSmallFrame +

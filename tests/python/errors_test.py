@@ -43,6 +43,11 @@ BAD = {
     "pad": (lambda: pp.modulus("nowhere.csv", sample="cube,10mm"), pp.Error, r"nowhere.csv"),
     "gauge": (lambda: pp.calibrate.force(PRESS, gauge="nowhere.csv"), pp.InputError, r"nowhere.csv"),
     "gauges": (lambda: pp.calibrate.force([PRESS, PRESS], gauge=["a.csv"]), pp.ArgumentError, r"2 recordings and 1"),
+    "objects": (
+        lambda: pp.calibrate.force([PRESS, PRESS], gauge="truth", objects=["ball"]),
+        pp.ArgumentError,
+        r"2 recordings and 1 objects",
+    ),
     "folder": (lambda: pp.measure(PRESS, out="/proc/nowhere"), pp.OutputError, r"/proc/nowhere"),
     "index": (lambda: pp.optics.stack([1, 0.3, 1]), pp.InputError, r"0.3"),
     "indices": (lambda: pp.optics.stack([1]), pp.ArgumentError, r"two indices"),

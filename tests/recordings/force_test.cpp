@@ -65,7 +65,7 @@ TEST_F(ForceRecordings, AcrossObjects) {
   std::vector<GaugedRecording> recordings;
   for (const char* object : objects) recordings.push_back(measured(std::string(object) + "_1"));
   const ForceOutcome o = calibrate_force(std::move(recordings), {}, true);
-  EXPECT_STREQ(o.choice.blocks_are, "recordings");
+  EXPECT_STREQ(o.choice.blocks_are, "recordings, each taken as an object of its own");
   EXPECT_EQ(o.choice.calibration.signal, ForceSignal::Gradient);
   const double held_out = o.choice.chosen.error_N / o.choice.calibration.force_max_N;
   std::printf("one object held out of four: mean error %.2f N, %.1f %% of full scale\n%s",

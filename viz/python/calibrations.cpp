@@ -32,6 +32,7 @@ void check_pairs(const Gauged& gauged, const char* what) {
 
 struct ForceAsked {
   Gauged fit, checks;
+  std::vector<std::string> objects;
   GaugeRequest gauge;
   ForceChoiceOptions choice;
   bool keep_border = false;
@@ -45,20 +46,21 @@ struct Outcome {
 
 Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
   const std::shared_ptr<gpu::Context> context = shared_device(asked.device);
-  const auto measure = [&](const Gauged& gauged, size_t i, double thickness) {
+  const auto measure = [&](const Gauged& gauged, size_t i, double thickness, const std::string& object = {}) {
     MeasuredInput input = find_input(gauged.inputs[i]);
     input.outputs = force_outputs(input, asked.choice.signal);
     if (input.sensor.layer) input.sensor.layer->thickness_mm *= thickness;
     GaugeRequest request = asked.gauge;
     request.gauge = gauged.gauges[i];
+    request.object = object;
     return measure_with_gauge(*context, input, request, watch_of(stop));
   };
   Sensor sensor = find_input(asked.fit.inputs.front()).sensor;
   ForceChoiceOptions choosing = asked.choice;
   choosing.stopped = [&stop] { return stop.load(); };
-  LayerPresses presses =
-      measure_presses(asked.fit.inputs.size(), choosing, sensor, asked.keep_border,
-                      [&](size_t i, double thickness) { return measure(asked.fit, i, thickness); });
+  LayerPresses presses = measure_presses(
+      asked.fit.inputs.size(), choosing, sensor, asked.keep_border,
+      [&](size_t i, double thickness) { return measure(asked.fit, i, thickness, asked.objects[i]); });
   if (stop) return {};
   const double thickness = presses.factor();
   ForceOutcome outcome = calibrate_force(std::move(presses), choosing, asked.keep_border);
@@ -72,11 +74,17 @@ Outcome calibrate(const ForceAsked& asked, const std::atomic<bool>& stop) {
 }
 
 py::dict force(const std::vector<RunSettings>& inputs, const std::vector<std::string>& gauges,
-               const std::vector<RunSettings>& checks, const std::vector<std::string>& check_gauges,
-               const std::string& align, double rate_Hz, bool one_sequence, const std::string& signal,
-               const std::string& model, std::optional<bool> branches, bool keep_border,
-               const std::string& device) {
-  ForceAsked asked{{inputs, gauges}, {checks, check_gauges}, {}, {}, keep_border, device};
+               const std::vector<std::string>& objects, const std::vector<RunSettings>& checks,
+               const std::vector<std::string>& check_gauges, const std::string& align, double rate_Hz,
+               bool one_sequence, const std::string& signal, const std::string& model,
+               std::optional<bool> branches, bool keep_border, const std::string& device) {
+  ForceAsked asked{{inputs, gauges},
+                   {checks, check_gauges},
+                   named_objects(objects, inputs.size()),
+                   {},
+                   {},
+                   keep_border,
+                   device};
   check_pairs(asked.fit, "recording");
   check_pairs(asked.checks, "recording to check");
   if (inputs.empty())
@@ -237,9 +245,9 @@ void bind_written(py::module_& module) {
 
 void bind_calibrations(py::module_& module) {
   bind_written(module);
-  bind_function(
-      module, "calibrate_force", &force,
-      "inputs gauges checks check_gauges align rate_Hz sequence signal model branches keep_border device");
+  bind_function(module, "calibrate_force", &force,
+                "inputs gauges objects checks check_gauges align rate_Hz sequence signal model branches "
+                "keep_border device");
   bind_function(module, "calibrate_shear", &shear,
                 "inputs gauges align rate_Hz sequence signal friction device");
 }

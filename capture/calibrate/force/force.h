@@ -32,8 +32,13 @@ inline const std::map<std::string, ForceModel> kForceModelNames = {{"line", Forc
                                                                    {"spline", ForceModel::Spline},
                                                                    {"layer", ForceModel::Scale}};
 
+/// What is pressed in each of `count` recordings: as named, or nothing where no name is given. Throws
+/// Error(Failure::Usage) for another number of names, and for an empty one.
+std::vector<std::string> named_objects(std::vector<std::string> names, size_t count);
+
 /// Touched frames with their gauge readings, for the fit; saturated ones, those at the border and those
-/// without a reading stay in, marked. Presses are numbered over all recordings. `keep_border`: contacts at
+/// without a reading stay in, marked. Presses are numbered over all recordings; those of one folder are of
+/// one day. `keep_border`: contacts at
 /// the border count, for pads that objects or their glow outgrow.
 std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings,
                                        bool keep_border = false);

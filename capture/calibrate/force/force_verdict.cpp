@@ -85,13 +85,13 @@ ForceVerdict verdict_of(const ForceOutcome& o) {
         reasons + ")";
   }
   if (verdict.presses == 1) verdict.line += "; judged within one press: another may differ";
-  // A gel's pixels show slopes, and those go with the object's shape as well as with the force.
-  const bool gel = o.choice.calibration.signal == ForceSignal::LayerAndBending ||
-                   std::any_of(o.samples.begin(), o.samples.end(),
-                               [](const ForceSample& s) { return s.features.has_gradient; });
-  std::set<uint32_t> recordings;
-  for (const auto& [recording, press] : presses) recordings.insert(recording);
-  verdict.shapes_judged = !gel || recordings.size() >= kFewestRecordings;
+  // A gel's pixels show slopes, and those go with the object's shape as well as with the force; its layer
+  // knows shapes.
+  const ForceSignal signal = o.choice.calibration.signal;
+  const bool by_shape = signal == ForceSignal::LayerAndBending ||
+                        (signal != ForceSignal::Layer &&
+                         std::ranges::any_of(o.samples, [](auto& s) { return s.features.has_gradient; }));
+  verdict.shapes_judged = !by_shape || count_objects(o.samples) >= kFewestObjects;
   if (!verdict.shapes_judged)
     verdict.line +=
         "; for objects shaped as those pressed alone: on a gel others may read half of their force, "

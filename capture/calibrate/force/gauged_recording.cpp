@@ -385,6 +385,7 @@ GaugedRecording measure_with_gauge(gpu::Context& context, const MeasuredInput& i
   GaugedRecording recording;
   recording.input = input.input;
   recording.gauge = request.gauge;
+  recording.object = request.object;
   if (request.gauge != kTruth) read_gauge(request.gauge, request.columns);  // before minutes of measuring
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
@@ -456,6 +457,7 @@ json::Value to_json(const std::vector<GaugedRecording>& recordings) {
       value["correlation"] = r.alignment->correlation;
       value["clock_signal"] = r.clock_signal;
     }
+    value["object"] = r.object.empty() ? json::Value(nullptr) : json::Value(r.object);
     value["notes"] = r.notes;
     all.push_back(value);
   }

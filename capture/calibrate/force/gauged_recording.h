@@ -35,7 +35,8 @@ struct GaugedFrame {
 
 struct GaugedRecording {
   std::string input;
-  std::string gauge;  ///< its file, or "truth"
+  std::string gauge;   ///< its file, or "truth"
+  std::string object;  ///< what is pressed; empty: not named
   std::vector<GaugedFrame> frames;
   std::optional<TimeAlignment> alignment;  ///< where the clocks were compared
   std::string clock_signal;                ///< by what of the frames: "sum of gradients", "gray sum", ...
@@ -50,6 +51,7 @@ struct GaugeRequest {
   Alignment alignment;
   double rate_Hz = 0;         ///< of images, which know no times
   bool one_sequence = false;  ///< images without a rate follow each other, as of separate_presses()
+  std::string object{};       ///< what is pressed; empty: not named
 };
 
 /// Measures every frame (a camera is refused) and reads the gauge at its time: straight between its readings,

@@ -7,7 +7,6 @@
 #include <limits>
 #include <map>
 #include <numeric>
-#include <set>
 #include <span>
 
 #include "engine/base/numbers.h"
@@ -62,44 +61,52 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
   return list;
 }
 
-/// Whether a signal may be taken unasked. How area, volume and bending go with force depends on the object's
-/// shape: only recordings that are held out whole, of several objects or places, can speak for them.
-bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
-                  std::span<const ForceSample> samples) {
-  if (signal == ForceSignal::GraySum || signal == ForceSignal::Gradient || signal == ForceSignal::Layer ||
-      options.signal)
-    return true;
-  std::set<uint32_t> recordings;
-  for (const ForceSample& s : samples)
-    if (is_used(s)) recordings.insert(s.recording);
-  return recordings.size() >= kFewestRecordings;
+/// What has to be left out for a signal to be taken unasked. How area, volume and bending go with force
+/// depends on the object's shape: only objects that are held out speak for them. On a gel whose layer reads
+/// force as well, what a pixel changes by is of the day's light too.
+struct Eligible {
+  bool asked = false, objects = false, days = false;
+  bool gel_with_layer = false;
+
+  bool operator()(ForceSignal signal) const {
+    if (asked || signal == ForceSignal::Layer) return true;
+    if (signal == ForceSignal::LayerAndBending) return objects;
+    if (gel_with_layer) return objects && days;
+    return objects || signal == ForceSignal::GraySum || signal == ForceSignal::Gradient;
+  }
+};
+Eligible eligible(std::span<const ForceCandidate> candidates, std::span<const ForceSample> samples,
+                  const HoldOut& held, const ForceChoiceOptions& options) {
+  const bool layer = std::ranges::any_of(candidates, [](auto& c) { return c.signal == ForceSignal::Layer; });
+  const bool gel = std::ranges::any_of(samples, [](auto& s) { return s.features.has_gradient; });
+  return {options.signal.has_value(), held.objects, held.days, layer && gel};
 }
 
 /// Each used reading as a fit without its block says it. Throws where a block cannot be left out.
 std::vector<double> held_out(const ForceCandidate& c, std::span<const ForceSample> samples,
-                             std::span<const size_t> block, size_t blocks,
-                             const std::function<bool()>& stopped = {}) {
+                             const HoldOut& held, const std::function<bool()>& stopped = {}) {
   std::vector<double> predicted(samples.size(), kNaN);
-  for (size_t b = 0; b < blocks && !(stopped && stopped()); ++b) {
-    const auto counts = [&](size_t i) { return block[i] != b; };
+  for (size_t b = 0; b < held.blocks && !(stopped && stopped()); ++b) {
+    const auto counts = [&](size_t i) { return held.teaches(i, b); };
     const ForceTrack track = track_of(c.signal, samples, counts);
     const ForceCurves curves = fit_curves(c.model, c.branches, track, samples, counts);
     for (size_t i = 0; i < samples.size(); ++i)
-      if (is_used(samples[i]) && block[i] == b) predicted[i] = curves.at(track.signal[i], track.unloading[i]);
+      if (is_used(samples[i]) && held.block[i] == b)
+        predicted[i] = curves.at(track.signal[i], track.unloading[i]);
   }
   return predicted;
 }
 
 /// Mean absolute error of each block.
 std::vector<double> block_errors(std::span<const double> predicted, std::span<const ForceSample> samples,
-                                 std::span<const size_t> block, size_t blocks) {
-  std::vector<double> sum(blocks), count(blocks);
+                                 const HoldOut& held) {
+  std::vector<double> sum(held.blocks), count(held.blocks);
   for (size_t i = 0; i < samples.size(); ++i) {
     if (!is_used(samples[i])) continue;
-    sum[block[i]] += std::abs(predicted[i] - samples[i].force_N);
-    count[block[i]] += 1;
+    sum[held.block[i]] += std::abs(predicted[i] - samples[i].force_N);
+    count[held.block[i]] += 1;
   }
-  for (size_t b = 0; b < blocks; ++b) sum[b] /= std::max(count[b], 1.0);
+  for (size_t b = 0; b < held.blocks; ++b) sum[b] /= std::max(count[b], 1.0);
   return sum;
 }
 
@@ -261,8 +268,8 @@ void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptio
 /// Every candidate judged by held-out readings into choice.scores, and the one that is taken: its place in
 /// them. Throws Error where none can be judged.
 size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<const ForceSample> samples,
-                        std::span<const size_t> block, const ForceChoiceOptions& options,
-                        ForceChoice& choice) {
+                        const HoldOut& held, const ForceChoiceOptions& options, ForceChoice& choice) {
+  const Eligible may_be_taken = eligible(candidates, samples, held, options);
   std::vector<std::vector<double>> errors;
   std::optional<size_t> best;
   double best_N = 0;
@@ -270,11 +277,10 @@ size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<co
     CandidateScore score{.candidate = c, .error_N = kNaN, .worse_N = kNaN, .worse_sd_N = kNaN, .refused = {}};
     errors.emplace_back();
     try {
-      errors.back() = block_errors(held_out(c, samples, block, choice.blocks, options.stopped), samples,
-                                   block, choice.blocks);
+      errors.back() = block_errors(held_out(c, samples, held, options.stopped), samples, held);
       score.error_N = std::accumulate(errors.back().begin(), errors.back().end(), 0.0) /
                       static_cast<double>(choice.blocks);
-      if (may_be_taken(c.signal, options, samples) && (!best || score.error_N < best_N)) {
+      if (may_be_taken(c.signal) && (!best || score.error_N < best_N)) {
         best = choice.scores.size();
         best_N = score.error_N;
       }
@@ -309,7 +315,7 @@ size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<co
     score.worse_N = sum / n;
     score.worse_sd_N =
         std::sqrt(std::max(squares / n - score.worse_N * score.worse_N, 0.0) / std::max(n - 1, 1.0));
-    score.eligible = may_be_taken(score.candidate.signal, options, samples);
+    score.eligible = may_be_taken(score.candidate.signal);
     if (score.eligible && chosen == choice.scores.size() &&
         score.worse_N <= std::max(score.worse_sd_N, kAlike * best_N))
       chosen = k;
@@ -356,7 +362,9 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   const HoldOut held = hold_out(samples);
   choice.blocks = held.blocks;
   choice.blocks_are = held.blocks_are;
-  const size_t chosen = score_candidates(candidates, samples, held.block, options, choice);
+  choice.objects_left_out = held.objects;
+  choice.days_left_out = held.days;
+  const size_t chosen = score_candidates(candidates, samples, held, options, choice);
   if (choice.stopped) return choice;
   choice.chosen = choice.scores[chosen];
   const ForceCandidate& c = choice.chosen.candidate;
@@ -364,11 +372,10 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   mark_outliers(samples, std::array{c.signal});
   const HoldOut final_held = hold_out(samples);
   choice.blocks = final_held.blocks;
-  const std::vector<size_t>& final_block = final_held.block;
   const ForceTrack track = track_of(c.signal, samples);
   const auto all = [](size_t) { return true; };
   const ForceCurves curves = fit_curves(c.model, c.branches, track, samples, all);
-  choice.held_out_N = held_out(c, samples, final_block, choice.blocks);
+  choice.held_out_N = held_out(c, samples, final_held);
   choice.unloading_fraction = track.unloading;
 
   ForceCalibration& f = choice.calibration;
@@ -384,7 +391,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   f.gray_max = track.high;
   const std::vector<double> residual_N = judge_residuals(samples, track, curves, choice);
 
-  const Scatter scatter = find_interval(samples, final_block, choice.blocks, f.force_max_N, choice);
+  const Scatter scatter = find_interval(samples, final_held.block, choice.blocks, f.force_max_N, choice);
   f.residual_sd_N = scatter.still_N;
   f.residual_fraction = scatter.fraction;
   if (curves.loading) {

@@ -39,7 +39,9 @@ struct ForceChoice {
   CandidateScore chosen;
   std::vector<CandidateScore> scores;  ///< simplest first
   size_t blocks = 0;                   ///< that were held out one after the other
-  const char* blocks_are = "";         ///< "recordings", "presses" or "stretches of time"
+  const char* blocks_are = "";         ///< "objects", "recordings", "presses", "stretches of time"
+  bool objects_left_out = false;       ///< no error is of an object that its fit saw
+  bool days_left_out = false;          ///< nor of its day
 
   size_t readings = 0;        ///< used by the fit
   double residual_rms_N = 0;  ///< of the calibration on them
@@ -65,9 +67,9 @@ struct ForceChoice {
 /// by more than a standard error (or 3 % of its error). Order of simplicity: the layer's scale
 /// (where there is a layer), line, power, spline; together, apart; gradient (where it was measured), gray
 /// sum, area, volume. Throws Error(Failure::Input) where too few readings are left, with what left them out,
-/// or where the fixed signal is not there. Area and volume are taken only where asked for, or where
-/// kFewestRecordings are held out one after the other: what goes with force in one recording may be its
-/// object's shape.
+/// or where the fixed signal is not there. Taken only where asked for, or where what they depend on was held
+/// out: area, volume, and bending beside the layer (shape: objects); on a gel with a layer all but the two by
+/// the layer (the day's light: objects and days).
 ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options);
 
 }  // namespace palpate

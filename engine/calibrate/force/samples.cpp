@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "engine/base/statistics.h"
 #include "palpate/error.h"
@@ -122,26 +123,75 @@ ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
   return curves;
 }
 
+size_t count_objects(std::span<const ForceSample> samples) {
+  std::set<uint32_t> objects;
+  for (const ForceSample& s : samples)
+    if (is_used(s)) objects.insert(object_of(s));
+  return objects.size();
+}
+
+/// Blocks of objects become blocks of what one object showed on one day. False, and nothing changes, where
+/// days differ in their object alone, or some fit would be left with fewer than two objects.
+bool HoldOut::apart_by_day(std::span<const ForceSample> samples) {
+  std::map<std::pair<size_t, uint32_t>, size_t> number;  // of group and day
+  for (size_t i = 0; i < samples.size(); ++i)
+    if (is_used(samples[i])) number.try_emplace({block[i], samples[i].day}, number.size());
+  std::set<uint32_t> seen_days;
+  for (const auto& [judged, b] : number) {
+    seen_days.insert(judged.second);
+    std::set<size_t> teach;
+    for (const auto& [other, c] : number)
+      if (other.first != judged.first && other.second != judged.second) teach.insert(other.first);
+    if (teach.size() < 2) return false;
+  }
+  if (seen_days.size() == number.size()) return false;
+  group_ = block;
+  group_of_block_.resize(number.size());
+  day_of_block_.resize(number.size());
+  for (const auto& [judged, b] : number) {
+    group_of_block_[b] = judged.first;
+    day_of_block_[b] = judged.second;
+  }
+  for (size_t i = 0; i < samples.size(); ++i) {
+    day_.push_back(samples[i].day);
+    if (is_used(samples[i])) block[i] = number[{group_[i], day_[i]}];
+  }
+  blocks = number.size();
+  return true;
+}
+
 HoldOut hold_out(std::span<const ForceSample> samples) {
   HoldOut h;
   h.block.resize(samples.size());
-  std::map<uint32_t, size_t> in_press, in_recording;
+  std::map<uint32_t, size_t> in_press, in_recording, in_object;
   for (const ForceSample& s : samples)
     if (is_used(s)) {
       ++in_press[s.press];
       ++in_recording[s.recording];
+      ++in_object[object_of(s)];
     }
-  const bool by_recording = in_recording.size() >= kFewestRecordings;
-  if (by_recording || in_press.size() >= kFewestPresses) {
-    const std::map<uint32_t, size_t>& groups = by_recording ? in_recording : in_press;
-    h.blocks_are = by_recording ? "recordings" : "presses";
+  const auto in_blocks = [&](const std::map<uint32_t, size_t>& groups, const char* what, auto&& group_of) {
+    h.blocks_are = what;
     h.blocks = std::min(groups.size(), kMostBlocks);
     std::map<uint32_t, size_t> number;
     for (const auto& [group, count] : groups) number.emplace(group, number.size());
     for (size_t i = 0; i < samples.size(); ++i)
-      if (is_used(samples[i]))
-        h.block[i] =
-            number[by_recording ? samples[i].recording : samples[i].press] * h.blocks / groups.size();
+      if (is_used(samples[i])) h.block[i] = number[group_of(samples[i])] * h.blocks / groups.size();
+  };
+  if (in_object.size() >= kFewestObjects) {
+    const bool named =
+        std::ranges::any_of(samples, [](const ForceSample& s) { return s.object.has_value(); });
+    in_blocks(in_object, named ? "objects" : "recordings, each taken as an object of its own", object_of);
+    h.objects = true;
+    h.days = h.apart_by_day(samples);
+    return h;
+  }
+  if (in_recording.size() >= kFewestObjects) {
+    in_blocks(in_recording, "recordings", [](const ForceSample& s) { return s.recording; });
+    return h;
+  }
+  if (in_press.size() >= kFewestPresses) {
+    in_blocks(in_press, "presses", [](const ForceSample& s) { return s.press; });
     return h;
   }
   h.blocks_are = "stretches of time";

@@ -27,6 +27,9 @@ struct ForceSample {
   uint64_t frame = 0;  ///< of its recording
   uint32_t recording = 0;
   uint32_t press = 0;  ///< from 0 over all recordings
+  /// What is pressed, of all recordings or of none: then each recording is taken as an object of its own.
+  std::optional<uint32_t> object{};
+  uint32_t day = 0;  ///< recordings made under the same light
   LeftOut left_out = LeftOut::Used;
 };
 
@@ -70,15 +73,37 @@ struct ForceCurves {
 ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
                        std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts);
 
-/// So many recordings or more are blocks of their own.
-inline constexpr size_t kFewestRecordings = 3;
+/// So many objects or more are held out one after the other.
+inline constexpr size_t kFewestObjects = 3;
 
-/// Groups that are held out together: recordings where there are three or more (of several objects, each is
-/// then judged by the others), else presses, or with fewer than four of them stretches of their time.
+/// The object of a sample: named, or its recording.
+inline uint32_t object_of(const ForceSample& sample) {
+  return sample.object.value_or(sample.recording);
+}
+/// Objects of the used samples.
+size_t count_objects(std::span<const ForceSample> samples);
+
+/// Groups that are held out together: objects where there are three or more, each then judged by fits that
+/// never saw it, nor its day where samples of two days or more allow that; else recordings, three or more of
+/// them; else presses, or with fewer than four of them stretches of their time.
 struct HoldOut {
   std::vector<size_t> block;  ///< of each sample
   size_t blocks = 0;
   const char* blocks_are = "";  ///< for people
+  bool objects = false;         ///< no fit saw the object that it is judged by
+  bool days = false;            ///< nor its day
+
+  /// Whether the fit that block `b` judges is made of sample `i`.
+  bool teaches(size_t i, size_t b) const {
+    return group_of_block_.empty() ? block[i] != b
+                                   : group_[i] != group_of_block_[b] && day_[i] != day_of_block_[b];
+  }
+
+ private:
+  friend HoldOut hold_out(std::span<const ForceSample>);
+  bool apart_by_day(std::span<const ForceSample> samples);
+  std::vector<size_t> group_, group_of_block_;  ///< of objects
+  std::vector<uint32_t> day_, day_of_block_;
 };
 HoldOut hold_out(std::span<const ForceSample> samples);
 

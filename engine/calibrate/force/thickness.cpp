@@ -19,7 +19,7 @@ struct Readings {
   std::vector<const ThicknessForces*> layer_N;
   std::vector<double> force_N;
 };
-using Recordings = std::vector<Readings>;
+using Objects = std::vector<Readings>;
 
 double thickness_at(int step) {
   return kThicknesses.front() *
@@ -51,14 +51,14 @@ struct Fit {
   }
 };
 
-Fit fit_scale(const Recordings& recordings, size_t left_out, double thickness) {
+Fit fit_scale(const Objects& objects, size_t left_out, double thickness) {
   Fit fit{.thickness = thickness, .shares = shares_at(thickness)};
   double products = 0, squares = 0;
-  for (size_t r = 0; r < recordings.size(); ++r) {
-    if (r == left_out) continue;
-    const double weight = 1 / static_cast<double>(recordings[r].force_N.size());
-    for (size_t i = 0; i < recordings[r].force_N.size(); ++i) {
-      const double layer = fit.force_N(*recordings[r].layer_N[i]), force = recordings[r].force_N[i];
+  for (size_t o = 0; o < objects.size(); ++o) {
+    if (o == left_out) continue;
+    const double weight = 1 / static_cast<double>(objects[o].force_N.size());
+    for (size_t i = 0; i < objects[o].force_N.size(); ++i) {
+      const double layer = fit.force_N(*objects[o].layer_N[i]), force = objects[o].force_N[i];
       products += weight * layer * force;
       squares += weight * layer * layer;
       fit.squares += weight * force * force;
@@ -69,23 +69,23 @@ Fit fit_scale(const Recordings& recordings, size_t left_out, double thickness) {
   return fit;
 }
 
-Fit fit_both(const Recordings& recordings, size_t left_out) {
-  Fit best = fit_scale(recordings, left_out, thickness_at(0));
+Fit fit_both(const Objects& objects, size_t left_out) {
+  Fit best = fit_scale(objects, left_out, thickness_at(0));
   best.at_end = true;
   for (int step = 1; step <= kThicknessSteps; ++step) {
-    Fit fit = fit_scale(recordings, left_out, thickness_at(step));
+    Fit fit = fit_scale(objects, left_out, thickness_at(step));
     fit.at_end = step == kThicknessSteps;
     if (fit.misfit < best.misfit) best = fit;
   }
   return best;
 }
 
-/// Standard error of the thickness' logarithm where each recording errs by kTheory.
-double theory_sd(const Recordings& recordings, const Fit& best) {
-  const double most = best.misfit + kTheory * kTheory * best.squares / static_cast<double>(recordings.size());
+/// Standard error of the thickness' logarithm where each object errs by kTheory.
+double theory_sd(const Objects& objects, const Fit& best) {
+  const double most = best.misfit + kTheory * kTheory * best.squares / static_cast<double>(objects.size());
   int within = 0;
   for (int step = 0; step <= kThicknessSteps; ++step)
-    within += fit_scale(recordings, recordings.size(), thickness_at(step)).misfit <= most;
+    within += fit_scale(objects, objects.size(), thickness_at(step)).misfit <= most;
   return 0.5 * within / kThicknessSteps * std::log(kThicknesses.back() / kThicknesses.front());
 }
 
@@ -100,25 +100,25 @@ double error_N(const Fit& fit, const Readings& readings) {
 
 ThicknessChoice choose_thickness(std::span<const ForceSample> samples,
                                  std::span<const ThicknessForces> layer_N) {
-  std::map<uint32_t, Readings> by_number;
+  std::map<uint32_t, Readings> by_object;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (!is_used(samples[i]) || !std::ranges::all_of(layer_N[i], [](double n) { return std::isfinite(n); }))
       continue;
-    Readings& readings = by_number[samples[i].recording];
+    Readings& readings = by_object[object_of(samples[i])];
     readings.layer_N.push_back(&layer_N[i]);
     readings.force_N.push_back(samples[i].force_N);
   }
-  Recordings recordings;
-  for (auto& [number, readings] : by_number) recordings.push_back(std::move(readings));
-  ThicknessChoice choice{.recordings = recordings.size()};
-  if (recordings.size() < kFewestRecordings) return choice;
-  const auto n = static_cast<double>(recordings.size());
+  Objects objects;
+  for (auto& [object, readings] : by_object) objects.push_back(std::move(readings));
+  ThicknessChoice choice{.objects = objects.size()};
+  if (objects.size() < kFewestObjects) return choice;
+  const auto n = static_cast<double>(objects.size());
   double gain = 0, gains = 0, ratio = 0, ratios = 0, mean_N = 0;
   bool at_end = false;
-  for (size_t r = 0; r < recordings.size(); ++r) {
-    const Fit both = fit_both(recordings, r), alone = fit_scale(recordings, r, 1);
-    const std::vector<double>& forces = recordings[r].force_N;
-    const double free_N = error_N(both, recordings[r]), stated_N = error_N(alone, recordings[r]);
+  for (size_t o = 0; o < objects.size(); ++o) {
+    const Fit both = fit_both(objects, o), alone = fit_scale(objects, o, 1);
+    const std::vector<double>& forces = objects[o].force_N;
+    const double free_N = error_N(both, objects[o]), stated_N = error_N(alone, objects[o]);
     at_end = at_end || both.at_end;
     choice.error_N += free_N / n;
     mean_N += std::accumulate(forces.begin(), forces.end(), 0.0) / static_cast<double>(forces.size()) / n;
@@ -128,10 +128,10 @@ ThicknessChoice choose_thickness(std::span<const ForceSample> samples,
     ratio += std::log(both.thickness);
     ratios += std::pow(std::log(both.thickness), 2);
   }
-  const Fit all = fit_both(recordings, recordings.size());
+  const Fit all = fit_both(objects, objects.size());
   choice.factor = all.thickness;
   choice.relative_sd = std::hypot(std::sqrt((n - 1) * std::max(ratios / n - std::pow(ratio / n, 2), 0.0)),
-                                  theory_sd(recordings, all));
+                                  theory_sd(objects, all));
   const double gain_sd = std::sqrt(std::max(gains / n - std::pow(gain / n, 2), 0.0) / (n - 1));
   const double least_N = std::max({gain_sd, kClearly * choice.stated_error_N, kTheory * mean_N});
   choice.decided = !all.at_end && !at_end && choice.relative_sd < kMostRelativeSd && gain / n > least_N;
@@ -139,11 +139,11 @@ ThicknessChoice choose_thickness(std::span<const ForceSample> samples,
 }
 
 std::string ThicknessChoice::line() const {
-  if (recordings < kFewestRecordings)
-    return text("thickness: not looked for by fewer than %zu recordings; the modulus alone was found",
-                kFewestRecordings);
+  if (objects < kFewestObjects)
+    return text("thickness: not looked for by fewer than %zu objects; the modulus alone was found",
+                kFewestObjects);
   const std::string found =
-      text("%.3g +- %.2g of the stated one, error of recordings left out %.3g N, by the modulus alone %.3g N",
+      text("%.3g +- %.2g of the stated one, error of objects left out %.3g N, by the modulus alone %.3g N",
            factor, factor * relative_sd, error_N, stated_error_N);
   return decided ? "thickness: " + found
                  : "thickness: these presses do not decide it (" + found +

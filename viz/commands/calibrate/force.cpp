@@ -23,7 +23,7 @@ namespace palpate {
 namespace {
 
 struct Options : GaugedOptions {
-  std::vector<std::string> checks, check_gauges;
+  std::vector<std::string> objects, checks, check_gauges;
   std::string branches = "auto";
   bool keep_border = false;
   std::optional<ForceSignal> signal;
@@ -75,6 +75,7 @@ Plot write_images(const MeasuredInput& input, const ForceOutcome& outcome,
 Report force(const Common& common, Options options) {
   const std::vector<std::string> gauges = paired(options.inputs, options.gauges, "--gauge"),
                                  check_gauges = paired(options.checks, options.check_gauges, "--check-gauge");
+  options.objects = named_objects(options.objects, options.inputs.size());
   GaugeRequest request{"", GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz,
                        options.one_sequence};
   const std::unique_ptr<gpu::Context> context = open_device(common);
@@ -85,17 +86,20 @@ Report force(const Common& common, Options options) {
     found.outputs = force_outputs(found, options.signal);
     return found;
   };
-  const auto measure = [&](MeasuredInput found, const std::string& gauge, double thickness) {
+  const auto measure = [&](MeasuredInput found, const std::string& gauge, double thickness,
+                           const std::string& object = {}) {
     if (found.sensor.layer) found.sensor.layer->thickness_mm *= thickness;
     request.gauge = gauge;
+    request.object = object;
     return measure_with_gauge(*context, found, request, run_watch(common));
   };
   first = find(options.inputs.front());
   const ForceChoiceOptions choosing{options.signal, options.model, branches_of(options.branches),
                                     interrupted};
   LayerPresses presses = measure_presses(
-      options.inputs.size(), choosing, first.sensor, options.keep_border,
-      [&](size_t i, double thickness) { return measure(find(options.inputs[i]), gauges[i], thickness); });
+      options.inputs.size(), choosing, first.sensor, options.keep_border, [&](size_t i, double thickness) {
+        return measure(find(options.inputs[i]), gauges[i], thickness, options.objects[i]);
+      });
   if (interrupted()) return interrupted_report();
   const double thickness = presses.factor();
   ForceOutcome outcome = calibrate_force(std::move(presses), choosing, options.keep_border);
@@ -132,6 +136,10 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
   add_gauged_options(
       *command, *options, common,
       "CSV with time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf, _kgf, _lbf)");
+  command->add_option(
+      "--object", options->objects,
+      "What is pressed in each recording, in the same order, such as golf golf cube: those of one "
+      "object are left out together (default: each recording is an object of its own)");
   command
       ->add_option(
           "--signal", options->signal,
@@ -164,6 +172,8 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
       "  palpate calibrate force a.avi b.avi --gauge a.csv --gauge b.csv --sensor gel.json --out gel2.json\n"
       "  palpate calibrate force a.avi --gauge a.csv --check b.avi --check-gauge b.csv --sensor gel.json \\\n"
       "      --out gel2.json\n"
+      "  palpate calibrate force ball_*.avi cube_*.avi --object ball ball cube cube --sensor gel.json \\\n"
+      "      --gauge ball_1.csv ball_2.csv cube_1.csv cube_2.csv --out gel2.json\n"
       "  palpate calibrate force synthetic:press --gauge truth --out pad.json\n"
       "Next to --out lie its plot (OUT_force.png, .svg) and its points (OUT_force.csv). The first line is "
       "the\n"

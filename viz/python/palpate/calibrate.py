@@ -7,7 +7,7 @@ import html
 import io
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Union
 
@@ -96,6 +96,7 @@ def force(
     gauge: Paths,
     sensor: Sensor | Path | None = None,
     background: Path | None = None,
+    objects: Sequence[str] = (),
     check: Paths = (),
     check_gauge: Paths = (),
     align: str | float = "",
@@ -115,6 +116,8 @@ def force(
         gauge: the gauge's table of each: time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf,
             _kgf, _lbf); ``"truth"`` of simulated scenes.
         sensor: to start from; sessions and simulated scenes have their own.
+        objects: what is pressed in each recording: those of one object are left out together; by default each is
+            an object of its own.
         check, check_gauge: recordings to judge the result by; not used for the fit.
         align: the gauge's clock: ``auto`` (by cross-correlation), ``none`` (it is the recording's), or seconds
             to add to it; by default auto, and none for tables that count frames.
@@ -133,7 +136,7 @@ def force(
 
     return _made(
         _palpate.calibrate_force(
-            requests(inputs), gauges, requests(checks), check_gauges, str(align), rate_of(rate_Hz), sequence,
+            requests(inputs), gauges, list(objects), requests(checks), check_gauges, str(align), rate_of(rate_Hz), sequence,
             signal, model, branches, keep_border, device,
         )
     )
