@@ -163,6 +163,11 @@ double signal_of(const ForceCalibration& c, const ForceFeatures& r) {
   return 0;
 }
 
+double growing_scatter_N(const ForceCalibration& c, double force_N) {
+  const double end_N = c.residual_grows_to_N, size_N = std::abs(force_N);
+  return c.residual_fraction * (end_N > 0 ? std::min(size_N, end_N) : size_N);
+}
+
 double force_at(const ForceCalibration& c, double s) {
   return value_at(c.model, c.c1_N_per_gray, c.c0_N, c.exponent, c.knots, s);
 }
@@ -208,7 +213,7 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   }
   const auto& [var_c0, covariance, var_c1] = c.covariance;
   const double g = basis(c.model, c.exponent, s);
-  const double share_N = c.residual_fraction * value;
+  const double share_N = growing_scatter_N(c, value);
   double variance = scatter_N * scatter_N + share_N * share_N + gap_sd_N * gap_sd_N + var_c0 +
                     2 * g * covariance + g * g * var_c1;
   // The layer's solve states an error of its own, of the same force: the larger one holds.

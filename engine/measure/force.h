@@ -41,6 +41,9 @@ bool has_signal(ForceSignal signal, const ForceFeatures& features);
 /// The calibration's signal, in its unit.
 double signal_of(const ForceCalibration& calibration, const ForceFeatures& features);
 
+/// Part of a reading's scatter that grows with the force, N.
+double growing_scatter_N(const ForceCalibration& calibration, double force_N);
+
 /// Force at a signal, N: both directions together, and by one direction's curve. A spline ends level: beyond
 /// its knots it stays at the last one's force.
 double force_at(const ForceCalibration& calibration, double signal);

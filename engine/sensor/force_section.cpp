@@ -87,6 +87,7 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
   reader.number("drift_N_per_min", -1e6, 1e6, "N per min", force.drift_N_per_min);
   reader.number("r_squared", -1e6, 1, "", force.r_squared);
   reader.number("residual_share", 0, 10, "", force.residual_fraction);
+  reader.number("residual_grows_to_N", 0, 1e6, "N", force.residual_grows_to_N);
   reader.number("bending_N_per_mm", 0, 1e9, "N per mm", force.bending_N_per_mm);
   for (const auto& [key, value] :
        {std::pair{"fit_for_use", &force.fit_for_use}, std::pair{"shapes_judged", &force.shapes_judged}}) {
@@ -129,6 +130,7 @@ Json force_json(const ForceCalibration& f) {
   if (f.drift_N_per_min != 0) json["drift_N_per_min"] = f.drift_N_per_min;
   if (f.r_squared != 0) json["r_squared"] = f.r_squared;
   if (f.residual_fraction != 0) json["residual_share"] = f.residual_fraction;
+  if (f.residual_grows_to_N != 0) json["residual_grows_to_N"] = f.residual_grows_to_N;
   if (f.bending_N_per_mm != 0) json["bending_N_per_mm"] = f.bending_N_per_mm;
   if (!f.fit_for_use) json["fit_for_use"] = false;
   if (!f.shapes_judged) json["shapes_judged"] = false;

@@ -470,8 +470,25 @@ TEST(ForceScatter, ConstantAndGrowing) {
     const Scatter scatter = fit_scatter(residual, force);
     EXPECT_NEAR(scatter.at(0), still_N, 0.15 * still_N + 0.001);
     EXPECT_NEAR(scatter.at(2), std::hypot(still_N, 2 * fraction), 0.1 * std::hypot(still_N, 2 * fraction));
+    EXPECT_EQ(scatter.grows_to_N, 0);
     EXPECT_NEAR(widening(scatter, residual, force), 1, 0.05);
   }
+}
+
+// Scatter that grows up to a quarter of full scale and stays: without that end its interval is too wide at
+// full scale and too narrow below.
+TEST(ForceScatter, GrowthThatEnds) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal(0, 1);
+  std::vector<double> residual, force;
+  for (int i = 0; i < 800; ++i) {
+    force.push_back(20.0 * i / 800);
+    residual.push_back(std::hypot(0.1, 0.2 * std::min(force.back(), 5.0)) * normal(random));
+  }
+  const Scatter scatter = fit_scatter(residual, force);
+  EXPECT_NEAR(scatter.grows_to_N, 5, 2.6);
+  for (const double at : {2.0, 5.0, 10.0, 20.0})
+    EXPECT_NEAR(scatter.at(at), std::hypot(0.1, 0.2 * std::min(at, 5.0)), 0.2 * scatter.at(at)) << at;
 }
 
 }  // namespace

@@ -124,6 +124,11 @@ TEST(Force, LayerAndBending) {
   const Estimate agreed = force_of(c, r);
   EXPECT_DOUBLE_EQ(agreed.value, 12);
   EXPECT_NEAR(agreed.standard_error, std::hypot(0.3, 1.2), 1e-12);
+  ForceCalibration ends = c;
+  ends.residual_grows_to_N = 6;
+  EXPECT_NEAR(force_of(ends, r).standard_error, std::hypot(0.3, 0.6), 1e-12);
+  ends.residual_grows_to_N = 60;
+  EXPECT_EQ(force_of(ends, r).standard_error, agreed.standard_error);
   EXPECT_EQ(agreed.validity, Validity::AtBorder);
   r.bending_mm = 2;
   EXPECT_DOUBLE_EQ(force_of(c, r).value, 1.2 * 7);

@@ -206,6 +206,7 @@ void set_gain(Sensor& sensor, const WeighedGain& gain, const std::string& input)
   for (double& part : force.covariance) part *= gain.mended * gain.mended;
   force.force_max_N *= gain.mended;
   force.residual_fraction = std::hypot(force.residual_fraction, gain.mended_sd / gain.mended);
+  force.residual_grows_to_N = 0;  // a wrong gain errs the more the larger the force
 }
 
 }  // namespace palpate

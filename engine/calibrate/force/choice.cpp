@@ -220,7 +220,7 @@ Scatter find_interval(std::span<const ForceSample> samples, std::span<const size
     }
     Scatter scatter = fit_scatter(r, f);
     const double factor = widening(scatter, r, f);
-    return Scatter{scatter.still_N * factor, scatter.fraction * factor};
+    return Scatter{scatter.still_N * factor, scatter.fraction * factor, scatter.grows_to_N};
   };
   size_t inside = 0;
   for (size_t b = 0; b < blocks; ++b) {
@@ -394,6 +394,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   const Scatter scatter = find_interval(samples, final_held.block, choice.blocks, f.force_max_N, choice);
   f.residual_sd_N = scatter.still_N;
   f.residual_fraction = scatter.fraction;
+  f.residual_grows_to_N = scatter.fraction > 0 ? scatter.grows_to_N : 0;
   if (curves.loading) {
     f.loading = curves.loading->curve;
     f.unloading = curves.unloading->curve;

@@ -91,13 +91,14 @@ struct ForceCalibration {
   double exponent = 1;                         ///< ForceModel::Power
   std::vector<std::array<double, 2>> knots{};  ///< ForceModel::Spline: signal, N; both rise
   std::optional<ForceCurve> loading{}, unloading{};
-  double force_max_N = 0;        ///< full scale: largest force of the gauge; 0: not stated
-  double hysteresis = 0;         ///< largest difference between the directions, fraction of full scale
-  double drift_N_per_min = 0;    ///< of the residual over the calibration's time
-  double r_squared = 0;          ///< 0: not stated
-  double residual_fraction = 0;  ///< scatter that grows with the force: its share, added in squares
-  double bending_N_per_mm = 0;   ///< ForceSignal::LayerAndBending: the layer's force over the bending
-  bool fit_for_use = true;       ///< false: its error or range were found too poor; forces say so
+  double force_max_N = 0;          ///< full scale: largest force of the gauge; 0: not stated
+  double hysteresis = 0;           ///< largest difference between the directions, fraction of full scale
+  double drift_N_per_min = 0;      ///< of the residual over the calibration's time
+  double r_squared = 0;            ///< 0: not stated
+  double residual_fraction = 0;    ///< scatter that grows with the force: its share, added in squares
+  double residual_grows_to_N = 0;  ///< up to this force, and stays; 0: without end
+  double bending_N_per_mm = 0;     ///< ForceSignal::LayerAndBending: the layer's force over the bending
+  bool fit_for_use = true;         ///< false: its error or range were found too poor; forces say so
   /// false: calibrated on a gel with fewer than three objects, whose slopes go with the shape too; forces say
   /// so
   bool shapes_judged = true;

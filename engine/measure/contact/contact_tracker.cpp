@@ -226,7 +226,7 @@ void ContactTracker::add_up(Touch& touch) const {
       const Estimate& force = contact.force_N;
       const double total = force.standard_error * force.standard_error;
       const double own = std::min(total, std::pow(calibration.residual_sd_N, 2) +
-                                             std::pow(calibration.residual_fraction * force.value, 2));
+                                             std::pow(growing_scatter_N(calibration, force.value), 2));
       sum.value += force.value;
       sum.validity = graver(sum.validity, force.validity);
       scatter += own;
