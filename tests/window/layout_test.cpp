@@ -29,28 +29,28 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
         SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d, player %d", width, height, scale,
                           surface, panels.charts, panels.profile, panels.player));
         const Layout l = make_layout({width, height}, scale, {640, 480, 1, 8}, surface, panels);
-        EXPECT_LE(right(l.surface), l.panel.x);
-        EXPECT_TRUE(!l.has_dock || right(l.dock) <= l.surface.x);
-        EXPECT_TRUE(!l.has_dock || foot(l.dock) <= foot(l.surface));
+        EXPECT_LE(right(l.pictures), l.panel.x);
+        EXPECT_TRUE(!l.has_dock || right(l.dock) <= l.pictures.x);
+        EXPECT_TRUE(!l.has_dock || foot(l.dock) <= foot(l.pictures));
         EXPECT_TRUE(panels.dock != 264 || static_cast<float>(width) < 800 * scale || l.has_dock);
         EXPECT_LE(right(l.panel), width);
         EXPECT_LE(foot(l.panel), l.status.y);
         EXPECT_LE(foot(l.status), height);
         if (l.has_tools) {
-          EXPECT_EQ(foot(l.tools), l.surface.y);
+          EXPECT_EQ(foot(l.tools), l.pictures.y);
           EXPECT_LE(right(l.tools), l.panel.x);
           EXPECT_TRUE(!l.has_dock || foot(l.tools) <= l.dock.y);
         }
         EXPECT_EQ(l.has_player, panels.player);
         if (l.has_player) {
-          EXPECT_GE(l.player.y, foot(l.surface)) << "nothing of the picture is below the bar";
+          EXPECT_GE(l.player.y, foot(l.pictures)) << "nothing of the picture is below the bar";
           EXPECT_GE(l.player.y, foot(l.dock));
           EXPECT_LE(right(l.player), l.panel.x);
           EXPECT_LE(foot(l.player), l.has_charts ? l.charts.y : l.status.y);
           EXPECT_GE(l.player.height, 20u);
         }
         if (l.has_charts) {
-          EXPECT_LE(foot(l.surface), l.charts.y);
+          EXPECT_LE(foot(l.pictures), l.charts.y);
           EXPECT_LE(foot(l.charts), l.status.y);
           EXPECT_LE(right(l.charts), l.has_profile ? l.profile.x : l.panel.x);
         }
@@ -58,14 +58,70 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
           EXPECT_LE(foot(l.profile), l.status.y);
           EXPECT_LE(right(l.profile), l.panel.x);
         }
-        const ViewRect& holder = surface ? l.panel : l.surface;
+        const ViewRect& holder = surface ? l.panel : l.pictures;
         EXPECT_GE(l.image.x, holder.x);
         EXPECT_LE(right(l.image), right(holder));
         EXPECT_LE(foot(l.image), foot(holder));
-        EXPECT_GE(l.surface.height, (panels.tools ? 80u : 100u) * height / 720);
+        EXPECT_GE(l.pictures.height, (panels.tools ? 80u : 100u) * height / 720);
       }
     }
   }
+}
+
+/// Whether they share a pixel.
+bool meet(const ViewRect& a, const ViewRect& b) {
+  return a.x < b.x + static_cast<int64_t>(b.width) && b.x < a.x + static_cast<int64_t>(a.width) &&
+         a.y < b.y + static_cast<int64_t>(b.height) && b.y < a.y + static_cast<int64_t>(a.height);
+}
+bool lies_in(const ViewRect& a, const ViewRect& b) {
+  return a.x >= b.x && a.y >= b.y &&
+         a.x + static_cast<int64_t>(a.width) <= b.x + static_cast<int64_t>(b.width) &&
+         a.y + static_cast<int64_t>(a.height) <= b.y + static_cast<int64_t>(b.height);
+}
+uint64_t area(const ViewRect& r) {
+  return uint64_t{r.width} * r.height;
+}
+
+TEST(Layout, SurfaceAndImageShareThePictureInSixWays) {
+  for (const auto& [width, height, scale] : {std::tuple{480u, 320u, 1.0f},
+                                             {800u, 600u, 1.0f},
+                                             {720u, 1280u, 1.0f},
+                                             {1280u, 720u, 1.0f},
+                                             {3840u, 2160u, 1.0f},
+                                             {3840u, 2160u, 2.0f}})
+    for (const bool image_large : {false, true}) {
+      SCOPED_TRACE(
+          text("%u x %u at %g, image large %d", width, height, static_cast<double>(scale), image_large));
+      const auto with = [&, w = width, h = height, s = scale](Arrangement arrangement, bool surface = true) {
+        return make_layout({w, h}, s, {640, 480, 1, 8}, surface,
+                           {.tools = true, .arrangement = arrangement, .image_large = image_large});
+      };
+      const Layout large = with(Arrangement::OneLarge);
+      EXPECT_TRUE(large.has_surface && large.has_image && large.has_panel);
+      EXPECT_TRUE(lies_in(image_large ? large.image : large.surface, large.pictures));
+      EXPECT_TRUE(lies_in(image_large ? large.surface : large.image, large.panel));
+      EXPECT_GT(large.numbers_y, image_large ? large.surface.y : large.image.y);
+      const Layout equal = with(Arrangement::BothEqual);
+      EXPECT_TRUE(equal.has_surface && equal.has_image && equal.has_panel);
+      EXPECT_TRUE(lies_in(equal.image, equal.pictures) && lies_in(equal.surface, equal.pictures));
+      EXPECT_FALSE(meet(equal.image, equal.surface));
+      EXPECT_EQ(equal.image.x + equal.image.y > equal.surface.x + equal.surface.y, !image_large);
+      EXPECT_NEAR(static_cast<double>(area(equal.surface)), 0.5 * static_cast<double>(area(equal.pictures)),
+                  0.06 * static_cast<double>(area(equal.pictures)));
+      EXPECT_LT(equal.numbers_y, large.numbers_y) << "nothing small stands over the numbers";
+      const Layout alone = with(Arrangement::OneAlone);
+      EXPECT_TRUE(alone.has_surface != alone.has_image && alone.has_image == image_large);
+      EXPECT_FALSE(alone.has_panel || alone.has_charts || alone.has_profile);
+      EXPECT_EQ(alone.pictures.width, width);
+      EXPECT_EQ(alone.tools.width, width) << "the mouse finds the way back";
+      EXPECT_TRUE(lies_in(image_large ? alone.image : alone.surface, alone.pictures));
+      for (const Arrangement any : {Arrangement::OneLarge, Arrangement::BothEqual, Arrangement::OneAlone}) {
+        const Layout none = with(any, false);
+        EXPECT_TRUE(none.has_image && !none.has_surface);
+        EXPECT_TRUE(lies_in(none.image, none.pictures));
+        EXPECT_EQ(none.has_panel, any != Arrangement::OneAlone);
+      }
+    }
 }
 
 TEST(Layout, EdgesOfPanelsLieOnTheGrid) {

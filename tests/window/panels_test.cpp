@@ -84,9 +84,9 @@ TEST_F(PanelTest, EveryButtonHasRoomWhateverItSays) {
       live.from_list = variant & 8;
       if (variant & 16) live.player = PlayerStats{};
       const VkExtent2D extent{static_cast<uint32_t>(1280 * scale), static_cast<uint32_t>(720 * scale)};
-      const Layout layout =
-          make_layout(extent, scale, {320, 240, 1, 8}, true,
-                      {.charts = true, .profile = false, .dock = 264, .player = live.player.has_value()});
+      const Layout layout = make_layout(
+          extent, scale, {320, 240, 1, 8}, true,
+          {.charts = true, .profile = false, .dock = 264, .player = live.player.has_value(), .tools = true});
       ASSERT_TRUE(layout.has_dock);
       describe(
           scale, [&] { control_window(layout, scale, true, &live, state); }, extent);
@@ -137,6 +137,34 @@ TEST_F(PanelTest, AButtonOfTheBarDoesWhatItsKeyDoes) {
   EXPECT_TRUE(state.paused && state.controls && state.help && state.sensor_panel && state.labelling);
   EXPECT_TRUE(state.snapshot_requested && state.mark_requested && state.zero_requested);
   EXPECT_TRUE(state.recording_switched_requested && state.palette);
+}
+
+TEST_F(PanelTest, ADoubleClickGoesBackToTheWholeSurfaceOrChangesPlaces) {
+  ViewState state;
+  state.camera.zoom = 3;
+  const auto double_click = [&](ImVec2 at, const Layout& layout) {
+    int step = 0;  // pressed and let go twice, then at rest
+    const auto picture = [&] {
+      ImGuiIO& io = ImGui::GetIO();
+      io.MousePos = at;
+      io.MouseDown[0] = step < 4 && step % 2 == 0;
+      ++step;
+      follow_double_click(layout, state);
+    };
+    describe(1, picture);
+    describe(1, picture);
+  };
+  const auto layout_now = [&] {
+    return make_layout({1280, 720}, 1, {320, 240, 1, 8}, true, {.image_large = state.image_large});
+  };
+  double_click(middle(layout_now().image), layout_now());
+  EXPECT_TRUE(state.image_large);
+  EXPECT_EQ(state.camera.zoom, 3);
+  const ImVec2 inner = corner(layout_now().surface);  // farther away than a third click could be
+  double_click({inner.x + 20, inner.y + 20}, layout_now());
+  EXPECT_EQ(state.camera.zoom, 1);
+  double_click(middle(layout_now().charts), layout_now());
+  EXPECT_TRUE(state.image_large);
 }
 
 TEST_F(PanelTest, ThePaletteFitsTheWindowAndShowsWhatIsChosen) {

@@ -138,7 +138,8 @@ class WholeWindow : public GpuTest {
     return t;
   }
   /// The letters of the second picture: windows have their size from then on.
-  std::vector<Letter> draw(const Case& one, VkExtent2D extent, float scale) {
+  std::vector<Letter> draw(const Case& one, VkExtent2D extent, float scale, Arrangement arrangement = {},
+                           bool image_large = false) {
     if (!frame_ || frame_->scale() != scale) {
       frame_.reset();
       frame_ = std::make_unique<HudFrame>(context(), pass_, 1, nullptr, scale);
@@ -147,8 +148,11 @@ class WholeWindow : public GpuTest {
     image.reshape({640, 480, 3, 8});
     const bool has_surface = one.touch.surface.has_value();
     const Layout layout =
-        make_layout(extent, scale, image.format, has_surface, {.charts = true, .tools = true});
+        make_layout(extent, scale, image.format, has_surface,
+                    {.charts = true, .tools = true, .arrangement = arrangement, .image_large = image_large});
     ViewState state;
+    state.arrangement = arrangement;
+    state.image_large = image_large;
     state.fit_to(one.sensor);
     state.follow(one.touch, 25.6);
     Hud hud;
@@ -168,7 +172,8 @@ class WholeWindow : public GpuTest {
     ImGui::GetIO().MousePos = {far_corner(layout.charts).x - 30 * scale, middle(layout.charts).y};
     for (int i = 0; i < 3; ++i) {
       frame_->begin(extent);
-      hud.describe(*frame_, layout, extent, content, state, has_surface ? &eye : nullptr, half, nullptr);
+      hud.describe(*frame_, layout, extent, content, state, layout.has_surface ? &eye : nullptr, half,
+                   nullptr);
       tool_bar(layout, scale, has_surface, &one.live, state);
       banner(layout, one.live, scale);
       ImGui::Render();
@@ -196,9 +201,13 @@ TEST_F(WholeWindow, NothingIsCutAndNothingLiesOverAnother) {
     for (const auto& [extent, scale] : kSizes) {
       SCOPED_TRACE(text("%s, %u x %u at %g", one.name.c_str(), extent.width, extent.height,
                         static_cast<double>(scale)));
-      const std::vector<Letter> letters = draw(one, extent, scale);
-      ASSERT_GT(letters.size(), 200u);
-      EXPECT_EQ(fault_of(letters, scale), "");
+      for (int i = 0; i < 2 * kArrangements; ++i) {
+        const auto arrangement = static_cast<Arrangement>(i / 2);
+        SCOPED_TRACE(text("%s, image large %d", to_string(arrangement), i % 2));
+        const std::vector<Letter> letters = draw(one, extent, scale, arrangement, i % 2 != 0);
+        ASSERT_GT(letters.size(), arrangement == Arrangement::OneAlone ? 40u : 200u);
+        EXPECT_EQ(fault_of(letters, scale), "");
+      }
     }
 }
 

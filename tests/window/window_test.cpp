@@ -179,6 +179,35 @@ TEST_F(WindowTest, TheLastButtonIsHelpAndAKeyShowsThePerformance) {
   EXPECT_EQ(done.exit_code, 0) << done.err;
 }
 
+TEST_F(WindowTest, SurfaceAndImageChangePlaces) {
+  const fs::path out = folder_ / "out";
+  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", out});
+  ASSERT_TRUE(drawn(out));
+  const Layout swapped =
+      viz::make_layout({1280, 720}, 1, {320, 240, 3, 8}, true, {.tools = true, .image_large = true});
+  int taken = 0;
+  const auto image_is_large = [&](bool wanted) {
+    return wait_for([&] {
+      desktop_->key("s");
+      if (!exists(out / text("palpate-%04d.csv", ++taken))) return false;
+      const cv::Point at(swapped.image.x + 4, swapped.image.y + static_cast<int>(swapped.image.height) / 2);
+      const auto pixel = cv::imread(out / text("palpate-%04d.png", taken)).at<cv::Vec3b>(at);
+      const viz::Rgb ground = viz::dark_theme().ground;
+      return wanted == (pixel != cv::Vec3b(ground.blue, ground.green, ground.red));
+    });
+  };
+  EXPECT_TRUE(image_is_large(false));
+  desktop_->key("Tab");
+  EXPECT_TRUE(image_is_large(true));
+  desktop_->key("Tab");
+  EXPECT_TRUE(image_is_large(false));
+  desktop_->key("Tab shift+Tab shift+Tab Return shift+Tab");
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(remembered()["image_large"], true);
+  EXPECT_EQ(remembered()["arrangement"], "both equal");
+}
+
 TEST_F(WindowTest, TheSectionFollowsTheMouse) {
   fs::create_directories(config().parent_path());
   spill(config(),

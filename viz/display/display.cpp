@@ -17,6 +17,7 @@
 #include "viz/panels/actions/text_field.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/start/thumbnails.h"
+#include "viz/render/drawing.h"
 
 namespace palpate::viz {
 namespace {
@@ -130,7 +131,9 @@ void Display::handle_input() {
   if (!io.WantCaptureMouse && !state.mouse_taken) {
     const double height = std::max(1.0, static_cast<double>(scene_.layout().surface.height));
     // In the picture of the click itself the mouse may have come from anywhere.
-    const auto held = [&](int button) { return io.MouseDownDuration[button] > 0; };
+    const auto held = [&](int button) {
+      return io.MouseDownDuration[button] > 0 && inside(scene_.layout().surface, io.MouseClickedPos[button]);
+    };
     const bool left = held(0), right = held(1) || held(2);
     if (left && !io.KeyShift) {
       camera.orbit(-0.008 * io.MouseDelta.x, 0.008 * io.MouseDelta.y);
@@ -140,7 +143,8 @@ void Display::handle_input() {
       camera.target =
           camera.target - eye.right * (io.MouseDelta.x * mm_per_px) + eye.up * (io.MouseDelta.y * mm_per_px);
     }
-    if (io.MouseWheel != 0) camera.magnify(std::pow(1.12, io.MouseWheel));
+    if (io.MouseWheel != 0 && inside(scene_.layout().surface, io.MousePos))
+      camera.magnify(std::pow(1.12, io.MouseWheel));
   }
   // In the order of the presses, which ImGui does not keep: it sees only keys that are down when a picture
   // begins, and says of a text that is closed for one picture more that it is typed.

@@ -68,10 +68,10 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   use_theme(state_.light_theme);
   fit_text();
   const float scale = frame_->scale();
-  layout_ =
-      make_layout(extent, scale, format, has_surface,
-                  {state_.charts && !hud_.timeline().separate, state_.section,
-                   dock_width(state_, frame_->has_window()), live && live->player, frame_->has_window()});
+  layout_ = make_layout(
+      extent, scale, format, has_surface,
+      {state_.charts && !hud_.timeline().separate, state_.section, dock_width(state_, frame_->has_window()),
+       live && live->player, frame_->has_window(), state_.arrangement, state_.image_large});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.result.traction)
@@ -111,7 +111,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   if (has_surface) content.mesh = SurfaceView::mesh_size(surface, mesh_columns);
   const auto describe = [&] {
     frame_->begin(extent);
-    hud_.describe(*frame_, layout_, extent, content, state_, has_surface ? &eye_ : nullptr, half_mm,
+    hud_.describe(*frame_, layout_, extent, content, state_, layout_.has_surface ? &eye_ : nullptr, half_mm,
                   section ? &profile : nullptr);
   };
   describe();
@@ -122,11 +122,11 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   map_to_picture_barrier(context_, cmd);
   begin_pass();
-  if (has_surface) {
+  if (layout_.has_surface) {
     surface_.draw(cmd, surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_, style,
                   layout_.surface, mesh_columns, load, dented_part(shown.touch, format.width, format.height));
   }
-  image_.draw(cmd, shown.frame, surface, layout_.image, extent, strain);
+  if (layout_.has_image) image_.draw(cmd, shown.frame, surface, layout_.image, extent, strain);
   frame_->draw(cmd);
 }
 

@@ -92,9 +92,9 @@ void banner(const Layout& layout, const LiveStats& live, float scale) {
   }
   if (!live.state.empty()) lines.emplace_back(live.state, amber);
   ImDrawList* list = ImGui::GetBackgroundDrawList();
-  float y = corner(layout.surface).y + 12 * scale;
-  const float left = corner(layout.surface).x + 12 * scale;
-  const float right = far_corner(layout.surface).x - static_cast<float>(kColourBarRoom_px) * scale;
+  float y = corner(layout.pictures).y + 12 * scale;
+  const float left = corner(layout.pictures).x + 12 * scale;
+  const float right = far_corner(layout.pictures).x - static_cast<float>(kColourBarRoom_px) * scale;
   for (const auto& [whole, colour] : lines) {
     const std::string words = shortened(whole, right - left - 30 * scale);
     const ImVec2 room = ImGui::CalcTextSize(words.c_str());

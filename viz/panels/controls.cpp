@@ -131,7 +131,7 @@ void switches(bool has_surface, ViewState& state) {
 
 void control_window(const Layout& layout, float scale, bool has_surface, const LiveStats* live,
                     ViewState& state) {
-  const ViewRect& around = layout.has_dock ? layout.dock : layout.surface;
+  const ViewRect& around = layout.has_dock ? layout.dock : layout.pictures;
   const ImVec2 at = corner(around), size = size_of(around);
   ImGuiWindowFlags flags =
       ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;

@@ -61,7 +61,49 @@ ChartStyle charts_of(const ViewState& state, const Layout& layout, float scale) 
   return style;
 }
 
+void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& content, const Touch& shown,
+                  ViewState& state, const Profile* profile, float scale) {
+  const SurfaceStyle style = state.style(2 * std::max(on.half_mm.x, on.half_mm.y));
+  std::vector<PlacedText> placed;
+  // Where numbers would overlap, the grid alone shows lengths.
+  const bool roomy = is_roomy(on.view, scale);
+  if (state.axes && roomy) placed = draw_axes(list, on.eye, on.view, on.half_mm, style, scale);
+  if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
+    draw_shear(list, on.eye, on.view, on.half_mm, content.traction,
+               content.sensor.shear ? content.sensor.shear->friction : 0, scale);
+  if (state.contacts)
+    draw_touch(list, on, shown, content.frame.format, {.scale = scale, .extrapolated = content.extrapolated},
+               std::move(placed));
+  if (profile) draw_section(list, on.view, on.eye, state.line, *profile, on.half_mm, style, scale);
+  const bool* follows = state.automatic();
+  roomy ? draw_colour_bar(list, on.view, style, follows && *follows, scale)
+        : draw_low_colour_bar(list, on.view, style, scale);
+}
+
+void mark_image(ImDrawList* list, const ViewRect& image, const HudContent& content, const Touch& shown,
+                const ViewState& state, bool section, double full_shear_N, float scale) {
+  const FrameFormat& format = content.frame.format;
+  const ImVec2 low = corner(image), high = far_corner(image);
+  list->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, ink(theme().frame));
+  draw_touch(list, image, shown, format,
+             {state.contacts, state.skin, full_shear_N, scale, content.extrapolated});
+  if (content.live && content.live->press && content.live->press->last)
+    draw_lump(list, image, *content.live->press->last, content.sensor, format, scale);
+  if (content.strain) draw_strain_bar(list, image, *content.strain, state, scale);
+  if (section) draw_section(list, image, state.line, scale);
+}
+
 }  // namespace
+
+void follow_double_click(const Layout& layout, ViewState& state) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (!ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) return;
+  if (layout.has_image && layout.has_surface && inside(layout.image, io.MousePos)) {
+    state.image_large = !state.image_large;
+  } else if (layout.has_surface && inside(layout.surface, io.MousePos)) {
+    state.camera = {};
+  }
+}
 
 void Hud::follow(const Touch& touch, uint64_t position) {
   history_.add(touch, position);
@@ -83,39 +125,16 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   const float scale = frame.scale();
   const Touch shown = tared(content.touch, state.tare);
   ImDrawList* under = ImGui::GetBackgroundDrawList();
-  const SurfaceStyle style = state.style(2 * std::max(half_mm.x, half_mm.y));
-  const bool section = profile && content.has_surface && eye;
-  if (content.has_surface && eye) {
-    // Where numbers would overlap, the grid alone shows lengths.
-    const ImVec2 room = size_of(layout.surface);
-    const bool roomy = room.x >= 320 * scale && room.y >= 200 * scale;
-    std::vector<PlacedText> placed;
-    if (state.axes && roomy) placed = draw_axes(under, *eye, layout.surface, half_mm, style, scale);
-    if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
-      draw_shear(under, *eye, layout.surface, half_mm, content.traction,
-                 content.sensor.shear ? content.sensor.shear->friction : 0, scale);
-    if (state.contacts)
-      draw_touch(under, SurfacePlace{*eye, layout.surface, half_mm}, shown, content.frame.format,
-                 {.scale = scale, .extrapolated = content.extrapolated}, std::move(placed));
-    if (section) draw_section(under, layout.surface, *eye, state.line, *profile, half_mm, style, scale);
-    const bool* follows = state.automatic();
-    draw_colour_bar(under, layout.surface, style, follows && *follows, scale);
-  }
-  const ImVec2 low = corner(layout.image), high = far_corner(layout.image);
-  under->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, ink(theme().frame));
-  draw_touch(under, layout.image, shown, content.frame.format,
-             {state.contacts, state.skin, full_shear_N_, scale, content.extrapolated});
-  if (content.live && content.live->press && content.live->press->last)
-    draw_lump(under, layout.image, *content.live->press->last, content.sensor, content.frame.format, scale);
-  if (content.strain) draw_strain_bar(under, layout.image, *content.strain, state, scale);
-  if (section) draw_section(under, layout.image, state.line, scale);
+  const bool section = profile != nullptr;
+  if (eye) mark_surface(under, {*eye, layout.surface, half_mm}, content, shown, state, profile, scale);
+  if (layout.has_image) mark_image(under, layout.image, content, shown, state, section, full_shear_N_, scale);
   const ChartStyle chart_style = charts_of(state, layout, scale);
   if (layout.has_charts)
     draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare, chart_style);
   if (layout.has_profile && profile)
     draw_profile(under, layout.profile, *profile,
                  doubt(content.touch.surface.value_or(SurfaceSummary{}).validity), scale);
-  measurement_panel(frame, layout, content, shown, state);
+  if (layout.has_panel) measurement_panel(frame, layout, content, shown, state);
   status_line(layout, content, scale);
   if (state.sensor_panel) sensor_panel(layout, scale, content.sensor, content.touch, state);
   if (state.rates && content.live) performance_overlay(layout, content, scale);
@@ -126,12 +145,12 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   const bool player = content.live && content.live->player;
   if (content.live) banner(layout, *content.live, scale);
   if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
-  if (state.labelling) label_window(layout.surface, scale, state);
+  if (state.labelling) label_window(layout.pictures, scale, state);
   const Circumstances now = circumstances(content.live, content.has_surface, state);
   if (state.palette) palette_window(extent, scale, now, state);
   if (state.help) {
     help_window(extent, scale, key_help(now), state.help);
-  } else if (content.has_surface) {  // a large image has its states there
+  } else if (eye && is_roomy(layout.surface, scale)) {
     const ImVec2 at{corner(layout.surface).x + 14 * scale, far_corner(layout.surface).y - 20 * scale};
     under->AddText(at, ink(theme().faint), "drag: orbit   wheel: zoom");
   }
@@ -140,6 +159,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (state.chart_menu)
     chart_menu(
         layout.charts, scale, [&] { return chart_table(content.sensor, state); }, state);
+  follow_double_click(layout, state);
   state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,
                                                                      eye, half_mm, scale));
 }

@@ -17,6 +17,9 @@
 
 namespace palpate::viz {
 
+/// A double click on the surface shows all of it again; on the image both change places.
+void follow_double_click(const Layout& layout, ViewState& state);
+
 class Hud {
  public:
   /// Remembers this frame, number `position` of its source, for the charts; once a result, however often it

@@ -143,7 +143,7 @@ void calibration_charts(const Sensor& sensor, const Touch& touch, float height, 
 
 void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const Touch& touch,
                   ViewState& state) {
-  const ViewRect& around = layout.has_dock ? layout.dock : layout.surface;
+  const ViewRect& around = layout.has_dock ? layout.dock : layout.pictures;
   const ImVec2 size = size_of(around);
   ImGuiWindowFlags flags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;

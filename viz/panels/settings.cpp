@@ -28,6 +28,9 @@ constexpr int count_of(Quantity) {
 constexpr int count_of(ColourMap) {
   return kColourMaps;
 }
+constexpr int count_of(Arrangement) {
+  return kArrangements;
+}
 constexpr int count_of(SkinStrain) {
   return kSkinStrains;
 }

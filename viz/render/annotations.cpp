@@ -13,6 +13,7 @@
 
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
+#include "viz/look/measures.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
@@ -65,6 +66,9 @@ class Pen {
     const float beyond = middle.x + size.x / 2 - right_;
     if (beyond > size.x) return false;
     middle.x -= std::max(beyond, 0.0f);
+    const float before = corner(rect_).x - (middle.x - size.x / 2);
+    if (before > size.x) return false;
+    middle.x += std::max(before, 0.0f);
     const PlacedText text{words, middle.x - size.x / 2, middle.y - size.y / 2, middle.x + size.x / 2,
                           middle.y + size.y / 2};
     for (const PlacedText& other : placed_)
@@ -236,6 +240,28 @@ std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRe
   return pen.placed();
 }
 
+namespace {
+
+/// Of the colours' quantity as it is shown.
+struct ColourUnit {
+  const char *title, *unit;
+  double factor;  ///< from the unit of `last_colour`
+};
+ColourUnit unit_of(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::Pressure:
+      return {"p", "kPa", 1e3};
+    case Quantity::Strain:
+      return {"strain", "%", 100};
+    case Quantity::Friction:
+      return {"shear / p", "", 1};
+    default:
+      return {"depth", "mm", 1};
+  }
+}
+
+}  // namespace
+
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,
                      float scale) {
   constexpr int kBands = 64;
@@ -251,10 +277,8 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
                                   below);
   }
   list->AddRect({x, y}, {x + width, y + height}, ink(theme().faint));
-  const double unit = style.quantity == Quantity::Pressure ? 1e3
-                      : style.quantity == Quantity::Strain ? 100
-                                                           : 1;
-  const double range = unit * last_colour(style);
+  const ColourUnit unit = unit_of(style.quantity);
+  const double range = unit.factor * last_colour(style);
   const double step = nice_ceiling(range / 5);
   for (int i = 0; i * step <= range * (1 + 1e-9); ++i) {
     const float at = y + static_cast<float>(i * step / range) * height;
@@ -263,10 +287,7 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
     list->AddText({x + width + 8 * scale, at - ImGui::GetFontSize() / 2}, ink(theme().text), words.c_str());
   }
   const float middle = x + width / 2 + 6 * scale;
-  const char* title = style.quantity == Quantity::Pressure   ? "p [kPa]"
-                      : style.quantity == Quantity::Strain   ? "strain [%]"
-                      : style.quantity == Quantity::Friction ? "shear / p"
-                                                             : "depth [mm]";
+  const std::string title = *unit.unit ? text("%s [%s]", unit.title, unit.unit) : unit.title;
   centred_text(list, {middle, y - 18 * scale}, title);
   float below = y + height + 13 * scale;
   if (automatic) {
@@ -275,6 +296,21 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
   }
   if (style.grid_mm > 0)
     centred_text(list, {middle, below}, text("grid %g mm", style.grid_mm), ink(theme().faint));
+}
+
+void draw_low_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, float scale) {
+  constexpr int kBands = 32;
+  const ColourUnit unit = unit_of(style.quantity);
+  const std::string words = text("%s 0 to %.3g %s", unit.title, unit.factor * last_colour(style), unit.unit);
+  const float width = std::min(120 * scale, 0.4f * size_of(rect).x), height = 8 * scale;
+  const float y = far_corner(rect).y - ImGui::GetFontSize() - kGrid_px / 2 * scale;
+  const float x = corner(rect).x + kGrid_px * scale, bar_y = y + (ImGui::GetFontSize() - height) / 2;
+  for (int i = 0; i < kBands; ++i) {
+    const float left = x + width * static_cast<float>(i) / kBands;
+    list->AddRectFilled({left, bar_y}, {left + width / kBands + 1, bar_y + height},
+                        map_colour(style.map, (i + 0.5) / kBands));
+  }
+  list->AddText({x + width + kGrid_px * scale, y}, ink(theme().faint), words.c_str());
 }
 
 }  // namespace palpate::viz

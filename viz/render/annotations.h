@@ -38,6 +38,10 @@ void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& view, const Ve
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,
                      float scale);
 
+/// The same lying along the foot of a view without room for it: the quantity, and the value of the last
+/// colour.
+void draw_low_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, float scale);
+
 /// Options of the marks over the raw image.
 struct ImageMarks {
   bool contacts = true;                 ///< outlines, ids, centroids, shear

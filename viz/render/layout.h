@@ -8,6 +8,15 @@
 
 namespace palpate::viz {
 
+/// How surface and raw image share the picture.
+enum class Arrangement : int {
+  OneLarge,   ///< the other stands small over the numbers
+  BothEqual,  ///< side by side, or one above the other where they are larger so
+  OneAlone,   ///< without the other, the numbers and the charts
+};
+inline constexpr int kArrangements = 3;
+const char* to_string(Arrangement arrangement);
+
 /// Parts with a place of their own beside the surface and the measurements.
 struct Panels {
   bool charts = true;
@@ -15,19 +24,26 @@ struct Panels {
   double dock = 0;       ///< width of a column beside the surface for settings or calibrations, at scale 1
   bool player = false;   ///< a bar between the surface and the charts
   bool tools = false;    ///< a bar of buttons above the surface
+  Arrangement arrangement = Arrangement::OneLarge;
+  bool image_large = false;  ///< the image is the large, first or only one; it is without a surface
 };
 
 /// Places, px. An absent panel is 1 x 1 px large and not drawn.
 struct Layout {
-  ViewRect surface;  ///< of the 3D view, or of the large raw image when there is no surface
-  ViewRect tools;    ///< bar of buttons, above the surface
-  ViewRect dock;     ///< settings or calibrations, left of the surface
-  ViewRect player;   ///< bar of a replay, below the surface
-  ViewRect charts;   ///< strip charts, below the surface
-  ViewRect profile;  ///< of the section line, next to them
-  ViewRect panel;    ///< measurements
-  ViewRect image;    ///< raw image; inside panel, or inside surface when there is no surface
-  ViewRect status;   ///< one line at the foot
+  ViewRect pictures;      ///< what is not small of surface and image
+  ViewRect surface;       ///< of the 3D view; inside pictures or panel
+  ViewRect image;         ///< raw image; inside pictures or panel
+  ViewRect tools;         ///< bar of buttons, above the pictures
+  ViewRect dock;          ///< settings or calibrations, left of the pictures
+  ViewRect player;        ///< bar of a replay, below the pictures
+  ViewRect charts;        ///< strip charts, below the pictures
+  ViewRect profile;       ///< of the section line, next to them
+  ViewRect panel;         ///< measurements
+  ViewRect status;        ///< one line at the foot
+  int32_t numbers_y = 0;  ///< in panel, where they begin: below its heading, or the small picture
+  bool has_surface = false;
+  bool has_image = false;
+  bool has_panel = false;
   bool has_tools = false;
   bool has_dock = false;
   bool has_player = false;
@@ -37,7 +53,9 @@ struct Layout {
 /// Room beside the surface for the colour bar, and around the pad for the axes' labels, at scale 1.
 inline constexpr double kColourBarRoom_px = 92;
 inline constexpr double kLabelRoom_px = 52;
-/// The same of this layout.
+/// Whether the surface has this room; else its grid alone shows lengths, and its colours have a low bar.
+bool is_roomy(const ViewRect& surface, float scale);
+/// Room around the pad.
 ViewMargins margins_of(const ViewRect& surface, float scale);
 
 /// `scale`: of text and panels, 1 for 96 dpi. Where the picture is too low for charts there are none.

@@ -7,6 +7,7 @@
 
 #include "viz/render/colour_map.h"
 #include "viz/render/image/strain_view.h"
+#include "viz/render/layout.h"
 #include "viz/render/section_line.h"
 
 namespace palpate::viz {
@@ -17,6 +18,8 @@ struct ViewSettings {
   float text_scale = 1;  ///< on top of the screen's own
   Quantity quantity = Quantity::Depth;
   ColourMap map = ColourMap::Viridis;
+  Arrangement arrangement = Arrangement::OneLarge;
+  bool image_large = false;  ///< the large, first or only one of both
   bool lit = true, grid = true, axes = true, section = false;
   SectionLine line;
   bool charts = true;
@@ -33,11 +36,11 @@ struct ViewSettings {
 struct ViewSetting {
   using V = ViewSettings;
   using Member = std::variant<bool V::*, float V::*, double V::*, Quantity V::*, ColourMap V::*,
-                              SkinStrain V::*, SectionLine V::*>;
+                              SkinStrain V::*, Arrangement V::*, SectionLine V::*>;
   const char* name;  ///< in the file, with its unit; of a box in the panel, with spaces
   Member member;
-  const char* sentence = "";   ///< of the help and over its box
-  const char* key = "";        ///< that switches it, or goes on to its next value
+  const char* sentence = "";  ///< of the help and over its box
+  int key = 0;  ///< GLFW_KEY_... that switches it, or goes on to its next value; letters are their codes
   bool on_surface = false;     ///< nothing without a surface that is drawn
   double least = 0, most = 0;  ///< of a number
 };
@@ -45,6 +48,6 @@ struct ViewSetting {
 /// All of them, in the order of the panel.
 std::span<const ViewSetting> view_settings();
 /// That of a key, which there must be.
-const ViewSetting& view_setting(char key);
+const ViewSetting& view_setting(int key);
 
 }  // namespace palpate::viz

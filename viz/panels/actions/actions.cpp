@@ -81,6 +81,7 @@ class Actions {
  public:
   Actions() {
     surface();
+    pictures();
     section_and_charts();
     player();
     session();
@@ -94,7 +95,7 @@ class Actions {
            Needs needs = Needs::Nothing) {
     all.push_back({std::move(name), std::move(chords), needs, std::move(run)});
   }
-  void setting(char key, Needs needs = Needs::Nothing) {
+  void setting(int key, Needs needs = Needs::Nothing) {
     const ViewSetting& setting = view_setting(key);
     if (setting.on_surface) needs = Needs::Surface;
     add(
@@ -129,6 +130,21 @@ class Actions {
         "exaggerate less", keys({GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT}),
         [](S& state) { exaggerate(state, 0.8); }, kSurface);
     for (const char key : {'L', 'G', 'Y', 'X'}) setting(key);
+  }
+
+  void pictures() {
+    setting(GLFW_KEY_TAB);
+    add(
+        "surface and image: one large, both equal, one alone", {with_shift(GLFW_KEY_TAB)},
+        [](S& state) {
+          state.arrangement =
+              static_cast<Arrangement>((static_cast<int>(state.arrangement) + 1) % kArrangements);
+        },
+        Needs::Surface);
+    add("one picture alone, or with the rest again", keys({GLFW_KEY_ENTER, GLFW_KEY_KP_ENTER}), [](S& state) {
+      const bool alone = state.arrangement == Arrangement::OneAlone;
+      state.arrangement = alone ? Arrangement::OneLarge : Arrangement::OneAlone;
+    });
   }
 
   void section_and_charts() {
@@ -236,6 +252,11 @@ class Actions {
       add(
           std::string("colour map: ") + to_string(static_cast<ColourMap>(i)), {},
           [map = static_cast<ColourMap>(i)](S& state) { state.map = map; }, Needs::Surface);
+    for (int i = 0; i < kArrangements; ++i)
+      add(
+          std::string("surface and image: ") + to_string(static_cast<Arrangement>(i)), {},
+          [arrangement = static_cast<Arrangement>(i)](S& state) { state.arrangement = arrangement; },
+          Needs::Surface);
     for (const double span_s : kChartSpans_s)
       add(text("time axis: %g s", span_s), {}, [span_s](S& state) {
         state.chart_span_s = span_s;
@@ -250,13 +271,16 @@ class Actions {
         },
         Needs::Player);
     for (const ViewSetting& setting : view_settings())  // those without a key
-      if (std::holds_alternative<bool ViewSettings::*>(setting.member) && *setting.key == 0)
+      if (std::holds_alternative<bool ViewSettings::*>(setting.member) && setting.key == 0)
         add(setting.sentence, {}, [&setting](S& state) { next_value(setting, state); });
   }
 };
 
-constexpr std::array<std::pair<int, const char*>, 18> kKeyNames{{
+constexpr std::array<std::pair<int, const char*>, 21> kKeyNames{{
     {GLFW_KEY_SPACE, "Space"},
+    {GLFW_KEY_TAB, "Tab"},
+    {GLFW_KEY_ENTER, "Enter"},
+    {GLFW_KEY_KP_ENTER, "Enter"},
     {GLFW_KEY_ESCAPE, "Esc"},
     {GLFW_KEY_LEFT, "Left"},
     {GLFW_KEY_RIGHT, "Right"},
@@ -399,7 +423,12 @@ std::string words_of(const KeyPress& chord) {
 
 std::vector<KeyHelp> key_help(const Circumstances& now) {
   std::vector<KeyHelp> lines;
-  if (now.has_surface) lines = {{"drag", "orbit"}, {"right drag, Shift + drag", "pan"}, {"wheel", "zoom"}};
+  if (now.has_surface)
+    lines = {{"drag the surface", "orbit"},
+             {"right drag, Shift + drag", "pan"},
+             {"wheel", "zoom"},
+             {"double click on it", "all of it again"},
+             {"double click on the image", "they change places"}};
   lines.push_back({"wheel, drag in the charts", "zoom, pan time"});
   lines.push_back({"double, right click in the charts", "all of the time, menu"});
   if (now.player) lines.push_back({"click in the charts", "go there"});

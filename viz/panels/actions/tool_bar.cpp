@@ -64,6 +64,7 @@ std::vector<BarButton> bar_buttons(const Layout& layout, float scale, bool has_s
       {9, "Text", "Text", with(GLFW_KEY_M, true), state.labelling},
       {7, "Sources", "Sources", with(GLFW_KEY_B), false, true},
       {10, "View", "View", with(GLFW_KEY_R), false, true},
+      {7, "Pictures", "Pictures", with(GLFW_KEY_TAB, true), false, true},
       {8, "Sensor", "Sensor", with(GLFW_KEY_I), state.sensor_panel, true},
       {2, "Find", "Find", action_of({GLFW_KEY_K, false, true}, now), state.palette, true},
       {0, "Settings", "Settings", with(GLFW_KEY_C), state.controls, true},

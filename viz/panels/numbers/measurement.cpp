@@ -218,12 +218,10 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   ImGui::SetNextWindowSize(size_of(layout.panel));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {kGrid_px * scale, kGrid_px * scale});
-  // Scrolls where the numbers have no room.
   ImGui::Begin("measurements", nullptr,
-               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus |
-                   ImGuiWindowFlags_NoNav | (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
+                   ImGuiWindowFlags_NoNav);
   ImGui::PopStyleVar(2);
   const std::string format = text("%u x %u px", content.frame.format.width, content.frame.format.height);
   const float format_width = ImGui::CalcTextSize(format.c_str()).x;
@@ -232,15 +230,13 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
       shortened(name, ImGui::GetContentRegionAvail().x - format_width - 12 * scale).c_str());
   ImGui::SameLine(ImGui::GetWindowWidth() - format_width - kGrid_px * scale);
   ImGui::TextDisabled("%s", format.c_str());
-  if (content.has_surface) {
-    // The image stays where it is while the numbers scroll.
-    ImGui::SetCursorPosY(far_corner(layout.image).y + kGrid_px * scale);
-    ImGui::BeginChild("numbers", {0, 0}, false,
-                      ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav |
-                          (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
-  }
+  // The small picture stays where it is while the numbers scroll.
+  ImGui::SetCursorPosY(static_cast<float>(layout.numbers_y));
+  ImGui::BeginChild("numbers", {0, 0}, false,
+                    ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav |
+                        (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
   draw_cards(frame, cards_of(frame, t, content, state, ImGui::GetContentRegionAvail().x));
-  if (content.has_surface) ImGui::EndChild();
+  ImGui::EndChild();
   ImGui::End();
 }
 

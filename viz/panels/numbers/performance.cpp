@@ -65,8 +65,8 @@ void row(const char* label, const std::string& words, float column) {
 
 void performance_overlay(const Layout& layout, const HudContent& content, float scale) {
   const LiveStats& live = *content.live;
-  const float margin = kGrid_px * scale, foot = far_corner(layout.surface).y - 3 * margin;
-  ImGui::SetNextWindowPos({corner(layout.surface).x + margin, foot}, ImGuiCond_Always, {0, 1});
+  const float margin = kGrid_px * scale, foot = far_corner(layout.pictures).y - 3 * margin;
+  ImGui::SetNextWindowPos({corner(layout.pictures).x + margin, foot}, ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowBgAlpha(1);
   ImGui::Begin("performance", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoNav |
