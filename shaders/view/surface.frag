@@ -14,10 +14,11 @@ layout(constant_id = 2) const int kFine = 1;  // 0: a pixel covers several texel
 
 layout(location = 0) in vec2 texel;
 layout(location = 1) in vec3 world_mm;
+layout(location = 2) in float open_sky;
 layout(location = 0) out vec4 color;
 
 const vec3 kLight = normalize(vec3(-0.50, 0.55, 0.80));
-const float kAmbient = 0.42;
+const float kAmbient = 0.55;
 
 // Between the four texels around the same place of the frame.
 float load_at(vec2 place) {
@@ -84,7 +85,8 @@ void main() {
     const float diffuse = max(dot(normal, light), 0.0) / kLight.z;
     float gloss = max(dot(normal, normalize(light + eye)), 0.0);
     for (int i = 0; i < 5; ++i) gloss *= gloss;  // to the power 32, cheaper than pow
-    shade = shade * (kAmbient + (1.0 - kAmbient) * min(diffuse, 1.35)) + 0.14 * gloss;
+    const float ambient = kAmbient * (gl_FrontFacing ? open_sky : 1.0);
+    shade = shade * (ambient + (1.0 - kAmbient) * min(diffuse, 1.35)) + 0.14 * gloss;
   }
   // The edge of the pad, smooth with one sample a pixel.
   const vec2 to_edge = min(texel, vec2(push.width, push.height) - 1.0 - texel) / max(fwidth(texel), vec2(1e-6));

@@ -258,6 +258,31 @@ TEST_F(SurfaceViewTest, LightKeepsLevelFacetsAndShadesSlopes) {
   EXPECT_GT(toward[1], away[1] + 25);
 }
 
+// The floor of a pit with a level floor against a plane at its depth: what differs is the sky that its wall
+// takes away.
+TEST_F(SurfaceViewTest, AWallTakesSkyFromTheFloorBesideIt) {
+  constexpr double kDepth_mm = 0.2, kAmbient = 0.55, kOuterRing = 0.055;  // of the map's longer side
+  constexpr double kRadius_mm = 0.4;                                      // within the outer ring
+  SurfaceStyle style = plain(4);
+  style.lit = true;
+  const auto floor_of = [&](double radius_mm) {
+    fill(200, 150, [=](double x, double y) { return std::hypot(x, y) < radius_mm ? kDepth_mm : 0.0; });
+    const RgbImage image = draw(from_top(), style, 200);
+    const uint8_t* rgb = at_world(image, {0, 0, -style.exaggeration * kDepth_mm});
+    return std::array<int, 3>{rgb[0], rgb[1], rgb[2]};
+  };
+  const std::array<int, 3> plane = floor_of(100), pit = floor_of(kRadius_mm);
+  const double steepness = style.exaggeration * kDepth_mm / (kOuterRing * 200 * kPitch_mm);
+  const double sky = 1 / std::sqrt(1 + steepness * steepness);
+  const std::array<int, 3> colour = map_rgb(kDepth_mm / style.range_mm);
+  for (size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(plane[c] - pit[c], kAmbient * (1 - sky) * colour[c], 3)
+        << c << ": " << plane[c] << " and " << pit[c];
+  EXPECT_GT(plane[1] - pit[1], 20);
+  style.lit = false;
+  EXPECT_LE(std::abs(floor_of(kRadius_mm)[1] - colour[1]), 3) << "plain colours are those of the bar";
+}
+
 TEST_F(SurfaceViewTest, BothSidesAreDrawn) {
   fill(200, 150, dimple);
   SurfaceStyle style = plain(4);
