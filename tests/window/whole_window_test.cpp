@@ -80,6 +80,7 @@ class WholeWindow : public GpuTest {
     Sensor sensor;
     Touch touch;
     LiveStats live;
+    UnknownCells unknown = {};
   };
 
   WholeWindow() {
@@ -116,6 +117,9 @@ class WholeWindow : public GpuTest {
       c.force_N = {0.1 * i, 0.01, i == 9 ? Validity::AboveRange : Validity::Valid};
       many.touch.contacts.push_back(c);
     }
+    UnknownCells cells{160, 120, 4, std::vector<uint8_t>(size_t{160} * 120), 31};
+    for (size_t i = 0; i < cells.reasons.size(); i += 3) cells.reasons[i] = static_cast<uint8_t>(1 << i % 5);
+    many.unknown = saturated.unknown = none.unknown = cells;
     cases_ = {gel, rest, none, saturated, many};
   }
   static Touch everything() {
@@ -164,7 +168,8 @@ class WholeWindow : public GpuTest {
     hud.mark({20, 2.0, "mark", "first press"});
     hud.mark({21, 2.1, "mark", "and at once another"});
     hud.mark({88, 8.9, "mark", "let go"});
-    const HudContent content{one.sensor, image, touch, has_surface, &one.live, "a device", {96, 72}};
+    HudContent content{one.sensor, image, touch, has_surface, &one.live, "a device", {96, 72}};
+    if (one.unknown.all) content.unknown = &one.unknown;
     const SurfaceStyle style = state.style(25.6);
     const Vec3 half = surface_half_size_mm(640, 480, 0.04, style);
     const Eye eye = place(state.camera, half, layout.surface.aspect(), margins_of(layout.surface, scale));

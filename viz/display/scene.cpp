@@ -44,7 +44,7 @@ void Scene::fit_text() {
 
 void Scene::follow(const Touch& touch, std::optional<uint64_t> position) {
   hud_.follow(touch, position.value_or(touch.sequence));
-  strain_due_ = true;
+  strain_due_ = unknown_due_ = true;
   state_.follow(touch, longest_side_mm_);
 }
 
@@ -105,7 +105,9 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   content.traction = shown.result.traction;
-  content.extrapolated = shown.result.extrapolated;
+  if (std::exchange(unknown_due_, false))
+    unknown_ = unknown_cells(shown.frame, background_, shown.touch, shown.result, sensor_);
+  content.unknown = &unknown_;
   content.separate = hud_.timeline().separate;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
   if (has_surface) content.mesh = SurfaceView::mesh_size(surface, mesh_columns);

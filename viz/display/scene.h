@@ -63,6 +63,8 @@ class Scene {
   StrainMap strain_;
   SkinStrain strain_shown_ = SkinStrain::Off;
   bool strain_due_ = true;
+  UnknownCells unknown_;
+  bool unknown_due_ = true;
   std::unique_ptr<HudFrame> frame_;
   Hud hud_;
   ViewState state_;

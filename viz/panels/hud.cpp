@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -61,6 +62,11 @@ ChartStyle charts_of(const ViewState& state, const Layout& layout, float scale) 
   return style;
 }
 
+/// Where one line of words at the foot of the surface begins.
+std::array<float, 2> foot_line(const ViewRect& surface, float scale) {
+  return {corner(surface).x + 14 * scale, far_corner(surface).y - 20 * scale};
+}
+
 void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& content, const Touch& shown,
                   ViewState& state, const Profile* profile, float scale) {
   const SurfaceStyle style = state.style(2 * std::max(on.half_mm.x, on.half_mm.y));
@@ -72,21 +78,24 @@ void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& co
     draw_shear(list, on.eye, on.view, on.half_mm, content.traction,
                content.sensor.shear ? content.sensor.shear->friction : 0, scale);
   if (state.contacts)
-    draw_touch(list, on, shown, content.frame.format, {.scale = scale, .extrapolated = content.extrapolated},
+    draw_touch(list, on, shown, content.frame.format, {.scale = scale, .unknown = content.unknown},
                std::move(placed));
   if (profile) draw_section(list, on.view, on.eye, state.line, *profile, on.half_mm, style, scale);
+  if (roomy && content.unknown && content.unknown->all)
+    draw_unknown_key(list, foot_line(on.view, scale), *content.unknown, size_of(on.view).x - 28 * scale,
+                     scale);
   const bool* follows = state.automatic();
   roomy ? draw_colour_bar(list, on.view, style, follows && *follows, scale)
         : draw_low_colour_bar(list, on.view, style, scale);
 }
 
 void mark_image(ImDrawList* list, const ViewRect& image, const HudContent& content, const Touch& shown,
-                const ViewState& state, bool section, double full_shear_N, float scale) {
+                const ViewState& state, bool section, double full_shear_N, bool explains, float scale) {
   const FrameFormat& format = content.frame.format;
   const ImVec2 low = corner(image), high = far_corner(image);
   list->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, ink(theme().frame));
   draw_touch(list, image, shown, format,
-             {state.contacts, state.skin, full_shear_N, scale, content.extrapolated});
+             {state.contacts, state.skin, full_shear_N, scale, content.unknown, explains});
   if (content.live && content.live->press && content.live->press->last)
     draw_lump(list, image, *content.live->press->last, content.sensor, format, scale);
   if (content.strain) draw_strain_bar(list, image, *content.strain, state, scale);
@@ -127,7 +136,9 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   ImDrawList* under = ImGui::GetBackgroundDrawList();
   const bool section = profile != nullptr;
   if (eye) mark_surface(under, {*eye, layout.surface, half_mm}, content, shown, state, profile, scale);
-  if (layout.has_image) mark_image(under, layout.image, content, shown, state, section, full_shear_N_, scale);
+  if (layout.has_image)
+    mark_image(under, layout.image, content, shown, state, section, full_shear_N_,
+               !eye || !is_roomy(layout.surface, scale), scale);
   const ChartStyle chart_style = charts_of(state, layout, scale);
   if (layout.has_charts)
     draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare, chart_style);
@@ -150,9 +161,9 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (state.palette) palette_window(extent, scale, now, state);
   if (state.help) {
     help_window(extent, scale, key_help(now), state.help);
-  } else if (eye && is_roomy(layout.surface, scale)) {
-    const ImVec2 at{corner(layout.surface).x + 14 * scale, far_corner(layout.surface).y - 20 * scale};
-    under->AddText(at, ink(theme().faint), "drag: orbit   wheel: zoom");
+  } else if (eye && is_roomy(layout.surface, scale) && !(content.unknown && content.unknown->all)) {
+    const auto [x, y] = foot_line(layout.surface, scale);
+    under->AddText({x, y}, ink(theme().faint), "drag: orbit   wheel: zoom");
   }
   const bool at_charts =
       layout.has_charts && chart_mouse_.follow(layout.charts, history_, chart_style, state);

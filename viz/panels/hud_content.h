@@ -11,6 +11,7 @@
 #include "palpate/touch.h"
 #include "viz/live/stats.h"
 #include "viz/render/image/strain_view.h"
+#include "viz/render/image/unknown_cells.h"
 
 namespace palpate::viz {
 
@@ -25,7 +26,7 @@ struct HudContent {
   std::pair<uint32_t, uint32_t> mesh{0, 0};
   const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
   TractionMaps traction = {};
-  ExtrapolatedCells extrapolated = {};  ///< over the raw image
+  const UnknownCells* unknown = nullptr;  ///< hatched over surface and image
   bool separate = false;                ///< a picture by itself: nothing has moved
 };
 

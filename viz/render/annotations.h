@@ -2,6 +2,7 @@
 // raw image.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
+#include "viz/render/image/unknown_cells.h"
 #include "viz/render/orbit.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_state.h"
@@ -44,16 +46,17 @@ void draw_low_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceSt
 
 /// Options of the marks over the raw image.
 struct ImageMarks {
-  bool contacts = true;                 ///< outlines, ids, centroids, shear
-  bool skin = true;                     ///< followed places of the skin and how far they have moved
-  double full_shear_N = 1;              ///< tangential force of an arrow of full length
-  float scale = 1;                      ///< of text and lines
-  ExtrapolatedCells extrapolated = {};  ///< hatched
+  bool contacts = true;                   ///< outlines, ids, centroids, shear
+  bool skin = true;                       ///< followed places of the skin and how far they have moved
+  double full_shear_N = 1;                ///< tangential force of an arrow of full length
+  float scale = 1;                        ///< of text and lines
+  const UnknownCells* unknown = nullptr;  ///< hatched
+  bool explains_unknown = false;          ///< says so in words, where nothing else does
 };
 
 /// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch
 /// where contacts are not separated), places of the skin, what reaches the border, what is saturated, and
-/// hatched what calibration never saw.
+/// hatched what is not known.
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
                 const ImageMarks& marks);
 
@@ -64,10 +67,14 @@ struct SurfacePlace {
   Vec3 half_mm;
 };
 /// The same over the surface, at its rest level: outlines, the deepest place of one contact in words or the
-/// numbers of several, and hatched what calibration never saw. Words that would lie over `placed` ones, or
+/// numbers of several, and hatched what is not known. Words that would lie over `placed` ones, or
 /// over the colour bar, are left out.
 void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, const FrameFormat& format,
                 const ImageMarks& marks, std::vector<PlacedText> placed);
+
+/// What the strokes mean, in a line whose left end is `at`: strokes, then words of at most `room_px`.
+void draw_unknown_key(ImDrawList* list, std::array<float, 2> at, const UnknownCells& cells, float room_px,
+                      float scale);
 
 /// Over the raw image: the outline of a found lump seen from above, a circle of its size, with the interval
 /// of its centre as a cross.

@@ -110,14 +110,36 @@ void draw_skin(ImDrawList* list, const Place& place, const Touch& touch, float s
                 text("skin shift x%g", longer));
 }
 
-/// A stroke through each cell.
+/// Seen on bright and on dark ground.
+void stroke(ImDrawList* list, ImVec2 from, ImVec2 to, ImU32 colour, float scale) {
+  list->AddLine(from, to, kShadow, 2.6f * scale);
+  list->AddLine(from, to, colour, 1.2f * scale);
+}
+
+/// Slanted strokes through the cells, a few pixels apart whatever the cells' size; `at`: from pixels of the
+/// frame to the screen. Fainter beyond the pad, where nothing is missed.
 template <typename At>
-void draw_extrapolated(ImDrawList* list, const At& at, const ExtrapolatedCells& map, float scale) {
-  for (uint32_t y = 0; y < map.height; ++y)
-    for (uint32_t x = 0; x < map.width; ++x)
-      if (map.cells[size_t{y} * map.width + x])
-        list->AddLine(at(x * map.cell_px - 0.5, (y + 1) * map.cell_px - 0.5),
-                      at((x + 1) * map.cell_px - 0.5, y * map.cell_px - 0.5), kWarning, scale);
+void draw_unknown(ImDrawList* list, const At& at, const UnknownCells& map, float scale) {
+  if (map.reasons.empty()) return;
+  constexpr float kApart_px = 5;
+  const ImVec2 first = at(-0.5, -0.5), next = at(map.cell_px - 0.5, -0.5);
+  const float cell_px = std::hypot(next.x - first.x, next.y - first.y);
+  const auto stride =
+      std::max(1u, static_cast<uint32_t>(std::lround(kApart_px * scale / std::max(cell_px, 0.1f))));
+  const auto reasons_at = [&map](uint32_t x, uint32_t y) { return map.reasons[size_t{y} * map.width + x]; };
+  for (uint32_t sum = 0; sum < map.width + map.height - 1; sum += stride) {
+    uint32_t x = sum < map.height ? 0 : sum - map.height + 1;
+    const uint32_t end = std::min(sum + 1, map.width);
+    while (x < end) {
+      const uint32_t begin = x;
+      const uint8_t reasons = reasons_at(x, sum - x);
+      while (x < end && reasons_at(x, sum - x) == reasons) ++x;
+      if (reasons == 0) continue;
+      stroke(list, at(begin * map.cell_px - 0.5, (sum - begin + 1) * map.cell_px - 0.5),
+             at(x * map.cell_px - 0.5, (sum - x + 1) * map.cell_px - 0.5),
+             reasons == UnknownCells::Outside ? kLost : kWarning, scale);
+    }
+  }
 }
 
 /// The largest depth, with its error or why it is none.
@@ -138,7 +160,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   const Place place{low, static_cast<double>(rect.width) / format.width};
   list->PushClipRect(low, high, true);
   const auto at = [&place](double x_px, double y_px) { return place.at(x_px, y_px); };
-  if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, at, marks.extrapolated, scale);
+  if (marks.unknown) draw_unknown(list, at, *marks.unknown, scale);
   if (marks.skin && touch.skin) draw_skin(list, place, touch, scale);
   if (marks.contacts && touch.regions) {
     for (const ContactTouch& c : touch.contacts) {
@@ -165,13 +187,17 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
     warnings += text("%sSATURATED %llu px", warnings.empty() ? "" : "  ",
                      static_cast<unsigned long long>(touch.saturated_px));
   if (touch.surface && touch.surface->validity == Validity::Extrapolated)
-    warnings += std::string(warnings.empty() ? "" : "  ") + "EXTRAPOLATED (hatched)";
+    warnings += std::string(warnings.empty() ? "" : "  ") + "EXTRAPOLATED";
   if (touch.regions && touch.regions->overflow)
     warnings += std::string(warnings.empty() ? "" : "  ") + "TOO MANY REGIONS";
+  const float line = ImGui::GetFontSize() + 4 * scale;
+  if (marks.unknown && marks.unknown->all && marks.explains_unknown)
+    shadowed_text(list, {low.x + 5 * scale, high.y - (warnings.empty() ? 1 : 2) * line}, kWarning,
+                  shortened("hatched: " + words_of(*marks.unknown), size_of(rect).x - 10 * scale));
   if (!warnings.empty()) {
     list->AddRect({low.x + scale, low.y + scale}, {high.x - scale, high.y - scale}, kWarning, 0, 0,
                   2 * scale);
-    shadowed_text(list, {low.x + 5 * scale, high.y - ImGui::GetFontSize() - 4 * scale}, kWarning, warnings);
+    shadowed_text(list, {low.x + 5 * scale, high.y - line}, kWarning, warnings);
   }
   list->PopClipRect();
 }
@@ -188,7 +214,7 @@ void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, co
     for (const double y : {-on.half_mm.y, on.half_mm.y})
       if (!on.eye.project({x, y, 0}).in_front) return;
   list->PushClipRect(corner(on.view), far_corner(on.view), true);
-  if (!marks.extrapolated.cells.empty()) draw_extrapolated(list, at, marks.extrapolated, marks.scale);
+  if (marks.unknown) draw_unknown(list, at, *marks.unknown, marks.scale);
   const auto beside = [&](double x_px, double y_px, const Ellipse& ellipse, const std::string& words) {
     const ImVec2 right = at(x_px + 0.55 * ellipse.major_px, y_px), size = ImGui::CalcTextSize(words.c_str());
     const PlacedText label{words, right.x, right.y - size.y / 2, right.x + size.x, right.y + size.y / 2};
@@ -214,6 +240,17 @@ void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, co
     beside(touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, deepest_words(touch));
   }
   list->PopClipRect();
+}
+
+void draw_unknown_key(ImDrawList* list, std::array<float, 2> at, const UnknownCells& cells, float room_px,
+                      float scale) {
+  const float side = ImGui::GetFontSize(), apart = 5 * scale;
+  for (float x = 0; x + side <= 2 * side; x += apart)
+    stroke(list, {at[0] + x, at[1] + side}, {at[0] + x + side, at[1]},
+           cells.all == UnknownCells::Outside ? kLost : kWarning, scale);
+  const float left = 2 * side + 6 * scale;
+  list->AddText({at[0] + left, at[1]}, ink(theme().faint),
+                shortened(words_of(cells), room_px - left).c_str());
 }
 
 void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,
