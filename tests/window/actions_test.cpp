@@ -21,6 +21,7 @@ const Circumstances kEverything{.player = true,
                                 .pressure = true,
                                 .strain = true,
                                 .friction = true,
+                                .traction = true,
                                 .skin = true,
                                 .from_list = true};
 

@@ -346,6 +346,55 @@ std::pair<float, float> rows_of(const ImDrawList& list, int from) {
   return {low, high};
 }
 
+TEST_F(PanelTest, ArrowsOfPressureEndOnThePadAndAreAsLongAsItIs) {
+  constexpr uint32_t kWidth = 22, kHeight = 16;
+  std::vector<float> pressure(kWidth * kHeight), along(kWidth * kHeight), across(kWidth * kHeight);
+  std::fill_n(pressure.begin(), kWidth, 40.0f);  // far away: a single cell would not set the scale
+  pressure[8 * kWidth + 6] = 20;
+  pressure[8 * kWidth + 15] = 40;
+  along[8 * kWidth + 6] = 30;
+  const Layout layout = make_layout({1280, 720}, 1, {320, 240, 1, 8}, true);
+  const SurfaceStyle style;
+  const Vec3 half = surface_half_size_mm(320, 240, 0.08, style);
+  Camera camera;
+  camera.azimuth_rad = 0;
+  const Eye eye = place(camera, half, layout.surface.aspect(), margins_of(layout.surface, 1));
+  const auto on_screen = [&](double column) {
+    const Projected p =
+        eye.project({(2 * (column + 0.5) / kWidth - 1) * half.x, (1 - 2 * 8.5 / kHeight) * half.y, 0});
+    return ImVec2{static_cast<float>(layout.surface.x + p.x * layout.surface.width),
+                  static_cast<float>(layout.surface.y + p.y * layout.surface.height)};
+  };
+  const TractionMaps all{kWidth, kHeight, 16, pressure, along, across};
+  /// Left, top, right and foot of what is drawn near a column's place; left above right: nothing.
+  const auto drawn = [&](const TractionMaps& maps, TractionArrows arrows, double column) {
+    ImVec4 box{1e9f, 1e9f, -1e9f, -1e9f};
+    describe(1, [&] {
+      ImDrawList* list = ImGui::GetBackgroundDrawList();
+      const int from = list->VtxBuffer.Size;
+      draw_traction(list, eye, layout.surface, half, maps, arrows, 0, 1);
+      for (int i = from; i < list->VtxBuffer.Size; ++i) {
+        const ImVec2 at = list->VtxBuffer[i].pos, place = on_screen(column);
+        if (std::abs(at.x - place.x) > 60 || std::abs(at.y - place.y) > 120) continue;
+        box = {std::min(box.x, at.x), std::min(box.y, at.y), std::max(box.z, at.x), std::max(box.w, at.y)};
+      }
+    });
+    return box;
+  };
+  const ImVec4 light = drawn(all, TractionArrows::Pressure, 6),
+               heavy = drawn(all, TractionArrows::Pressure, 15);
+  EXPECT_NEAR(light.w, on_screen(6).y, 3) << "its point";
+  EXPECT_NEAR(heavy.w, on_screen(15).y, 3);
+  EXPECT_NEAR((on_screen(15).y - heavy.y) / (on_screen(6).y - light.y), 2, 0.2);
+  const ImVec4 shear = drawn(all, TractionArrows::Shear, 6);
+  EXPECT_NEAR(shear.x, on_screen(6).x, 3) << "it begins at its place";
+  EXPECT_GT(shear.z, on_screen(6).x + 10);
+  for (const ImVec4& none : {drawn(all, TractionArrows::Shear, 15), drawn(all, TractionArrows::Off, 6),
+                             drawn({}, TractionArrows::Pressure, 6),
+                             drawn({kWidth, kHeight, 16, pressure, {}, {}}, TractionArrows::Shear, 6)})
+    EXPECT_GT(none.x, none.z);
+}
+
 TEST_F(PanelTest, WordsOfAChartStandAboveIt) {
   describe(1, [&] {
     ImDrawList* list = ImGui::GetBackgroundDrawList();

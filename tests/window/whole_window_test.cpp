@@ -169,6 +169,8 @@ class WholeWindow : public GpuTest {
     hud.mark({21, 2.1, "mark", "and at once another"});
     hud.mark({88, 8.9, "mark", "let go"});
     HudContent content{one.sensor, image, touch, has_surface, &one.live, "a device", {96, 72}};
+    const std::vector<float> kPa(40 * 30, 50.0f);
+    if (one.touch.traction) content.traction = {40, 30, 16, kPa, kPa, kPa};
     if (one.unknown.all) content.unknown = &one.unknown;
     const SurfaceStyle style = state.style(25.6);
     const Vec3 half = surface_half_size_mm(640, 480, 0.04, style);

@@ -74,9 +74,8 @@ void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& co
   // Where numbers would overlap, the grid alone shows lengths.
   const bool roomy = is_roomy(on.view, scale);
   if (state.axes && roomy) placed = draw_axes(list, on.eye, on.view, on.half_mm, style, scale);
-  if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
-    draw_shear(list, on.eye, on.view, on.half_mm, content.traction,
-               content.sensor.shear ? content.sensor.shear->friction : 0, scale);
+  draw_traction(list, on.eye, on.view, on.half_mm, content.traction, state.arrows,
+                content.sensor.shear ? content.sensor.shear->friction : 0, scale);
   if (state.contacts)
     draw_touch(list, on, shown, content.frame.format, {.scale = scale, .unknown = content.unknown},
                std::move(placed));

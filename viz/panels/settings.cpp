@@ -31,6 +31,9 @@ constexpr int count_of(ColourMap) {
 constexpr int count_of(Arrangement) {
   return kArrangements;
 }
+constexpr int count_of(TractionArrows) {
+  return kTractionArrows;
+}
 constexpr int count_of(SkinStrain) {
   return kSkinStrains;
 }

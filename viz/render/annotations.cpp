@@ -105,53 +105,69 @@ void draw_arrow(ImDrawList* list, ImVec2 a, ImVec2 b, ImU32 colour, float scale)
   }
 }
 
+// Pressure or shear of a cell, kPa.
+float load_of(const TractionMaps& maps, TractionArrows shown, size_t i) {
+  return shown == TractionArrows::Pressure ? maps.pressure_kPa[i]
+                                           : std::hypot(maps.shear_x_kPa[i], maps.shear_y_kPa[i]);
+}
+
 // A single cell at the rim does not set the length of all arrows.
-float long_shear_kPa(const TractionMaps& maps) {
+float long_load_kPa(const TractionMaps& maps, TractionArrows shown) {
   constexpr double kBelow = 0.98;
   std::vector<float> kPa;
-  for (size_t i = 0; i < maps.shear_x_kPa.size(); ++i)
-    if (const float one = std::hypot(maps.shear_x_kPa[i], maps.shear_y_kPa[i]); one > 0) kPa.push_back(one);
+  const size_t cells = shown == TractionArrows::Pressure ? maps.pressure_kPa.size() : maps.shear_x_kPa.size();
+  for (size_t i = 0; i < cells; ++i)
+    if (const float one = load_of(maps, shown, i); one > 0) kPa.push_back(one);
   return quantile_in_place(kPa, kBelow);
 }
 
+constexpr ImU32 kLoad = IM_COL32(255, 255, 255, 235), kSlips = IM_COL32(255, 120, 60, 255);  // on any map
+
 }  // namespace
 
-void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
-                const TractionMaps& maps, double friction, float scale) {
-  const double long_kPa = double{long_shear_kPa(maps)};
+void draw_traction(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
+                   const TractionMaps& maps, TractionArrows shown, double friction, float scale) {
+  const double long_kPa = shown == TractionArrows::Off ? 0 : double{long_load_kPa(maps, shown)};
   if (!(long_kPa > 0)) return;
   const double full_kPa = scale_ceiling(long_kPa);
   constexpr uint32_t kAcross = 22;
   constexpr double kShortest = 0.06, kLongest = 1.2;  // of the arrow that the text names
-  constexpr ImU32 kSticks = IM_COL32(255, 255, 255, 235), kSlips = IM_COL32(255, 120, 60, 255);  // on any map
-  const std::vector<float> ratios = friction_ratios(maps);
+  const bool pressure = shown == TractionArrows::Pressure;
+  const std::vector<float> ratios = pressure ? std::vector<float>{} : friction_ratios(maps);
   const uint32_t step = std::max(1u, maps.width / kAcross);
-  const double cell_mm = 2 * half_mm.x / maps.width, length_mm = 1.6 * step * cell_mm;
+  const double cell_mm = 2 * half_mm.x / maps.width, length_mm = (pressure ? 2.4 : 1.6) * step * cell_mm;
   list->PushClipRect(corner(view), far_corner(view));
   const Pen pen(list, eye, view);
   bool slips = false;
   for (uint32_t y = step / 2; y < maps.height; y += step)
     for (uint32_t x = step / 2; x < maps.width; x += step) {
       const size_t i = size_t{y} * maps.width + x;
-      const double tx = double{maps.shear_x_kPa[i]} / full_kPa, ty = double{maps.shear_y_kPa[i]} / full_kPa;
-      const double share = std::hypot(tx, ty);
+      const double share = double{load_of(maps, shown, i)} / full_kPa;
       if (share < kShortest) continue;
-      const double along_mm = length_mm * std::min(1.0, kLongest / share);
-      const Vec3 from{(x + 0.5) * cell_mm - half_mm.x, half_mm.y - (y + 0.5) * cell_mm, 0};
+      const double along_mm = length_mm * std::min(share, kLongest);
+      const Vec3 on_pad{(x + 0.5) * cell_mm - half_mm.x, half_mm.y - (y + 0.5) * cell_mm, 0};
+      const Vec3 along = pressure ? Vec3{0, 0, -1}
+                                  : Vec3{double{maps.shear_x_kPa[i]}, -double{maps.shear_y_kPa[i]}, 0} *
+                                        (1 / (share * full_kPa));
+      const Vec3 from = pressure ? on_pad - along * along_mm : on_pad;
       ImVec2 a, b;
-      if (!pen.at(from, a) || !pen.at({from.x + along_mm * tx, from.y - along_mm * ty, 0}, b)) continue;
-      const bool at_limit = friction > 0 && double{ratios[i]} >= kSlippingShare * friction;
+      if (!pen.at(from, a) || !pen.at(from + along * along_mm, b)) continue;
+      const bool at_limit = !pressure && friction > 0 && double{ratios[i]} >= kSlippingShare * friction;
       slips = slips || at_limit;
-      draw_arrow(list, a, b, at_limit ? kSlips : kSticks, scale);
+      draw_arrow(list, a, b, at_limit ? kSlips : kLoad, scale);
     }
-  const float x = corner(view).x + 14 * scale, y = corner(view).y + 10 * scale;
+  const float x = corner(view).x + 14 * scale, y = corner(view).y + 10 * scale, row = ImGui::GetFontSize();
+  const Vec3 key = pressure ? Vec3{0, 0, length_mm} : Vec3{length_mm, 0, 0};
   ImVec2 a, b;
-  if (pen.at({-0.5 * length_mm, 0, 0}, a) && pen.at({0.5 * length_mm, 0, 0}, b)) {
-    const float key_px = std::hypot(b.x - a.x, b.y - a.y), middle = y + 0.5f * ImGui::GetFontSize();
-    draw_arrow(list, {x, middle}, {x + key_px, middle}, kSticks, scale);
-    list->AddText({x + key_px + 8 * scale, y}, ink(theme().text), text("shear %.3g kPa", full_kPa).c_str());
+  if (pen.at(key * 0.5, a) && pen.at(key * -0.5, b)) {
+    const float key_px = std::hypot(b.x - a.x, b.y - a.y);
+    const ImVec2 reach = pressure ? ImVec2{0, key_px} : ImVec2{key_px, 0};
+    const ImVec2 from{x + (pressure ? 4 * scale : 0), y + (pressure ? 0 : row / 2)};
+    draw_arrow(list, from, {from.x + reach.x, from.y + reach.y}, kLoad, scale);
+    list->AddText({from.x + reach.x + 8 * scale, y}, ink(theme().text),
+                  text("%s %.3g kPa", to_string(shown), full_kPa).c_str());
   }
-  if (slips) list->AddText({x, y + 1.3f * ImGui::GetFontSize()}, ink(theme().slips), "at the friction limit");
+  if (slips) list->AddText({x, y + 1.3f * row}, ink(theme().slips), "at the friction limit");
   list->PopClipRect();
 }
 

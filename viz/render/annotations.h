@@ -31,10 +31,11 @@ struct PlacedText {
 std::vector<PlacedText> draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
                                   const SurfaceStyle& style, float scale);
 
-/// Shear on the pad as arrows over the surface, at its rest level, with an arrow of known length as the key;
-/// those at the limit of `friction` (0: not known) in another colour. Nothing where shear is not known.
-void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
-                const TractionMaps& maps, double friction, float scale);
+/// What the pad bears, as arrows over the surface at its rest level: shear along it, those at the limit of
+/// `friction` (0: not known) in another colour, or pressure into it; with an arrow of known length as the
+/// key. Nothing where it is not known.
+void draw_traction(ImDrawList* list, const Eye& eye, const ViewRect& view, const Vec3& half_mm,
+                   const TractionMaps& maps, TractionArrows shown, double friction, float scale);
 
 /// Vertical bar, rest at the top, ticks of what the colours show: mm of depth, kPa, or % of strain.
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,

@@ -20,6 +20,7 @@ constexpr std::array kSettings = {
                 .most = V::kMostTextScale},
     ViewSetting{"colours", &V::quantity, "colours show depth, pressure, strain", 'D', true},
     ViewSetting{"colour_map", &V::map, "colour map: viridis, cividis, magma", 'O', true},
+    ViewSetting{.name = "arrows", .member = &V::arrows},
     ViewSetting{"image_large", &V::image_large, "image and surface change places", GLFW_KEY_TAB, true},
     ViewSetting{.name = "arrangement", .member = &V::arrangement},
     ViewSetting{"light", &V::lit, "light on the surface", 'L', true},
@@ -38,6 +39,11 @@ constexpr std::array kSettings = {
     ViewSetting{"light_theme", &V::light_theme, "dark words on a light ground", 'U'}};
 
 }  // namespace
+
+const char* to_string(TractionArrows arrows) {
+  constexpr std::array kNames{"shear", "pressure", "off"};
+  return kNames[static_cast<size_t>(arrows)];
+}
 
 void ViewSettings::enlarge_text(bool larger) {
   text_scale = std::clamp(text_scale * (larger ? 1.15f : 1 / 1.15f), kLeastTextScale, kMostTextScale);

@@ -12,12 +12,18 @@
 
 namespace palpate::viz {
 
+/// What arrows over the surface show of the traction that the pad bears, where it is solved.
+enum class TractionArrows : int { Shear, Pressure, Off };
+inline constexpr int kTractionArrows = 3;
+const char* to_string(TractionArrows arrows);
+
 struct ViewSettings {
   static constexpr float kLeastTextScale = 0.6f, kMostTextScale = 4;
 
   float text_scale = 1;  ///< on top of the screen's own
   Quantity quantity = Quantity::Depth;
   ColourMap map = ColourMap::Viridis;
+  TractionArrows arrows = TractionArrows::Shear;
   Arrangement arrangement = Arrangement::OneLarge;
   bool image_large = false;  ///< the large, first or only one of both
   bool lit = true, grid = true, axes = true, section = false;
@@ -36,7 +42,7 @@ struct ViewSettings {
 struct ViewSetting {
   using V = ViewSettings;
   using Member = std::variant<bool V::*, float V::*, double V::*, Quantity V::*, ColourMap V::*,
-                              SkinStrain V::*, Arrangement V::*, SectionLine V::*>;
+                              SkinStrain V::*, Arrangement V::*, TractionArrows V::*, SectionLine V::*>;
   const char* name;  ///< in the file, with its unit; of a box in the panel, with spaces
   Member member;
   const char* sentence = "";  ///< of the help and over its box

@@ -129,6 +129,7 @@ void ViewState::change_chart_span(int steps) {
 
 void ViewState::fit_to(const Sensor& sensor) {
   can_show_pressure = reads_pressure(sensor) || sensor.layer.has_value();
+  can_show_traction = sensor.layer.has_value();
   can_show_friction = sensor.layer && sensor.skin;
   can_show_skin = sensor.skin.has_value();
   can_show_strain = sensor.reading != SurfaceReading::None && sensor.reading != SurfaceReading::Elastic;

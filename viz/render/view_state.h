@@ -58,6 +58,7 @@ struct ViewState : ViewSettings {
   double exaggeration = 10;
   bool can_show_pressure = false;  ///< the sensor reads it
   bool can_show_friction = false;  ///< its layer and its skin give both
+  bool can_show_traction = false;  ///< its layer gives pressure, with a skin shear as well
   bool can_show_strain = true;     ///< of the surface's area: its slopes are seen, not computed from pressure
   bool can_show_skin = true;       ///< it follows its skin
   bool whole_recording = true;     ///< charts of a replay from end to end, else chart_span_s

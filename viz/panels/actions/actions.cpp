@@ -108,6 +108,12 @@ class Actions {
         "all of the surface again", keys({GLFW_KEY_R}), [](S& state) { state.camera = {}; }, kSurface);
     add("view from the top", keys({GLFW_KEY_T}), view_from_the_top, kSurface);
     setting('D');
+    add(
+        "arrows show shear, pressure, nothing", {with_shift('D')},
+        [](S& state) {
+          state.arrows = static_cast<TractionArrows>((static_cast<int>(state.arrows) + 1) % kTractionArrows);
+        },
+        Needs::Traction);
     setting('O');
     add(
         "automatic colour range", keys({GLFW_KEY_A}),
@@ -329,6 +335,7 @@ Circumstances circumstances(const LiveStats* live, bool has_surface, const ViewS
           .pressure = has_surface && state.can_show(Quantity::Pressure),
           .strain = has_surface && state.can_show(Quantity::Strain),
           .friction = has_surface && state.can_show(Quantity::Friction),
+          .traction = has_surface && state.can_show_traction,
           .skin = state.can_show_skin,
           .from_list = live && live->from_list};
 }
@@ -345,6 +352,8 @@ bool Action::possible(const Circumstances& now) const {
       return now.section;
     case Needs::Pressure:
       return now.pressure;
+    case Needs::Traction:
+      return now.traction;
     case Needs::Strain:
       return now.strain;
     case Needs::Friction:
@@ -368,6 +377,8 @@ const char* reason_against(Needs needs) {
       return "this sensor has no surface to look at";
     case Needs::Section:
       return "no section line is shown (X)";
+    case Needs::Traction:
+      return "no arrows: this sensor has no elastic layer";
     case Needs::Pressure:
     case Needs::Strain:
     case Needs::Friction:

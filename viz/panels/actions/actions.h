@@ -21,13 +21,26 @@ struct Circumstances {
   bool has_surface = false;                                 ///< drawn in 3D
   bool section = false;                                     ///< a section line is shown
   bool pressure = false, strain = false, friction = false;  ///< the surface can have their colours
+  bool traction = false;                                    ///< and arrows of it
   bool skin = false;                                        ///< the sensor follows its skin
   bool from_list = false;                                   ///< the person came from the list of sources
 };
 Circumstances circumstances(const LiveStats* live, bool has_surface, const ViewState& state);
 
 /// What an action needs in order to do something.
-enum class Needs { Nothing, NoPlayer, Player, Surface, Section, Pressure, Strain, Friction, Skin, List };
+enum class Needs {
+  Nothing,
+  NoPlayer,
+  Player,
+  Surface,
+  Section,
+  Pressure,
+  Traction,
+  Strain,
+  Friction,
+  Skin,
+  List
+};
 
 struct Action {
   std::string name;              ///< as a sentence without a subject, in small letters; no two alike
