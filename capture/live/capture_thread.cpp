@@ -59,6 +59,10 @@ bool LiveCapture::fetch(Frame& frame) {
     back = steps < 0;
     if (steps < 0 || steps > 1) to = static_cast<int64_t>(before) + steps;
   }
+  const int64_t part_last = transport.part_last;
+  if (to == Transport::kNowhere && !session_.paused && part_last != Transport::kNowhere &&
+      static_cast<int64_t>(before) >= part_last)
+    to = transport.part_first;
   if (to != Transport::kNowhere) {
     const auto last = static_cast<int64_t>(source->frame_count().value_or(1)) - 1;
     const auto index = static_cast<uint64_t>(std::clamp<int64_t>(to, 0, std::max<int64_t>(last, 0)));

@@ -70,7 +70,9 @@ struct Transport {
   std::atomic<double> speed{1};            ///< of the recording's own time
   std::atomic<int64_t> seek_to{kNowhere};  ///< frame to go to, taken by the reader
   std::atomic<int> steps{0};               ///< frames to go, forwards or back, while paused
-  std::atomic<uint64_t> position{0};       ///< frame that was delivered last
+  /// The part that is played again and again, both ends in it; kNowhere: all is played once.
+  std::atomic<int64_t> part_first{kNowhere}, part_last{kNowhere};
+  std::atomic<uint64_t> position{0};  ///< frame that was delivered last
   std::atomic<bool> at_end{false};
 };
 

@@ -268,6 +268,27 @@ TEST(ReplayOfADamagedRecording, CountsAsTheRecordingDoes) {
   thread.join();
 }
 
+TEST(ReplayOfAPart, IsPlayedAgainAndAgainUntilThePersonGoesOn) {
+  const std::function<std::unique_ptr<Source>()> open = [] { return std::make_unique<DamagedRecording>(); };
+  LiveOptions options;
+  options.replay = options.unpaced = true;
+  LiveSession session;
+  session.transport.part_first = 1;
+  session.transport.part_last = 6;
+  session.use(open());
+  LiveCapture capture(session, open, options);
+  std::thread thread([&] { capture.run(); });
+  const auto expect_next = [&](uint64_t position) {
+    const std::optional<CapturedPtr> item = session.to_engine.take(kHangs);
+    ASSERT_TRUE(item);
+    EXPECT_EQ((*item)->position, position);
+  };
+  for (const uint64_t position : {0u, 1u, 2u, 5u, 6u, 1u, 2u, 5u, 6u, 1u}) expect_next(position);
+  session.stop = true;
+  session.to_engine.close();
+  thread.join();
+}
+
 TEST_F(LiveCaptureTest, AConsumerSlowerThanTheCameraGetsTheNewest) {
   for (const uint64_t group : {1u, 5u, 16u}) {
     std::vector<uint64_t> seen, wanted;

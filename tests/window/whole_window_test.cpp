@@ -14,64 +14,16 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/window/letters.h"
 #include "viz/panels/actions/tool_bar.h"
 #include "viz/panels/banners.h"
 #include "viz/panels/hud.h"
+#include "viz/panels/player/player_bar.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {
-
-/// A letter as it is drawn, px, and the part of the picture that it may be drawn in.
-struct Letter {
-  ImVec2 low, high;
-  ImVec4 clip;
-};
-
-/// All letters of a picture: rectangles whose texels are not the one white texel of lines and areas.
-std::vector<Letter> letters_of(const ImDrawData& data) {
-  const ImVec2 white = ImGui::GetIO().Fonts->TexUvWhitePixel;
-  std::vector<Letter> letters;
-  for (int n = 0; n < data.CmdListsCount; ++n) {
-    const ImDrawList& list = *data.CmdLists[n];
-    for (const ImDrawCmd& cmd : list.CmdBuffer)
-      for (unsigned i = 0; i + 5 < cmd.ElemCount;) {
-        const auto vertex = [&](unsigned at) -> const ImDrawVert& {
-          return list.VtxBuffer[static_cast<int>(cmd.VtxOffset +
-                                                 list.IdxBuffer[static_cast<int>(cmd.IdxOffset + at)])];
-        };
-        // Two triangles 0 1 2, 0 2 3 make one letter.
-        const ImDrawVert &a = vertex(i), &c = vertex(i + 2);
-        const bool quad = &vertex(i + 3) == &a && &vertex(i + 4) == &c;
-        const bool anti_aliased_line = a.uv.x == c.uv.x || a.uv.y == c.uv.y;
-        if (quad && (a.uv.x != white.x || a.uv.y != white.y) && !anti_aliased_line) {
-          letters.push_back({a.pos, c.pos, cmd.ClipRect});
-          i += 6;
-        } else {
-          i += 3;
-        }
-      }
-  }
-  return letters;
-}
-
-/// What is wrong with them; empty: nothing. Letters are a little larger than what of them is seen.
-std::string fault_of(const std::vector<Letter>& letters, float scale) {
-  const float slack = 2 * scale;
-  for (const Letter& l : letters)
-    if (l.low.x < l.clip.x - slack || l.high.x > l.clip.z + slack || l.low.y < l.clip.y - slack ||
-        l.high.y > l.clip.w + slack)
-      return text("cut at %g, %g", static_cast<double>(l.low.x), static_cast<double>(l.low.y));
-  for (size_t i = 0; i < letters.size(); ++i)
-    for (size_t j = 0; j < i; ++j) {
-      const Letter &a = letters[i], &b = letters[j];
-      if (a.low.x + slack < b.high.x && b.low.x + slack < a.high.x && a.low.y + slack < b.high.y &&
-          b.low.y + slack < a.high.y)
-        return text("one over another at %g, %g", static_cast<double>(a.low.x), static_cast<double>(a.low.y));
-    }
-  return {};
-}
 
 class WholeWindow : public GpuTest {
  protected:
@@ -120,7 +72,14 @@ class WholeWindow : public GpuTest {
     UnknownCells cells{160, 120, 4, std::vector<uint8_t>(size_t{160} * 120), 31};
     for (size_t i = 0; i < cells.reasons.size(); i += 3) cells.reasons[i] = static_cast<uint8_t>(1 << i % 5);
     many.unknown = saturated.unknown = none.unknown = cells;
-    cases_ = {gel, rest, none, saturated, many};
+    Case replay = gel;
+    replay.name = "a recording with marks, of which a part is played";
+    replay.live.player = PlayerStats{.name = "", .frames = 900, .position = 371, .speed = 0.25};
+    Case pictures = none;
+    pictures.name = "a folder of pictures";
+    pictures.live.player =
+        PlayerStats{.name = "a_long_name_of_a_picture_0371.png", .timed = false, .frames = 12};
+    cases_ = {gel, rest, none, saturated, many, replay, pictures};
   }
   static Touch everything() {
     constexpr Estimate kKnown{-0.512, 0.104, Validity::Valid};
@@ -151,15 +110,20 @@ class WholeWindow : public GpuTest {
     Frame image;
     image.reshape({640, 480, 3, 8});
     const bool has_surface = one.touch.surface.has_value();
-    const Layout layout =
-        make_layout(extent, scale, image.format, has_surface,
-                    {.charts = true, .tools = true, .arrangement = arrangement, .image_large = image_large});
+    const Layout layout = make_layout(extent, scale, image.format, has_surface,
+                                      {.charts = true,
+                                       .player = one.live.player.has_value(),
+                                       .tools = true,
+                                       .arrangement = arrangement,
+                                       .image_large = image_large});
     ViewState state;
     state.arrangement = arrangement;
     state.image_large = image_large;
+    if (one.live.player) state.part = PlayedPart{100, 700};
     state.fit_to(one.sensor);
     state.follow(one.touch, 25.6);
     Hud hud;
+    if (one.live.player) hud.set_timeline({.timed = one.live.player->timed, .frames = 90, .rate_Hz = 10});
     Touch touch = one.touch;
     for (int i = 0; i < 90; ++i) {
       touch.time_ns = i * 100'000'000LL;
@@ -183,6 +147,7 @@ class WholeWindow : public GpuTest {
                    nullptr);
       tool_bar(layout, scale, has_surface, &one.live, state);
       banner(layout, one.live, scale);
+      if (one.live.player) player_bar(layout, scale, *one.live.player, touch.time_ns, hud.history(), state);
       ImGui::Render();
     }
     for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows)

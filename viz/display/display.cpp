@@ -65,6 +65,9 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
                        .start_s = shown.replay_start_s,
                        .uneven_s = options.replay ? source->uneven_times_s() : std::vector<double>{},
                        .separate = what.separate});
+  if (options.replay && source->frame_count().value_or(0) > 1)
+    scene_.show_strip(
+        strip_.emplace(context, StripInput{options.input, what.sensor, what.background, what.outputs}));
   for (const Event& event : shown.known_events) scene_.mark(event);
   if (!shown.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + shown.notes.string();
   if (session.device_losses > 0) stats_.note = "the device was lost and opened anew: the terminal says more";
@@ -205,6 +208,10 @@ void Display::update_player() {
     restless_ = 3;
   }
   if (stats_.player && now.speed != stats_.player->speed) restless_ = 3;
+  if (strip_) {
+    strip_->give_way(!session_.paused && !now.at_end);
+    if (std::exchange(strip_looks_, strip_->measured()) != strip_looks_) restless_ = std::max(restless_, 1);
+  }
   stats_.player = now;
 }
 

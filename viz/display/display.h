@@ -14,6 +14,7 @@
 #include "capture/live/session.h"
 #include "engine/base/background_work.h"
 #include "engine/pipeline/surface_map.h"
+#include "viz/display/depth_strip.h"
 #include "viz/display/scene.h"
 #include "viz/display/window_run.h"
 #include "viz/render/window.h"
@@ -71,6 +72,7 @@ class Display {
   void handle_key(const KeyPress& press);
   bool has_surface() const { return current_ && surface_of(current_->result).buffer; }
   void go_on_playing();
+  void go_to(const PlayRequest& play);
   void jump(double seconds);
   void carry_out_requests();
   void switch_recording();
@@ -122,6 +124,8 @@ class Display {
   bool sources_requested_ = false;
   bool started_ = false;  ///< the first frame has come
   Clock::time_point start_ = Clock::now(), end_ = start_;
+  std::optional<DepthStrip> strip_;  ///< of a recording that is played
+  uint32_t strip_looks_ = 0;
   BackgroundWork background_;  ///< last: what it still does may use the rest
 };
 

@@ -10,6 +10,7 @@
 #include "capture/files/event_log.h"
 #include "capture/files/output_file.h"
 #include "capture/live/recorder.h"
+#include "engine/measure/force.h"
 #include "palpate/error.h"
 #include "viz/display/display.h"
 #include "viz/display/picture.h"
@@ -180,11 +181,53 @@ void Display::jump(double seconds) {
   transport.seek_to = std::max<int64_t>(0, to);
 }
 
+/// In a replay: to a mark or to the largest force, and the part that is played again and again.
+void Display::go_to(const PlayRequest& play) {
+  ViewState& state = scene_.state();
+  const History& history = scene_.history();
+  const Timeline& timeline = history.timeline();
+  if (play.marks != 0) {
+    const auto time = history.next_event(history.now(), play.marks > 0);
+    if (time)
+      state.seek_to = timeline.frame_at(*time);
+    else
+      stats_.note = play.marks > 0 ? "no mark after this frame" : "no mark before this frame";
+  }
+  if (play.largest) {
+    const TimeSpan all{timeline.start() + timeline.length(), timeline.length()};
+    const Sample* largest = largest_of(history.samples(), all, [](const Sample& s) {
+      return has_value(s.force_N) ? s.force_N : s.layer_N.value_or(Estimate{});
+    });
+    if (!largest)
+      largest = largest_of(history.samples(), all, [](const Sample& s) {
+        return Estimate{s.depth_mm, 0, s.has_depth ? Validity::Valid : Validity::NotCalibrated};
+      });
+    if (largest)
+      state.seek_to = largest->position;
+    else
+      stats_.note = "no force and no depth was measured yet";
+    if (largest) state.paused = true;
+  }
+  if (play.part == PartEnd::Keep) return;
+  Transport& transport = session_.transport;
+  const uint64_t at = current_->captured->position;
+  state.part = with_end(state.part, play.part, at, session_.source()->frame_count().value_or(0));
+  transport.part_first = state.part ? static_cast<int64_t>(state.part->first) : Transport::kNowhere;
+  transport.part_last = state.part ? static_cast<int64_t>(state.part->last) : Transport::kNowhere;
+  // A player that waits at the end goes on with the part.
+  if (state.part && transport.at_end) state.seek_to = state.part->first;
+  stats_.note = state.part ? text("loops from frame %llu to %llu",
+                                  static_cast<unsigned long long>(state.part->first) + 1,
+                                  static_cast<unsigned long long>(state.part->last) + 1)
+                           : "plays all of it";
+}
+
 /// In a replay: to where the person wants it.
 void Display::go_on_playing() {
   ViewState& state = scene_.state();
   Transport& transport = session_.transport;
   const PlayRequest play = std::exchange(state.play, {});
+  go_to(play);
   if (const auto frame = std::exchange(state.seek_to, {})) {
     const uint64_t frames = session_.source()->frame_count().value_or(0);
     transport.steps = 0;

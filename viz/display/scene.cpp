@@ -48,6 +48,23 @@ void Scene::follow(const Touch& touch, std::optional<uint64_t> position) {
   state_.follow(touch, longest_side_mm_);
 }
 
+void Scene::show_strip(const DepthStrip& strip) {
+  strip_ = &strip;
+  strip_view_.emplace(context_, pass_, frames_in_flight_);
+}
+
+/// The picture is made anew where it has changed.
+void Scene::draw_strip(VkCommandBuffer cmd, VkExtent2D extent) {
+  if (!layout_.has_player || !strip_ || strip_->measured() == 0) return;
+  const FrameFormat wanted{layout_.strip.width, layout_.strip.height, 3, 8};
+  const uint32_t measured = strip_->measured();
+  if (measured != strip_drawn_ || state_.map != strip_map_ || strip_picture_.format != wanted)
+    strip_->draw(strip_picture_, wanted.width, wanted.height, state_.map);
+  strip_drawn_ = measured;
+  strip_map_ = state_.map;
+  strip_view_->draw(cmd, strip_picture_, {}, layout_.strip, extent);
+}
+
 /// Vertices across that show a pad so wide: a triangle of a few pixels is shaded many times over on a CPU.
 static uint32_t columns_seen(double width_px, bool still) {
   const double cell_px = still ? 1.5 : 4;
@@ -129,6 +146,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
                   layout_.surface, mesh_columns, load, dented_part(shown.touch, format.width, format.height));
   }
   if (layout_.has_image) image_.draw(cmd, shown.frame, surface, layout_.image, extent, strain);
+  draw_strip(cmd, extent);
   frame_->draw(cmd);
 }
 

@@ -10,6 +10,7 @@
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
+#include "viz/display/depth_strip.h"
 #include "viz/panels/hud.h"
 #include "viz/render/image/image_view.h"
 #include "viz/render/image/load_view.h"
@@ -38,6 +39,9 @@ class Scene {
   void follow(const Touch& touch, std::optional<uint64_t> position = {});
   void mark(const Event& event) { hud_.mark(event); }
   void set_timeline(const Timeline& timeline) { hud_.set_timeline(timeline); }
+  const History& history() const { return hud_.history(); }
+  /// Thumbnails of the recording that is played, which outlive this.
+  void show_strip(const DepthStrip& strip);
   std::string chart_table() const { return hud_.chart_table(sensor_, state_); }
   /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.
   void record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
@@ -49,6 +53,7 @@ class Scene {
 
  private:
   void fit_text();
+  void draw_strip(VkCommandBuffer cmd, VkExtent2D extent);
 
   gpu::Context& context_;
   const RenderPass& pass_;
@@ -70,6 +75,11 @@ class Scene {
   ViewState state_;
   Layout layout_;
   Eye eye_;
+  const DepthStrip* strip_ = nullptr;
+  std::optional<ImageView> strip_view_;
+  Frame strip_picture_;
+  uint32_t strip_drawn_ = 0;  ///< thumbnails that the picture has
+  ColourMap strip_map_ = ColourMap::Viridis;
   double longest_side_mm_ = 1;
   bool sized_ = false;
 };

@@ -34,6 +34,17 @@ void History::mark(const Event& event) {
   events_.push_back({timeline_.timed ? event.time_s : static_cast<double>(event.frame), label_of(event)});
 }
 
+std::optional<double> History::next_event(double time, bool after) const {
+  // The shown frame's own time is rounded otherwise than that of a mark at it.
+  constexpr double kSame = 1e-6;
+  std::optional<double> next;
+  for (const EventMark& event : events_) {
+    const bool beyond = after ? event.time > time + kSame : event.time < time - kSame;
+    if (beyond && (!next || (after ? event.time < *next : event.time > *next))) next = event.time;
+  }
+  return next;
+}
+
 void History::add(const Touch& touch, std::optional<uint64_t> position) {
   // No line across a longer silence, s or frames; a slow recording is none.
   const double longest_gap =

@@ -76,6 +76,8 @@ class History {
   const std::deque<EventMark>& events() const { return events_; }
   /// Time of the last result, on the axis.
   double now() const { return now_; }
+  /// The event next to `time` on the axis, after it or before it; none: there is none on that side.
+  std::optional<double> next_event(double time, bool after) const;
 
  private:
   Timeline timeline_;

@@ -53,32 +53,6 @@ void status_line(const Layout& layout, const HudContent& content, float scale) {
   list->PopClipRect();
 }
 
-void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
-                ViewState& state) {
-  ImGui::SetNextWindowPos(corner(layout.player));
-  ImGui::SetNextWindowSize(size_of(layout.player));
-  ImGui::Begin("player", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                   ImGuiWindowFlags_NoBackground);
-  const std::string place = player.timed ? text("%.2f s", 1e-9 * static_cast<double>(time_ns))
-                                         : shortened(player.name, 150 * scale);
-  const std::string words = text("%s   frame %llu of %llu   %gx", place.c_str(),
-                                 static_cast<unsigned long long>(player.position) + 1,
-                                 static_cast<unsigned long long>(player.frames), player.speed);
-  // As wide as its longest form, so that the bar does not dance.
-  const float room = std::max(280 * scale, ImGui::CalcTextSize(words.c_str()).x + 12 * scale);
-  ImGui::SetNextItemWidth(std::max(40 * scale, ImGui::GetContentRegionAvail().x - room));
-  // While it is dragged it is where the hand is, whatever is shown yet.
-  auto position = static_cast<int>(state.bar_held.value_or(player.position));
-  const int last = std::max(1, static_cast<int>(player.frames) - 1);
-  if (ImGui::SliderInt("##position", &position, 0, last, "", ImGuiSliderFlags_AlwaysClamp))
-    state.seek_to = state.bar_held = static_cast<uint64_t>(position);
-  if (!ImGui::IsItemActive()) state.bar_held.reset();
-  ImGui::SameLine();
-  ImGui::TextUnformatted(words.c_str());
-  ImGui::End();
-}
-
 void banner(const Layout& layout, const LiveStats& live, float scale) {
   std::vector<std::pair<std::string, Rgb>> lines;
   const Rgb red = theme().wrong, amber = theme().doubtful;

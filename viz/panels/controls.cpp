@@ -147,6 +147,10 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
     flags |= ImGuiWindowFlags_AlwaysAutoResize;
   }
   ImGui::SetNextWindowBgAlpha(1);
+  // Above a player there is less room: the rows move together.
+  const bool close = layout.has_dock && size.y < 432 * scale;
+  const ImVec2 spacing = ImGui::GetStyle().ItemSpacing;
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {spacing.x, close ? spacing.y / 2 : spacing.y});
   ImGui::Begin("Settings", nullptr, flags);
   if (has_surface) surface_settings(state, scale);
   if (live && live->press) block_settings(live->press->block, scale, state);
@@ -189,6 +193,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
     ImGui::PopTextWrapPos();
   }
   ImGui::End();
+  ImGui::PopStyleVar();
 }
 
 }  // namespace palpate::viz

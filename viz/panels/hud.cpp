@@ -18,6 +18,7 @@
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/numbers/performance.h"
+#include "viz/panels/player/player_bar.h"
 #include "viz/panels/sensor.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
@@ -154,7 +155,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     control_window(layout, scale, content.has_surface, content.live, state);
   const bool player = content.live && content.live->player;
   if (content.live) banner(layout, *content.live, scale);
-  if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
+  if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, history_, state);
   if (state.labelling) label_window(layout.pictures, scale, state);
   const Circumstances now = circumstances(content.live, content.has_surface, state);
   if (state.palette) palette_window(extent, scale, now, state);

@@ -29,6 +29,7 @@ class Hud {
   /// The axis of the charts; what was remembered is forgotten.
   void set_timeline(const Timeline& timeline) { history_ = History(timeline); }
   const Timeline& timeline() const { return history_.timeline(); }
+  const History& history() const { return history_; }
   /// The part of the measurements that the charts show, as CSV.
   std::string chart_table(const Sensor& sensor, const ViewState& state) const;
   /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (the user moved a

@@ -117,14 +117,6 @@ class Reader {
   std::string trouble_;
 };
 
-/// A path as it is found again from another folder; other inputs as they are.
-std::string absolute_input(const std::string& input) {
-  if (!is_recording(input)) return input;
-  std::error_code code;
-  const fs::path whole = fs::absolute(input, code);
-  return code ? input : whole.lexically_normal().string();
-}
-
 std::string trouble_of(const Json& json, Settings& s) {
   Reader r(json);
   r.number("width", s.width, 480, 16384);
@@ -156,6 +148,13 @@ std::string trouble_of(const Json& json, Settings& s) {
 }
 
 }  // namespace
+
+std::string absolute_input(const std::string& input) {
+  if (!is_recording(input)) return input;
+  std::error_code code;
+  const fs::path whole = fs::absolute(input, code);
+  return code ? input : whole.lexically_normal().string();
+}
 
 void Settings::remember(const std::string& input, const fs::path& sensor) {
   const std::string file = sensor.empty() ? std::string() : absolute_input(sensor.string());

@@ -36,6 +36,9 @@ struct Settings {
   void forget(const Recent& recent);
 };
 
+/// A path as it is found again from another folder; other inputs as they are.
+std::string absolute_input(const std::string& input);
+
 /// PALPATE_CONFIG names the file ("none": nothing is remembered), else it is window.json in
 /// $XDG_CONFIG_HOME/palpate, else in ~/.config/palpate. Empty: there is no place.
 std::filesystem::path settings_file();

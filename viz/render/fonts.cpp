@@ -22,10 +22,12 @@ constexpr const char* kIconFaces[] = {"/usr/share/fonts/truetype/font-awesome/fo
 
 // Places in Font Awesome 4.
 constexpr std::pair<std::string_view, ImWchar> kIcons[] = {
-    {"Pause", 0xF04C},    {"Continue", 0xF04B}, {"Record", 0xF111},   {"Stop", 0xF04D},
-    {"Snapshot", 0xF030}, {"Zero", 0xF05B},     {"End zero", 0xF0E2}, {"Mark", 0xF024},
-    {"Text", 0xF040},     {"Sources", 0xF07C},  {"View", 0xF0B2},     {"Sensor", 0xF2DB},
-    {"Settings", 0xF013}, {"Help", 0xF059},     {"Find", 0xF002},     {"Pictures", 0xF0DB}};
+    {"Pause", 0xF04C},    {"Continue", 0xF04B},    {"Record", 0xF111},     {"Stop", 0xF04D},
+    {"Snapshot", 0xF030}, {"Zero", 0xF05B},        {"End zero", 0xF0E2},   {"Mark", 0xF024},
+    {"Text", 0xF040},     {"Sources", 0xF07C},     {"View", 0xF0B2},       {"Sensor", 0xF2DB},
+    {"Settings", 0xF013}, {"Help", 0xF059},        {"Find", 0xF002},       {"Step back", 0xF048},
+    {"Step on", 0xF051},  {"Slower", 0xF04A},      {"Faster", 0xF04E},     {"No loop", 0xF00D},
+    {"Largest", 0xF148},  {"Mark before", 0xF060}, {"Mark after", 0xF061}, {"Pictures", 0xF0DB}};
 
 template <size_t Count>
 const char* installed(const char* const (&files)[Count]) {

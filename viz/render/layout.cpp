@@ -10,9 +10,10 @@ namespace palpate::viz {
 namespace {
 
 constexpr double kLeastSurface_px = 256;  // beside a dock, at scale 1
-constexpr double kPlayer_px = 32, kTools_px = 40, kStatus_px = 24;
-constexpr double kNumbers_px = 440;    // below the image
-constexpr double kLowBarRoom_px = 32;  // below a small surface
+constexpr double kPlayer_px = 80, kTools_px = 40, kStatus_px = 24;
+constexpr double kFlags_px = 16, kPlayerKeys_px = 32;  // above and below the thumbnails of a replay
+constexpr double kNumbers_px = 440;                    // below the image
+constexpr double kLowBarRoom_px = 32;                  // below a small surface
 
 /// The largest rectangle of an aspect in a room: in its middle, or at its top.
 ViewRect fitted(const ViewRect& room, double aspect, bool at_top) {
@@ -111,7 +112,8 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const uint32_t tools = panels.tools ? std::min(px(kTools_px), above / 4) : 0;
   Layout l;
   const bool foot_requested = !alone && (panels.charts || (panels.profile && has_surface));
-  uint32_t foot = std::clamp(part(0.34, above), px(128), px(264));
+  // Above a player they leave it some of their room.
+  uint32_t foot = std::clamp(part(panels.player ? 0.31 : 0.34, above), px(128), px(264));
   if (!foot_requested || foot + tools + px(140) > above) foot = 0;
   // The surface keeps a width that it can be seen in.
   const uint32_t dock =
@@ -125,7 +127,14 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   if (l.has_tools) l.tools = {0, 0, left, tools};
   l.pictures = {static_cast<int32_t>(dock), top, left - dock, pictures};
   if (l.has_dock) l.dock = {0, top, dock, pictures};
-  if (l.has_player) l.player = {0, top + static_cast<int32_t>(pictures), left, player};
+  if (l.has_player) {
+    l.player = {0, top + static_cast<int32_t>(pictures), left, player};
+    const uint32_t words = std::min(px(kFlags_px + kPlayerKeys_px), player - 1);
+    const uint32_t before = px(kAxisLeft_px), both = before + px(kAxisRight_px);
+    l.strip = {static_cast<int32_t>(before),
+               l.player.y + static_cast<int32_t>(std::min(px(kFlags_px), words)),
+               std::max(left, both + 1) - both, player - words};
+  }
   if (foot > 0) {
     l.has_charts = panels.charts;
     l.has_profile = panels.profile && has_surface;

@@ -35,7 +35,8 @@ struct Layout {
   ViewRect image;         ///< raw image; inside pictures or panel
   ViewRect tools;         ///< bar of buttons, above the pictures
   ViewRect dock;          ///< settings or calibrations, left of the pictures
-  ViewRect player;        ///< bar of a replay, below the pictures
+  ViewRect player;        ///< of a replay, below the pictures: marks, thumbnails, buttons
+  ViewRect strip;         ///< its thumbnails
   ViewRect charts;        ///< strip charts, below the pictures
   ViewRect profile;       ///< of the section line, next to them
   ViewRect panel;         ///< measurements
@@ -50,6 +51,8 @@ struct Layout {
   bool has_charts = false;
   bool has_profile = false;
 };
+/// Room beside the axis of time, of the charts and of a replay's thumbnails, at scale 1.
+inline constexpr double kAxisLeft_px = 52, kAxisRight_px = 10;
 /// Room beside the surface for the colour bar, and around the pad for the axes' labels, at scale 1.
 inline constexpr double kColourBarRoom_px = 92;
 inline constexpr double kLabelRoom_px = 52;

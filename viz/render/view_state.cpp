@@ -26,6 +26,22 @@ double scale_ceiling(double value) {
   return ceiling_of({1, 1.5, 2, 2.5, 3, 4, 5, 6, 8}, value);
 }
 
+std::optional<PlayedPart> with_end(std::optional<PlayedPart> part, PartEnd end, uint64_t at,
+                                   uint64_t frames) {
+  const uint64_t last = frames > 0 ? frames - 1 : 0;
+  switch (end) {
+    case PartEnd::Keep:
+      return part;
+    case PartEnd::First:
+      return PlayedPart{at, part && part->last > at ? part->last : last};
+    case PartEnd::Last:
+      return PlayedPart{part && part->first < at ? part->first : 0, at};
+    case PartEnd::None:
+      break;
+  }
+  return std::nullopt;
+}
+
 void ViewState::follow(const Touch& touch, double longest_side_mm) {
   constexpr double kSmallest_mm = 0.05;  // below it a resting pad would show only noise
   constexpr int64_t kPatience_ns = 8'000'000'000;

@@ -34,11 +34,23 @@ struct TypedText {
   std::vector<uint16_t> early;  ///< letters typed before that
 };
 
+/// A part of a recording that is played again and again: frames from 0, both ends in it.
+struct PlayedPart {
+  uint64_t first = 0, last = 0;
+  bool operator==(const PlayedPart&) const = default;
+};
+/// That of the shown frame `at`: the end of a part that is put there, of a recording of `frames`.
+enum class PartEnd { Keep, First, Last, None };
+std::optional<PlayedPart> with_end(std::optional<PlayedPart> part, PartEnd end, uint64_t at, uint64_t frames);
+
 /// Where a person wants a replay to go, from where it is.
 struct PlayRequest {
   double seconds = 0;
   int frames = 0;
-  double speed = 1;  ///< times the present one
+  double speed = 1;      ///< times the present one
+  int marks = 0;         ///< 1: to the mark after it, -1: to the one before it
+  bool largest = false;  ///< to the largest force that was measured, without one the largest depth
+  PartEnd part = PartEnd::Keep;
 };
 
 struct ViewState : ViewSettings {
@@ -91,6 +103,7 @@ struct ViewState : ViewSettings {
   bool next_vsync_requested = false;
   bool close_requested = false;
   PlayRequest play;
+  std::optional<PlayedPart> part;           ///< none: all is played once
   bool chart_table_requested = false;       ///< a file of what the charts show
   bool chart_picture_requested = false;     ///< a picture of them
   std::optional<BlockSetting> block_draft;  ///< as typed, while it is

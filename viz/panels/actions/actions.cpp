@@ -202,6 +202,23 @@ class Actions {
     add(
         "half the speed", keys({GLFW_KEY_DOWN}), [](S& state) { state.play.speed /= 2; }, Needs::Player);
     add(
+        "to the mark before", {with_shift(GLFW_KEY_COMMA)}, [](S& state) { state.play.marks = -1; },
+        Needs::Player);
+    add(
+        "to the mark after", {with_shift(GLFW_KEY_PERIOD)}, [](S& state) { state.play.marks = 1; },
+        Needs::Player);
+    add(
+        "to the largest force", {with_shift('F')}, [](S& state) { state.play.largest = true; },
+        Needs::Player);
+    const std::array<std::tuple<const char*, KeyPress, PartEnd>, 3> ends{{
+        {"loop from this frame on", with_shift(GLFW_KEY_LEFT_BRACKET), PartEnd::First},
+        {"loop up to this frame", with_shift(GLFW_KEY_RIGHT_BRACKET), PartEnd::Last},
+        {"no loop", {GLFW_KEY_BACKSPACE}, PartEnd::None},
+    }};
+    for (const auto& [name, chord, end] : ends)
+      add(
+          name, {chord}, [end = end](S& state) { state.play.part = end; }, Needs::Player);
+    add(
         "first frame", keys({GLFW_KEY_HOME}), [](S& state) { state.seek_to = 0; }, Needs::Player);
     add(
         "last frame", keys({GLFW_KEY_END}),
@@ -282,27 +299,14 @@ class Actions {
   }
 };
 
-constexpr std::array<std::pair<int, const char*>, 21> kKeyNames{{
-    {GLFW_KEY_SPACE, "Space"},
-    {GLFW_KEY_TAB, "Tab"},
-    {GLFW_KEY_ENTER, "Enter"},
-    {GLFW_KEY_KP_ENTER, "Enter"},
-    {GLFW_KEY_ESCAPE, "Esc"},
-    {GLFW_KEY_LEFT, "Left"},
-    {GLFW_KEY_RIGHT, "Right"},
-    {GLFW_KEY_UP, "Up"},
-    {GLFW_KEY_DOWN, "Down"},
-    {GLFW_KEY_PAGE_UP, "Page up"},
-    {GLFW_KEY_PAGE_DOWN, "Page down"},
-    {GLFW_KEY_HOME, "Home"},
-    {GLFW_KEY_END, "End"},
-    {GLFW_KEY_F1, "F1"},
-    {GLFW_KEY_F11, "F11"},
-    {GLFW_KEY_EQUAL, "+"},
-    {GLFW_KEY_KP_ADD, "+"},
-    {GLFW_KEY_MINUS, "-"},
-    {GLFW_KEY_KP_SUBTRACT, "-"},
-    {GLFW_KEY_LEFT_BRACKET, "["},
+constexpr std::array<std::pair<int, const char*>, 22> kKeyNames{{
+    {GLFW_KEY_SPACE, "Space"},     {GLFW_KEY_TAB, "Tab"},         {GLFW_KEY_ENTER, "Enter"},
+    {GLFW_KEY_KP_ENTER, "Enter"},  {GLFW_KEY_ESCAPE, "Esc"},      {GLFW_KEY_BACKSPACE, "Backspace"},
+    {GLFW_KEY_LEFT, "Left"},       {GLFW_KEY_RIGHT, "Right"},     {GLFW_KEY_UP, "Up"},
+    {GLFW_KEY_DOWN, "Down"},       {GLFW_KEY_PAGE_UP, "Page up"}, {GLFW_KEY_PAGE_DOWN, "Page down"},
+    {GLFW_KEY_HOME, "Home"},       {GLFW_KEY_END, "End"},         {GLFW_KEY_F1, "F1"},
+    {GLFW_KEY_F11, "F11"},         {GLFW_KEY_EQUAL, "+"},         {GLFW_KEY_KP_ADD, "+"},
+    {GLFW_KEY_MINUS, "-"},         {GLFW_KEY_KP_SUBTRACT, "-"},   {GLFW_KEY_LEFT_BRACKET, "["},
     {GLFW_KEY_RIGHT_BRACKET, "]"},
 }};
 

@@ -77,7 +77,8 @@ TimeSpan shown_span(const History& history, const ChartStyle& style) {
 }
 
 std::pair<float, float> axis_ends(const ViewRect& rect, float scale) {
-  return {corner(rect).x + 52 * scale, far_corner(rect).x - 10 * scale};
+  return {corner(rect).x + static_cast<float>(kAxisLeft_px) * scale,
+          far_corner(rect).x - static_cast<float>(kAxisRight_px) * scale};
 }
 
 std::optional<double> time_under(float x, const ViewRect& rect, const History& history,

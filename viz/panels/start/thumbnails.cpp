@@ -111,11 +111,15 @@ std::optional<RgbImage> simulated_thumbnail(const std::string& input) {
   return thumbnail_of(frame);
 }
 
+uint64_t hash_of(std::string_view words) {
+  uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (const char c : words) hash = (hash ^ static_cast<uint8_t>(c)) * 1099511628211u;
+  return hash;
+}
+
 fs::path thumbnail_file(const std::string& input) {
   if (folder().empty()) return {};
-  uint64_t hash = 14695981039346656037u;  // FNV-1a
-  for (const char c : input) hash = (hash ^ static_cast<uint8_t>(c)) * 1099511628211u;
-  return folder() / text("%016" PRIx64 ".png", hash);
+  return folder() / text("%016" PRIx64 ".png", hash_of(absolute_input(input)));
 }
 
 void keep_thumbnail(const std::string& input, const RgbImage& picture, const Settings& settings) {
@@ -132,12 +136,13 @@ void keep_thumbnail(const std::string& input, const RgbImage& picture, const Set
   } catch (const Error&) {
     return;  // a picture in a list is not worth a message
   }
-  std::set<std::string> kept{file.filename()};
-  for (const Settings::Recent& recent : settings.recent) kept.insert(thumbnail_file(recent.input).filename());
+  std::set<std::string> kept{file.stem()};
+  for (const Settings::Recent& recent : settings.recent) kept.insert(thumbnail_file(recent.input).stem());
   std::error_code code;
   std::vector<fs::path> old;
   for (const auto& entry : fs::directory_iterator(file.parent_path(), code))
-    if (entry.path().extension() == ".png" && !kept.contains(entry.path().filename()))
+    if (const std::string stem = entry.path().stem();  // a strip of thumbnails has the source's name and more
+        entry.path().extension() == ".png" && !kept.contains(stem.substr(0, stem.find('-'))))
       old.push_back(entry.path());
   for (const fs::path& path : old) fs::remove(path, code);
 }

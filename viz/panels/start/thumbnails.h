@@ -1,9 +1,11 @@
 // Thumbnails of recent sources: small files next to the window's settings.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/gpu/context.h"
@@ -30,6 +32,8 @@ RgbImage depth_thumbnail(gpu::Context& context, const SurfaceMap& map, double of
 /// A simulated touch ("synthetic:...") at its largest force; none of tissue, whose simulation takes seconds.
 std::optional<RgbImage> simulated_thumbnail(const std::string& input);
 
+/// Names files by what they are made of; the same on every machine.
+uint64_t hash_of(std::string_view words);
 /// File of a source's thumbnail, whether it exists or not; empty where nothing is remembered.
 std::filesystem::path thumbnail_file(const std::string& input);
 
