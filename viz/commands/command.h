@@ -15,6 +15,7 @@ void add_integrate(CommandLine& program, Common& common, Command& chosen);
 void add_live(CommandLine& program, Common& common, Command& chosen);
 void add_record(CommandLine& program, Common& common, Command& chosen);
 void add_replay(CommandLine& program, Common& common, Command& chosen);
+void add_compare(CommandLine& program, Common& common, Command& chosen);
 void add_demo(CommandLine& program, Common& common, Command& chosen);
 void add_calibrate(CommandLine& program, Common& common, Command& chosen);
 void add_setup(CommandLine& program, Common& common, Command& chosen);

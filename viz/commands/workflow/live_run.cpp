@@ -95,6 +95,16 @@ std::filesystem::path notes_folder(const LiveRunRequest& request) {
 
 }  // namespace
 
+std::vector<viz::Event> known_events(const LiveRunRequest& request) {
+  std::vector<viz::Event> events;
+  const std::filesystem::path notes = notes_folder(request);
+  const bool session = is_session(request.input);
+  if (session) events = viz::read_events(session_folder(request.input));
+  if (!session || notes != session_folder(request.input))
+    for (viz::Event& event : viz::read_events(notes)) events.push_back(std::move(event));
+  return events;
+}
+
 LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened) {
   const MeasuredInput& input = opened.measured;
   std::unique_ptr<Source> first = std::move(opened.source);
@@ -137,12 +147,7 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
     if (request.record) recording->start();
   }
   if (live.replay) {
-    // Events marked during the recording and those marked now are kept together.
-    if (is_session(request.input))
-      request.shown.known_events = viz::read_events(session_folder(request.input));
-    if (!is_session(request.input) || request.shown.notes != session_folder(request.input))
-      for (viz::Event& event : viz::read_events(request.shown.notes))
-        request.shown.known_events.push_back(std::move(event));
+    request.shown.known_events = known_events(request);
     request.shown.replay_start_s = opened.start_s;
   }
   live.on_device_lost = [](const DeviceLost& lost) {

@@ -67,6 +67,9 @@ struct OpenInput {
 /// May take seconds with a camera; any thread. `cancelled` ends the waiting for frames. Throws Error.
 OpenInput open_input(const LiveRunRequest& request, const std::function<bool()>& cancelled);
 
+/// Events of a recording: those marked while it was recorded, and those marked in a window since.
+std::vector<viz::Event> known_events(const LiveRunRequest& request);
+
 struct LiveRunReport {
   MeasuredInput measured;
   FrameFormat format;
