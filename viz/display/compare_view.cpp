@@ -133,7 +133,9 @@ void CompareView::table(const std::vector<ComparedValue>& rows, const char* head
   const auto put = [&](float end, ImU32 colour, const std::string& words) {
     list->AddText({end - ImGui::CalcTextSize(words.c_str()).x, y}, colour, words.c_str());
   };
-  if (y + static_cast<float>(rows.size() + 1) * line * (wide ? 1 : 4) > far_corner(layout_.table).y) return;
+  const auto room_for = [&](float lines) { return y + lines * line <= far_corner(layout_.table).y; };
+  const float row_lines = wide ? 1 : 4;
+  if (!room_for(1 + row_lines)) return;
   list->AddText({left, y}, ink(theme().faint), heading);
   const std::array<ImU32, 3> inks{colour_of(0), colour_of(1), ink(theme().text)};
   const std::array<const char*, 3> labels{"A", "B", "B - A"};
@@ -141,6 +143,7 @@ void CompareView::table(const std::vector<ComparedValue>& rows, const char* head
     put(right - (2 - static_cast<float>(i)) * column, inks[i], labels[i]);
   y += line;
   for (const ComparedValue& row : rows) {
+    if (!room_for(row_lines)) return;
     const std::string& name = row.name;
     const std::string shown = name.starts_with("largest ") ? name.substr(8) : name;
     list->AddText({left, y}, ink(theme().text), shown.c_str());
@@ -159,7 +162,7 @@ void CompareView::table(const std::vector<ComparedValue>& rows, const char* head
           value_words(value, row.unit, row.has_error, i == 2));
     }
     y += line;
-    if (doubt.empty()) continue;
+    if (doubt.empty() || !room_for(1)) continue;
     list->AddText({left + 12 * scale, y}, ink(theme().doubtful), shortened(doubt, right - left).c_str());
     y += line;
   }

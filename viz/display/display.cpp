@@ -50,6 +50,7 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
       latency_(latency),
       window_(*shown.window),
       columns_(MeasuredColumns::of(what.sensor, what.outputs, what.separate)),
+      pitch_mm_per_px_(what.sensor.pitch_mm_per_px),
       scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
              window_.handle(), window_.scale()),
       software_(context.is_software()),

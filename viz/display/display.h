@@ -97,6 +97,7 @@ class Display {
   LatencyLog& latency_;
   Window& window_;
   const MeasuredColumns columns_;
+  const double pitch_mm_per_px_;
   Scene scene_;
   const bool software_;  ///< the device draws on the processor
   MeshGovernor governor_;

@@ -36,10 +36,14 @@ void Display::save_snapshot() {
   // A copy: the frame's own memory goes back to the camera.
   snapshot.frame.format = shown.format;
   snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
+  if (has_surface()) {
+    const std::span<const float> depth_mm = current_->result.depth_mm();
+    snapshot.depth_mm.assign(depth_mm.begin(), depth_mm.end());
+    snapshot.pitch_mm_per_px = pitch_mm_per_px_;
+  }
   background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
                    stem = next_file(notes_folder(), "palpate", snapshots_)] {
-    write_snapshot(*snapshot, stem);
-    return "wrote " + stem.string() + ".png, -frame.png, .csv";
+    return "wrote " + write_snapshot(*snapshot, stem);
   });
 }
 

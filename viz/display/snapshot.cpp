@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "capture/files/depth/depth_tiff.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "viz/display/picture.h"
@@ -18,13 +19,21 @@ std::filesystem::path next_file(const std::filesystem::path& folder, const char*
   return stem;
 }
 
-void write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem) {
+std::string write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem) {
   make_output_folder(stem.has_parent_path() ? stem.parent_path() : ".");
   write_png(snapshot.picture, stem.string() + ".png");
   write_whole(stem.string() + "-frame.png", encode_image(snapshot.frame, ".png"));
+  std::string names = stem.string() + ".png, -frame.png, ";
+  if (!snapshot.depth_mm.empty()) {
+    const FrameFormat& format = snapshot.frame.format;
+    write_depth_tiff(stem.string() + "-depth.tif",
+                     {snapshot.depth_mm, format.width, format.height, snapshot.pitch_mm_per_px});
+    names += "-depth.tif, ";
+  }
   write_whole(stem.string() + ".csv",
               Measurements::header(snapshot.columns) + "\n" +
                   Measurements::row(snapshot.touch, snapshot.columns, Digits::Deserved) + "\n");
+  return names + ".csv";
 }
 
 RgbImage part_of(const RgbImage& picture, const ViewRect& rect) {

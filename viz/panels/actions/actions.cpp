@@ -231,7 +231,7 @@ class Actions {
     add(
         "record a session, or end it", keys({GLFW_KEY_W}),
         [](S& state) { state.recording_switched_requested = true; }, Needs::NoPlayer);
-    add("snapshot: picture, frame and numbers of this moment", keys({GLFW_KEY_S}),
+    add("snapshot: picture, frame, depth and numbers of this moment", keys({GLFW_KEY_S}),
         [](S& state) { state.snapshot_requested = true; });
     add("save the charts as CSV and PNG", {with_shift(GLFW_KEY_S)},
         [](S& state) { state.chart_table_requested = state.chart_picture_requested = true; });
