@@ -5,6 +5,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <set>
 #include <string>
@@ -40,6 +41,7 @@ TEST(Actions, EachHasANameAndKeysOfItsOwn) {
 
 TEST(Actions, EveryKeyOfTheHelpDoesWhatTheHelpSays) {
   size_t with_keys = 0;
+  std::string line;
   for (const Action& action : actions()) {
     for (const KeyPress& chord : action.chords) {
       const bool in_replay = action.needs != Needs::NoPlayer;
@@ -47,12 +49,24 @@ TEST(Actions, EveryKeyOfTheHelpDoesWhatTheHelpSays) {
       now.player = in_replay;
       EXPECT_EQ(action_of(chord, now), &action) << action.name;
     }
-    with_keys += !action.chords.empty();
+    with_keys += !action.chords.empty() && (action.line.empty() || action.line != line);
+    line = action.line;
   }
-  // Recording a session is not offered in a replay; mouse movements have eight lines.
+  // Some share a line; recording a session is not offered in a replay; mouse movements have eight lines.
   EXPECT_EQ(key_help(kEverything).size(), with_keys - 1 + 8);
+  const auto keys_of = [](const std::string& what) {
+    for (const KeyHelp& one : key_help(kEverything))
+      if (one.what == what) return one.keys;
+    return std::string();
+  };
+  EXPECT_EQ(keys_of("turn the surface"), "Alt + Left / Right / Up / Down");
+  EXPECT_EQ(keys_of("1 s back, on; 10 s back, on"), "Left / Right / Shift + Left / Right");
+  EXPECT_EQ(keys_of("exaggerate more, less"), "+ / -");
+  EXPECT_EQ(keys_of("larger, smaller text"), "Ctrl + + / -");
+  EXPECT_EQ(keys_of("zero force and shear, end that zero"), "Z / Shift + Z");
+  EXPECT_EQ(keys_of("keys and mouse"), "H / F1");
   std::string all;
-  for (const KeyHelp& line : key_help(Circumstances{})) all += line.what + "; ";
+  for (const KeyHelp& one : key_help(Circumstances{})) all += one.what + "; ";
   for (const char* absent : {"section", "frame back", "colour", "orbit", "list of sources", "skin, "})
     EXPECT_EQ(all.find(absent), std::string::npos) << absent << " in " << all;
 }
@@ -70,6 +84,27 @@ TEST(Actions, AKeyHeldWithAnotherIsItselfWhereNothingElseIsMeant) {
   ASSERT_NE(refused, nullptr);
   EXPECT_FALSE(refused->possible({}));
   EXPECT_STRNE(reason_against(refused->needs), "");
+}
+
+TEST(Actions, KeysTurnMoveAndZoomAsTheMouseDoes) {
+  ViewState state;
+  state.pad_mm = 20;
+  const Circumstances now{.has_surface = true};
+  const auto press = [&](int key, bool shift = false) {
+    action_of({key, shift, false, true}, now)->run(state);
+    return state.camera;
+  };
+  const Camera first;
+  EXPECT_LT(press(GLFW_KEY_RIGHT).azimuth_rad, first.azimuth_rad) << "as a drag to the right";
+  EXPECT_GT(press(GLFW_KEY_DOWN).elevation_rad, first.elevation_rad);
+  press(GLFW_KEY_LEFT);
+  EXPECT_NEAR(press(GLFW_KEY_UP).elevation_rad, first.elevation_rad, 1e-12);
+  EXPECT_NEAR(press(GLFW_KEY_RIGHT, true).target.x, -std::cos(first.azimuth_rad), 1e-9)
+      << "a twentieth of it";
+  EXPECT_NEAR(press(GLFW_KEY_LEFT, true).target.x, 0, 1e-9);
+  EXPECT_GT(press(GLFW_KEY_PAGE_UP).zoom, 1);
+  EXPECT_NEAR(press(GLFW_KEY_PAGE_DOWN).zoom, 1, 1e-12);
+  EXPECT_EQ(action_of({GLFW_KEY_TAB, false, false, true}, now), nullptr) << "the desktop's";
 }
 
 TEST(Actions, AreFoundByWordsOfTheirNames) {

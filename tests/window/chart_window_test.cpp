@@ -1,5 +1,7 @@
 // The charts in use: time by wheel and drag, their menu, and what it saves; and without a window, by the
 // mouse that ImGui knows.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -7,10 +9,12 @@
 #include <limits>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "capture/synthetic/synthetic.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/window/desktop.h"
+#include "viz/panels/actions/actions.h"
 #include "viz/panels/charts/chart_table.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/render/drawing.h"
@@ -182,6 +186,53 @@ TEST_F(ChartTest, OfALiveSessionTheAxisFollowsUntilItIsHeld) {
   state_.chart_view = TimeSpan{20, 5};
   state_.change_chart_span(1);
   EXPECT_FALSE(state_.chart_view);
+}
+
+TEST_F(ChartTest, KeysReadZoomAndPanAsTheMouseDoes) {
+  fill({true, 1001, 100, 0}, 1001, 0.01);
+  const auto press = [&](const KeyPress& key) {
+    const Action* action = action_of(key, {.player = true});
+    ASSERT_NE(action, nullptr);
+    action->run(state_);
+    follow_chart_keys(history_, style_, state_);
+    picture({500, 100});
+  };
+  picture({500, 100});
+  for (int i = 0; i < 50; ++i) press({GLFW_KEY_COMMA, true});
+  ASSERT_TRUE(state_.chart_cursor);
+  EXPECT_NEAR(*state_.chart_cursor, 5, 1e-6) << "from the newest value, by hundredths";
+  press({GLFW_KEY_LEFT_BRACKET, true});
+  EXPECT_NEAR(shown().length, 8, 1e-9);
+  EXPECT_NEAR(shown().end, 9, 1e-6) << "the cursor stays where it is";
+  press({GLFW_KEY_LEFT_BRACKET, false, true});
+  EXPECT_NEAR(shown().end, 9 - 0.2 * 8 + 0.6, 1e-6) << "there is nothing before the first frame";
+  press({GLFW_KEY_RIGHT_BRACKET, false, true});
+  EXPECT_NEAR(shown().end, 8 + 0.2 * 8, 1e-6);
+  for (int i = 0; i < 90; ++i) press({GLFW_KEY_PERIOD, true});
+  EXPECT_NEAR(*state_.chart_cursor, shown().end, 1e-6) << "it does not leave what is shown";
+  press({GLFW_KEY_RIGHT_BRACKET, true});
+  EXPECT_FALSE(state_.chart_view);
+  press({GLFW_KEY_LEFT_BRACKET, true});
+  press({'P', true});
+  EXPECT_NEAR(shown().length, 10, 1e-9);
+  // The line stands at a value; the mouse takes it away when it moves over the charts, Escape at once.
+  style_.cursor = 5.003;
+  std::set<int> columns;
+  frame_->begin({1000, 600});
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  const int from = list->VtxBuffer.Size;
+  draw_strip_charts(list, kCharts, history_, {}, {}, style_);
+  for (int i = from; i < list->VtxBuffer.Size; ++i)
+    if (list->VtxBuffer[i].col == ink(theme().text) && std::abs(list->VtxBuffer[i].pos.x - kMiddle.x) < 1)
+      columns.insert(static_cast<int>(list->VtxBuffer[i].pos.x));
+  frame_->abandon();
+  EXPECT_FALSE(columns.empty());
+  picture({600, 450});
+  picture({610, 450});
+  EXPECT_FALSE(state_.chart_cursor);
+  press({GLFW_KEY_COMMA, true});
+  press({GLFW_KEY_ESCAPE});
+  EXPECT_FALSE(state_.chart_cursor || state_.close_requested);
 }
 
 /// Rows between the highest and the lowest of what is drawn in a colour within the first chart.

@@ -78,6 +78,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   const SurfaceMap& surface = surface_of(shown.result);
   const bool has_surface = surface.buffer != nullptr;
   longest_side_mm_ = std::max(format.width, format.height) * sensor_.pitch_mm_per_px;
+  state_.pad_mm = longest_side_mm_;
   state_.frame_aspect = static_cast<double>(format.width) / format.height;
   const bool first = !std::exchange(sized_, true);
   if (first) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales

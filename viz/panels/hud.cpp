@@ -54,12 +54,12 @@ std::string doubt(Validity depth) {
   }
 }
 
-/// With the mouse, where it is over the charts.
-ChartStyle charts_of(const ViewState& state, const Layout& layout, float scale) {
-  ChartStyle style{state.chart_span_s, state.whole_recording, scale, state.chart_view};
+/// With the cursor of keys, else of the mouse where it is over the charts.
+ChartStyle charts_of(const ViewState& state, const Layout& layout, const History& history, float scale) {
+  ChartStyle style{state.chart_span_s, state.whole_recording, scale, state.chart_view, state.chart_cursor};
   const ImGuiIO& io = ImGui::GetIO();
-  if (layout.has_charts && !io.WantCaptureMouse && inside(layout.charts, io.MousePos))
-    style.cursor_x = io.MousePos.x;
+  if (!style.cursor && layout.has_charts && !io.WantCaptureMouse && inside(layout.charts, io.MousePos))
+    style.cursor = time_under(io.MousePos.x, layout.charts, history, style);
   return style;
 }
 
@@ -126,7 +126,7 @@ void Hud::follow(const Touch& touch, uint64_t position) {
 }
 
 std::string Hud::chart_table(const Sensor& sensor, const ViewState& state) const {
-  return viz::chart_table(history_, shown_span(history_, charts_of(state, {}, 1)), sensor);
+  return viz::chart_table(history_, shown_span(history_, charts_of(state, {}, history_, 1)), sensor);
 }
 
 void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
@@ -139,7 +139,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (layout.has_image)
     mark_image(under, layout.image, content, shown, state, section, full_shear_N_,
                !eye || !is_roomy(layout.surface, scale), scale);
-  const ChartStyle chart_style = charts_of(state, layout, scale);
+  const ChartStyle chart_style = charts_of(state, layout, history_, scale);
   if (layout.has_charts)
     draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare, chart_style);
   if (layout.has_profile && profile)
@@ -165,11 +165,12 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     const auto [x, y] = foot_line(layout.surface, scale);
     under->AddText({x, y}, ink(theme().faint), "drag: orbit   wheel: zoom");
   }
+  follow_chart_keys(history_, chart_style, state);
+  if (std::exchange(state.chart_copy_requested, false))
+    ImGui::SetClipboardText(chart_table(content.sensor, state).c_str());
   const bool at_charts =
       layout.has_charts && chart_mouse_.follow(layout.charts, history_, chart_style, state);
-  if (state.chart_menu)
-    chart_menu(
-        layout.charts, scale, [&] { return chart_table(content.sensor, state); }, state);
+  if (state.chart_menu) chart_menu(layout.charts, scale, state);
   follow_double_click(layout, state);
   state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,
                                                                      eye, half_mm, scale));

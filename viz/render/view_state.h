@@ -53,6 +53,12 @@ struct PlayRequest {
   PartEnd part = PartEnd::Keep;
 };
 
+/// Where keys want the charts' cursor and the part of time that they show, in shares of that part.
+struct ChartMoves {
+  double cursor = 0, pan = 0;  ///< to later times
+  double zoom = 1;             ///< times its length
+};
+
 struct ViewState : ViewSettings {
   static constexpr double kLeastRange_mm = 0.02, kMostRange_mm = 10;
   static constexpr double kLeastRange_MPa = 1e-4, kMostRange_MPa = 10;
@@ -77,6 +83,7 @@ struct ViewState : ViewSettings {
   std::optional<TimeSpan>
       chart_view;  ///< part of the charts' time that was zoomed or panned to; none: as above
   std::optional<std::array<float, 2>> chart_menu;  ///< place of the charts' open menu, px
+  std::optional<double> chart_cursor;              ///< time that keys chose to read them at
   double skin_strain_range = 0.005;                ///< with the last colour; follows the touch
   bool sensor_panel = false;
   bool help = false;
@@ -85,6 +92,7 @@ struct ViewState : ViewSettings {
   Tare tare;
   bool replay = false;       ///< a recording is played
   double frame_aspect = 1;   ///< width over height
+  double pad_mm = 1;         ///< its longest side
   bool labelling = false;    ///< a text for an event is being typed
   TypedText label;           ///< that text
   bool palette = false;      ///< an action is searched by name
@@ -103,8 +111,10 @@ struct ViewState : ViewSettings {
   bool next_vsync_requested = false;
   bool close_requested = false;
   PlayRequest play;
-  std::optional<PlayedPart> part;           ///< none: all is played once
-  bool chart_table_requested = false;       ///< a file of what the charts show
+  std::optional<PlayedPart> part;      ///< none: all is played once
+  bool chart_table_requested = false;  ///< a file of what the charts show
+  ChartMoves chart_moves;
+  bool chart_copy_requested = false;        ///< what they show, to the clipboard
   bool chart_picture_requested = false;     ///< a picture of them
   std::optional<BlockSetting> block_draft;  ///< as typed, while it is
   std::optional<BlockSetting> block_requested;

@@ -62,10 +62,13 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
     // Held down, only keys of steps go on.
     const bool repeats = key == GLFW_KEY_LEFT || key == GLFW_KEY_RIGHT || key == GLFW_KEY_UP ||
                          key == GLFW_KEY_DOWN || key == GLFW_KEY_COMMA || key == GLFW_KEY_PERIOD ||
-                         key == GLFW_KEY_EQUAL || key == GLFW_KEY_MINUS;
+                         key == GLFW_KEY_EQUAL || key == GLFW_KEY_MINUS || key == GLFW_KEY_LEFT_BRACKET ||
+                         key == GLFW_KEY_RIGHT_BRACKET || key == GLFW_KEY_PAGE_UP ||
+                         key == GLFW_KEY_PAGE_DOWN;
     if (action == GLFW_REPEAT && !repeats) return;
     static_cast<Window*>(glfwGetWindowUserPointer(w))
-        ->keys_.push_back({key, (mods & GLFW_MOD_SHIFT) != 0, (mods & GLFW_MOD_CONTROL) != 0});
+        ->keys_.push_back(
+            {key, (mods & GLFW_MOD_SHIFT) != 0, (mods & GLFW_MOD_CONTROL) != 0, (mods & GLFW_MOD_ALT) != 0});
   });
   glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
     auto& drops = static_cast<Window*>(glfwGetWindowUserPointer(w))->drops_;

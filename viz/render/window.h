@@ -31,6 +31,7 @@ struct KeyPress {
   int key = 0;
   bool shift = false;
   bool control = false;
+  bool alt = false;
   bool operator==(const KeyPress&) const = default;
 };
 

@@ -28,6 +28,9 @@ constexpr KeyPress control(int key, bool shift = false) {
 constexpr KeyPress with_shift(int key) {
   return {key, true, false};
 }
+constexpr KeyPress with_alt(int key, bool shift = false) {
+  return {key, shift, false, true};
+}
 std::vector<KeyPress> keys(std::initializer_list<int> codes) {
   std::vector<KeyPress> all;
   for (const int code : codes) all.push_back({code});
@@ -46,9 +49,10 @@ void view_from_the_top(S& state) {
 }
 
 void close_or_quit(S& state) {
-  const bool closed = state.help || state.sensor_panel || state.chart_menu;
+  const bool closed = state.help || state.sensor_panel || state.chart_menu || state.chart_cursor;
   state.help = state.sensor_panel = false;
   state.chart_menu.reset();
+  state.chart_cursor.reset();
   state.close_requested = !closed;
 }
 
@@ -91,9 +95,17 @@ class Actions {
   std::vector<Action> all;
 
  private:
+  std::string line_;
   void add(std::string name, std::vector<KeyPress> chords, std::function<void(S&)> run,
            Needs needs = Needs::Nothing) {
-    all.push_back({std::move(name), std::move(chords), needs, std::move(run)});
+    all.push_back({std::move(name), std::move(chords), needs, std::move(run), line_});
+  }
+  /// What `adds` adds has one line of the help.
+  template <typename Adds>
+  void together(const char* line, const Adds& adds) {
+    line_ = line;
+    adds();
+    line_.clear();
   }
   void setting(int key, Needs needs = Needs::Nothing) {
     const ViewSetting& setting = view_setting(key);
@@ -106,6 +118,7 @@ class Actions {
     constexpr Needs kSurface = Needs::Surface;
     add(
         "all of the surface again", keys({GLFW_KEY_R}), [](S& state) { state.camera = {}; }, kSurface);
+    camera();
     add("view from the top", keys({GLFW_KEY_T}), view_from_the_top, kSurface);
     setting('D');
     add(
@@ -121,20 +134,25 @@ class Actions {
           if (bool* follows = state.automatic()) *follows = !*follows;
         },
         kSurface);
-    add(
-        "wider colour range", keys({GLFW_KEY_PAGE_UP}), [](S& state) { state.widen_range(1.25); }, kSurface);
-    add(
-        "narrower colour range", keys({GLFW_KEY_PAGE_DOWN}), [](S& state) { state.widen_range(0.8); },
-        kSurface);
+    together("wider, narrower colour range", [&] {
+      add(
+          "wider colour range", keys({GLFW_KEY_PAGE_UP}), [](S& state) { state.widen_range(1.25); },
+          kSurface);
+      add(
+          "narrower colour range", keys({GLFW_KEY_PAGE_DOWN}), [](S& state) { state.widen_range(0.8); },
+          kSurface);
+    });
     add(
         "automatic vertical exaggeration", keys({GLFW_KEY_E}),
         [](S& state) { state.automatic_exaggeration = !state.automatic_exaggeration; }, kSurface);
-    add(
-        "exaggerate more", keys({GLFW_KEY_EQUAL, GLFW_KEY_KP_ADD}), [](S& state) { exaggerate(state, 1.25); },
-        kSurface);
-    add(
-        "exaggerate less", keys({GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT}),
-        [](S& state) { exaggerate(state, 0.8); }, kSurface);
+    together("exaggerate more, less", [&] {
+      add(
+          "exaggerate more", keys({GLFW_KEY_EQUAL, GLFW_KEY_KP_ADD}),
+          [](S& state) { exaggerate(state, 1.25); }, kSurface);
+      add(
+          "exaggerate less", keys({GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT}),
+          [](S& state) { exaggerate(state, 0.8); }, kSurface);
+    });
     for (const char key : {'L', 'G', 'Y', 'X'}) setting(key);
   }
 
@@ -161,21 +179,89 @@ class Actions {
         {"move the section up", GLFW_KEY_UP, 0.0, -kStep},
         {"move the section down", GLFW_KEY_DOWN, 0.0, kStep},
     }};
-    for (const auto& [name, key, x, y] : moves)
+    together("move the section", [&] {
+      for (const auto& [name, key, x, y] : moves)
+        add(
+            name, {control(key)}, [x = x, y = y](S& state) { state.line.move(x, y); }, Needs::Section);
+    });
+    together("turn the section", [&] {
       add(
-          name, {control(key)}, [x = x, y = y](S& state) { state.line.move(x, y); }, Needs::Section);
-    add(
-        "turn the section left", {control(GLFW_KEY_LEFT, true)},
-        [](S& state) { state.line.turn(-kTurn_rad, state.frame_aspect); }, Needs::Section);
-    add(
-        "turn the section right", {control(GLFW_KEY_RIGHT, true)},
-        [](S& state) { state.line.turn(kTurn_rad, state.frame_aspect); }, Needs::Section);
+          "turn the section left", {control(GLFW_KEY_LEFT, true)},
+          [](S& state) { state.line.turn(-kTurn_rad, state.frame_aspect); }, Needs::Section);
+      add(
+          "turn the section right", {control(GLFW_KEY_RIGHT, true)},
+          [](S& state) { state.line.turn(kTurn_rad, state.frame_aspect); }, Needs::Section);
+    });
     setting('P');
-    add("shorter time axis", keys({GLFW_KEY_LEFT_BRACKET}), [](S& state) { state.change_chart_span(-1); });
-    add("longer time axis", keys({GLFW_KEY_RIGHT_BRACKET}), [](S& state) { state.change_chart_span(1); });
+    together("shorter, longer time axis", [&] {
+      add("shorter time axis", keys({GLFW_KEY_LEFT_BRACKET}), [](S& state) { state.change_chart_span(-1); });
+      add("longer time axis", keys({GLFW_KEY_RIGHT_BRACKET}), [](S& state) { state.change_chart_span(1); });
+    });
+    charts();
     setting('K');
     setting('J');
     setting('N', Needs::Skin);
+  }
+
+  void charts() {
+    constexpr double kCursor = 0.01, kPan = 0.2, kZoom = 0.8;
+    together("charts: cursor back, on", [&] {
+      add("charts: cursor back", {with_shift(GLFW_KEY_COMMA)},
+          [](S& state) { state.chart_moves.cursor -= kCursor; });
+      add("charts: cursor on", {with_shift(GLFW_KEY_PERIOD)},
+          [](S& state) { state.chart_moves.cursor += kCursor; });
+    });
+    together("charts: zoom in, out", [&] {
+      add("charts: zoom in", {with_shift(GLFW_KEY_LEFT_BRACKET)},
+          [](S& state) { state.chart_moves.zoom *= kZoom; });
+      add("charts: zoom out", {with_shift(GLFW_KEY_RIGHT_BRACKET)},
+          [](S& state) { state.chart_moves.zoom /= kZoom; });
+    });
+    together("charts: earlier, later", [&] {
+      add("charts: earlier", {control(GLFW_KEY_LEFT_BRACKET)},
+          [](S& state) { state.chart_moves.pan -= kPan; });
+      add("charts: later", {control(GLFW_KEY_RIGHT_BRACKET)},
+          [](S& state) { state.chart_moves.pan += kPan; });
+    });
+    add("charts: all of the time", {with_shift('P')}, [](S& state) {
+      state.chart_view.reset();
+      state.whole_recording = true;
+    });
+    add("charts: copy as CSV", {control('C')}, [](S& state) { state.chart_copy_requested = true; });
+  }
+
+  void camera() {
+    constexpr double kTurn_rad = 0.08, kShift = 0.05, kZoom = 1.12;  // of the pad
+    const std::array<std::tuple<const char*, int, double, double>, 4> ways{{{"left", GLFW_KEY_LEFT, -1, 0},
+                                                                            {"right", GLFW_KEY_RIGHT, 1, 0},
+                                                                            {"up", GLFW_KEY_UP, 0, 1},
+                                                                            {"down", GLFW_KEY_DOWN, 0, -1}}};
+    together("turn the surface", [&] {
+      for (const auto& [way, key, right, up] : ways)
+        add(
+            std::string("turn the surface ") + way, {with_alt(key)},
+            [x = right * kTurn_rad, y = up * kTurn_rad](S& state) { state.camera.orbit(-x, -y); },
+            Needs::Surface);
+    });
+    together("move the surface", [&] {
+      for (const auto& [way, key, right, up] : ways)
+        add(
+            std::string("move the surface ") + way, {with_alt(key, true)},
+            [x = right * kShift, y = up * kShift](S& state) {
+              Camera& camera = state.camera;
+              camera.target =
+                  camera.target - (camera.right() * x + camera.up() * y) * (state.pad_mm / camera.zoom);
+            },
+            Needs::Surface);
+    });
+    together("nearer to the surface, farther from it", [&] {
+      add(
+          "nearer to the surface", {with_alt(GLFW_KEY_PAGE_UP)},
+          [](S& state) { state.camera.magnify(kZoom); }, Needs::Surface);
+      add(
+          "farther from the surface", {with_alt(GLFW_KEY_PAGE_DOWN)},
+          [](S& state) { state.camera.magnify(1 / kZoom); }, Needs::Surface);
+    });
   }
 
   void player() {
@@ -186,48 +272,60 @@ class Actions {
         {"10 s back", with_shift(GLFW_KEY_LEFT), -10.0},
         {"10 s on", with_shift(GLFW_KEY_RIGHT), 10.0},
     }};
-    for (const auto& [name, chord, seconds] : jumps)
-      add(
-          name, {chord}, [s = seconds](S& state) { state.play.seconds += s; }, Needs::Player);
+    together("1 s back, on; 10 s back, on", [&] {
+      for (const auto& [name, chord, seconds] : jumps)
+        add(
+            name, {chord}, [s = seconds](S& state) { state.play.seconds += s; }, Needs::Player);
+    });
     const auto step = [](int frames) {
       return [frames](S& state) {
         state.paused = true;
         state.play.frames += frames;
       };
     };
-    add("pause, and one frame back", keys({GLFW_KEY_COMMA}), step(-1), Needs::Player);
-    add("pause, and one frame on", keys({GLFW_KEY_PERIOD}), step(1), Needs::Player);
-    add(
-        "twice the speed", keys({GLFW_KEY_UP}), [](S& state) { state.play.speed *= 2; }, Needs::Player);
-    add(
-        "half the speed", keys({GLFW_KEY_DOWN}), [](S& state) { state.play.speed /= 2; }, Needs::Player);
-    add(
-        "to the mark before", {with_shift(GLFW_KEY_COMMA)}, [](S& state) { state.play.marks = -1; },
-        Needs::Player);
-    add(
-        "to the mark after", {with_shift(GLFW_KEY_PERIOD)}, [](S& state) { state.play.marks = 1; },
-        Needs::Player);
+    together("pause, and one frame back, on", [&] {
+      add("pause, and one frame back", keys({GLFW_KEY_COMMA}), step(-1), Needs::Player);
+      add("pause, and one frame on", keys({GLFW_KEY_PERIOD}), step(1), Needs::Player);
+    });
+    together("twice, half the speed", [&] {
+      add(
+          "twice the speed", keys({GLFW_KEY_UP}), [](S& state) { state.play.speed *= 2; }, Needs::Player);
+      add(
+          "half the speed", keys({GLFW_KEY_DOWN}), [](S& state) { state.play.speed /= 2; }, Needs::Player);
+    });
+    together("to the mark before, after", [&] {
+      add(
+          "to the mark before", {control(GLFW_KEY_COMMA)}, [](S& state) { state.play.marks = -1; },
+          Needs::Player);
+      add(
+          "to the mark after", {control(GLFW_KEY_PERIOD)}, [](S& state) { state.play.marks = 1; },
+          Needs::Player);
+    });
     add(
         "to the largest force", {with_shift('F')}, [](S& state) { state.play.largest = true; },
         Needs::Player);
     const std::array<std::tuple<const char*, KeyPress, PartEnd>, 3> ends{{
-        {"loop from this frame on", with_shift(GLFW_KEY_LEFT_BRACKET), PartEnd::First},
-        {"loop up to this frame", with_shift(GLFW_KEY_RIGHT_BRACKET), PartEnd::Last},
+        {"loop from this frame on", control(GLFW_KEY_LEFT_BRACKET), PartEnd::First},
+        {"loop up to this frame", control(GLFW_KEY_RIGHT_BRACKET), PartEnd::Last},
         {"no loop", {GLFW_KEY_BACKSPACE}, PartEnd::None},
     }};
     for (const auto& [name, chord, end] : ends)
       add(
           name, {chord}, [end = end](S& state) { state.play.part = end; }, Needs::Player);
-    add(
-        "first frame", keys({GLFW_KEY_HOME}), [](S& state) { state.seek_to = 0; }, Needs::Player);
-    add(
-        "last frame", keys({GLFW_KEY_END}),
-        [](S& state) { state.seek_to = std::numeric_limits<uint64_t>::max(); }, Needs::Player);
+    together("first, last frame", [&] {
+      add(
+          "first frame", keys({GLFW_KEY_HOME}), [](S& state) { state.seek_to = 0; }, Needs::Player);
+      add(
+          "last frame", keys({GLFW_KEY_END}),
+          [](S& state) { state.seek_to = std::numeric_limits<uint64_t>::max(); }, Needs::Player);
+    });
   }
 
   void session() {
-    add("zero force and shear", keys({GLFW_KEY_Z}), [](S& state) { state.zero_requested = true; });
-    add("end that zero", {with_shift(GLFW_KEY_Z)}, [](S& state) { state.zero_cleared_requested = true; });
+    together("zero force and shear, end that zero", [&] {
+      add("zero force and shear", keys({GLFW_KEY_Z}), [](S& state) { state.zero_requested = true; });
+      add("end that zero", {with_shift(GLFW_KEY_Z)}, [](S& state) { state.zero_cleared_requested = true; });
+    });
     add(
         "record a session, or end it", keys({GLFW_KEY_W}),
         [](S& state) { state.recording_switched_requested = true; }, Needs::NoPlayer);
@@ -244,10 +342,12 @@ class Actions {
         [](S& state) { state.sensor_panel = !state.sensor_panel; });
     setting('F');
     add("vsync: on, mailbox, off", keys({GLFW_KEY_V}), [](S& state) { state.next_vsync_requested = true; });
-    add("larger text", {control(GLFW_KEY_EQUAL), control(GLFW_KEY_KP_ADD)},
-        [](S& state) { state.enlarge_text(true); });
-    add("smaller text", {control(GLFW_KEY_MINUS), control(GLFW_KEY_KP_SUBTRACT)},
-        [](S& state) { state.enlarge_text(false); });
+    together("larger, smaller text", [&] {
+      add("larger text", {control(GLFW_KEY_EQUAL), control(GLFW_KEY_KP_ADD)},
+          [](S& state) { state.enlarge_text(true); });
+      add("smaller text", {control(GLFW_KEY_MINUS), control(GLFW_KEY_KP_SUBTRACT)},
+          [](S& state) { state.enlarge_text(false); });
+    });
     add("full screen", keys({GLFW_KEY_F11}), [](S& state) { state.full_screen_requested = true; });
     setting('U');
     setting('C');
@@ -298,17 +398,6 @@ class Actions {
         add(setting.sentence, {}, [&setting](S& state) { next_value(setting, state); });
   }
 };
-
-constexpr std::array<std::pair<int, const char*>, 22> kKeyNames{{
-    {GLFW_KEY_SPACE, "Space"},     {GLFW_KEY_TAB, "Tab"},         {GLFW_KEY_ENTER, "Enter"},
-    {GLFW_KEY_KP_ENTER, "Enter"},  {GLFW_KEY_ESCAPE, "Esc"},      {GLFW_KEY_BACKSPACE, "Backspace"},
-    {GLFW_KEY_LEFT, "Left"},       {GLFW_KEY_RIGHT, "Right"},     {GLFW_KEY_UP, "Up"},
-    {GLFW_KEY_DOWN, "Down"},       {GLFW_KEY_PAGE_UP, "Page up"}, {GLFW_KEY_PAGE_DOWN, "Page down"},
-    {GLFW_KEY_HOME, "Home"},       {GLFW_KEY_END, "End"},         {GLFW_KEY_F1, "F1"},
-    {GLFW_KEY_F11, "F11"},         {GLFW_KEY_EQUAL, "+"},         {GLFW_KEY_KP_ADD, "+"},
-    {GLFW_KEY_MINUS, "-"},         {GLFW_KEY_KP_SUBTRACT, "-"},   {GLFW_KEY_LEFT_BRACKET, "["},
-    {GLFW_KEY_RIGHT_BRACKET, "]"},
-}};
 
 std::string in_small_letters(std::string_view words) {
   std::string small(words);
@@ -402,10 +491,11 @@ std::span<const Action> actions() {
 }
 
 const Action* action_of(const KeyPress& press, const Circumstances& now) {
-  const std::array<KeyPress, 4> tried{{{press.key, press.shift, press.control},
-                                       {press.key, false, press.control},
-                                       {press.key, press.shift, false},
-                                       {press.key, false, false}}};
+  std::array<KeyPress, 4> tried{{{press.key, press.shift, press.control},
+                                 {press.key, false, press.control},
+                                 {press.key, press.shift, false},
+                                 {press.key, false, false}}};
+  if (press.alt) tried.fill(press);  // a window manager's own chords do nothing here
   const Action* impossible = nullptr;
   for (const KeyPress& chord : tried)
     for (const Action& action : actions())
@@ -427,35 +517,6 @@ std::vector<const Action*> actions_named(std::string_view typed, const Circumsta
   named.reserve(found.size());
   for (const auto& [far, action] : found) named.push_back(action);
   return named;
-}
-
-std::string words_of(const KeyPress& chord) {
-  std::string words = std::string(chord.control ? "Ctrl + " : "") + (chord.shift ? "Shift + " : "");
-  const auto* const named = std::ranges::find(kKeyNames, chord.key, &std::pair<int, const char*>::first);
-  if (named != kKeyNames.end()) return words + named->second;
-  return words + static_cast<char>(chord.key);  // letters and signs are their own codes
-}
-
-std::vector<KeyHelp> key_help(const Circumstances& now) {
-  std::vector<KeyHelp> lines;
-  if (now.has_surface)
-    lines = {{"drag the surface", "orbit"},
-             {"right drag, Shift + drag", "pan"},
-             {"wheel", "zoom"},
-             {"double click on it", "all of it again"},
-             {"double click on the image", "they change places"}};
-  lines.push_back({"wheel, drag in the charts", "zoom, pan time"});
-  lines.push_back({"double, right click in the charts", "all of the time, menu"});
-  if (now.player) lines.push_back({"click in the charts", "go there"});
-  for (const Action& action : actions()) {
-    if (action.chords.empty() || !action.possible(now)) continue;
-    KeyHelp line{words_of(action.chords.front()), action.name};
-    for (const KeyPress& chord : action.chords)  // those of the number pad have the same names
-      if (const std::string also = words_of(chord); also != words_of(action.chords.front()))
-        line.keys += ", " + also;
-    lines.push_back(std::move(line));
-  }
-  return lines;
 }
 
 }  // namespace palpate::viz

@@ -47,6 +47,7 @@ struct Action {
   std::vector<KeyPress> chords;  ///< keys that are held together; the first is the one that is shown
   Needs needs = Needs::Nothing;
   std::function<void(ViewState&)> run;
+  std::string line = {};  ///< of the help, that it shares with its neighbours of the same; empty: its name
 
   bool possible(const Circumstances& now) const;
 };

@@ -9,8 +9,7 @@
 
 namespace palpate::viz {
 
-void chart_menu(const ViewRect& charts, float scale, const std::function<std::string()>& table,
-                ViewState& state) {
+void chart_menu(const ViewRect& charts, float scale, ViewState& state) {
   // Upwards, so that the foot of the window does not cut it, and not over its right end.
   const std::array<float, 2> at = *state.chart_menu;
   const bool right = at[0] > middle(charts).x;
@@ -30,9 +29,9 @@ void chart_menu(const ViewRect& charts, float scale, const std::function<std::st
     state.chart_table_requested = true;
   else if (item("Save as PNG (Shift + S)"))
     state.chart_picture_requested = true;
-  else if (item("Copy as CSV"))
-    ImGui::SetClipboardText(table().c_str());
-  else if (item("Show all of the time"))
+  else if (item("Copy as CSV (Ctrl + C)"))
+    state.chart_copy_requested = true;
+  else if (item("All of the time (Shift + P)"))
     state.chart_view.reset(), state.whole_recording = true;
   else
     done = ImGui::IsMouseClicked(ImGuiMouseButton_Left) &&

@@ -130,7 +130,8 @@ class StripCharts {
         has_depth_(sensor.reading != SurfaceReading::None) {
     const float row = ImGui::GetFontSize();
     std::tie(left_, right_) = axis_ends(rect, scale_);
-    if (style.cursor_x) find_cursor(time_under(*style.cursor_x, rect, history, style));
+    if (style.cursor && *style.cursor <= span_.end && *style.cursor >= span_.end - span_.length)
+      find_cursor(*style.cursor);
     axis_ = row + 5 * scale_;
     band_ = has_shear_ ? row + 6 * scale_ : 0;
     marks_ = history.events().empty() ? 0 : row + 4 * scale_;
@@ -188,18 +189,17 @@ class StripCharts {
       line(y + head_, y + each_ - 2 * scale_);
     }
   }
-  /// The line under the mouse; at a sample where there is one near.
-  void find_cursor(std::optional<double> time) {
-    if (!time) return;
+  /// The line that is read; at a sample where there is one near.
+  void find_cursor(double time) {
     cursor_ = time;
     const double reach = 40 * scale_ * span_.length / static_cast<double>(right_ - left_);
     for (const Sample& s : samples_)
-      if (const double away = std::abs(s.time - *time);
-          away <= reach && (!read_ || away < std::abs(read_->time - *time)))
+      if (const double away = std::abs(s.time - time);
+          away <= reach && (!read_ || away < std::abs(read_->time - time)))
         read_ = &s;
     if (read_) cursor_ = read_->time;
   }
-  /// What the chart has under the mouse, at the end of the words above it.
+  /// What the chart has there, at the end of the words above it.
   void read(Chart& chart, const std::string& words) const {
     if (cursor_) chart.note(read_ ? words : "-", ink(theme().text));
   }
@@ -255,7 +255,7 @@ class StripCharts {
   bool has_depth_;
   float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, marks_ = 0, bottom_ = 0, head_ = 0, each_ = 0;  // px
   int count_ = 0, index_ = 0, ticks_ = 0;
-  std::optional<double> cursor_;  ///< time under the mouse
+  std::optional<double> cursor_;  ///< time that is read
   const Sample* read_ = nullptr;  ///< the sample there; none: nothing was measured near
 };
 
@@ -445,7 +445,7 @@ void StripCharts::draw_events() {
   }
 }
 
-/// In a recording where the shown frame is; and the line under the mouse.
+/// In a recording where the shown frame is; and the line that is read.
 void StripCharts::draw_cursor() {
   const Chart time = axis();
   const auto line = [&](float x, Rgb colour) {
@@ -465,7 +465,7 @@ void StripCharts::draw_cursor() {
   list_->AddText({from + 3 * scale_, foot + 3 * scale_}, ink(theme().panel), words.c_str());
 }
 
-/// The time under the mouse with the events there, from its left to its right end; empty without a mouse.
+/// The time that is read with the events there, from its left to its right end; empty without one.
 std::tuple<std::string, float, float> StripCharts::cursor_label() const {
   if (!cursor_) return {};
   const Chart time = axis();

@@ -20,8 +20,8 @@ namespace palpate::viz {
 /// where there is a surface. Where the rectangle is low the last charts are left out. `tare` moves force and
 /// shear. The largest of what is shown is ringed,
 /// and stands with its time above. Words stand in rows of their own, none over a curve. No axis is shorter
-/// than six standard errors of what it shows. Under the mouse a line goes through all charts, with its time
-/// and the values there.
+/// than six standard errors of what it shows. At the cursor, of the mouse or of keys, a line goes through all
+/// charts, with its time and the values there.
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "viz/render/drawing.h"
 
@@ -89,12 +90,29 @@ std::optional<double> time_under(float x, const ViewRect& rect, const History& h
   return span.end - span.length * static_cast<double>((right - x) / (right - left));
 }
 
+void follow_chart_keys(const History& history, const ChartStyle& style, ViewState& state) {
+  const ChartMoves moves = std::exchange(state.chart_moves, {});
+  const TimeSpan now = shown_span(history, style);
+  const double begin = now.end - now.length;
+  if (moves.cursor != 0) {
+    const double newest = history.samples().empty() ? now.end : history.samples().back().time;
+    state.chart_cursor =
+        std::clamp(state.chart_cursor.value_or(newest) + moves.cursor * now.length, begin, now.end);
+  }
+  if (moves.zoom != 1) {
+    const double about = state.chart_cursor.value_or(now.end);
+    zoom(moves.zoom, about >= begin && about <= now.end ? about : now.end, history, style, state);
+  }
+  if (moves.pan != 0) choose({now.end + moves.pan * now.length, now.length}, history, state);
+}
+
 bool ChartMouse::follow(const ViewRect& charts, const History& history, const ChartStyle& style,
                         ViewState& state) {
   constexpr float kClick_px = 4;  // a hand moves while it clicks
   const ImGuiIO& io = ImGui::GetIO();
   const bool over = !io.WantCaptureMouse && inside(charts, io.MousePos);
   const std::optional<double> time = time_under(io.MousePos.x, charts, history, style);
+  if (over && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) state.chart_cursor.reset();
   if (over && ImGui::IsMouseReleased(ImGuiMouseButton_Right) &&
       inside(charts, io.MouseClickedPos[ImGuiMouseButton_Right]))
     state.chart_menu = std::array{io.MousePos.x, io.MousePos.y};
