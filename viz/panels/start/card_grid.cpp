@@ -27,6 +27,23 @@ void draw_lump(ImDrawList& list, ImVec2 low, ImVec2 high, float scale) {
                        0.11f * size.x, ink(theme().doubtful));
 }
 
+/// A picture that is another each time: pictures of the page lie in a texture that is made once.
+void draw_pixels(ImDrawList& list, const RgbImage& image, ImVec2 low, ImVec2 high) {
+  constexpr uint32_t kAcross = 64, kDown = 48;
+  const auto colour = [&](uint32_t column, uint32_t row) {
+    const uint8_t* rgb = image.at(column * (image.width - 1) / kAcross, row * (image.height - 1) / kDown);
+    return IM_COL32(rgb[0], rgb[1], rgb[2], 255);
+  };
+  const auto place = [&](uint32_t column, uint32_t row) {
+    return ImVec2{low.x + (high.x - low.x) * static_cast<float>(column) / kAcross,
+                  low.y + (high.y - low.y) * static_cast<float>(row) / kDown};
+  };
+  for (uint32_t y = 0; y < kDown; ++y)
+    for (uint32_t x = 0; x < kAcross; ++x)
+      list.AddRectFilledMultiColor(place(x, y), place(x + 1, y + 1), colour(x, y), colour(x + 1, y),
+                                   colour(x + 1, y + 1), colour(x, y + 1));
+}
+
 }  // namespace
 
 float CardGrid::width_for(float content, float scale) {
@@ -59,7 +76,7 @@ void CardGrid::next_row() {
   x_ = 0;
 }
 
-bool CardGrid::add(const PictureCard& card, bool selected, bool scroll_here, const std::string& tip) {
+CardClick CardGrid::add(const PictureCard& card, bool selected, bool scroll_here, const std::string& tip) {
   const float scale = frame_->scale(), inner = kInner * scale, line = ImGui::GetTextLineHeight();
   if (x_ > 0 && x_ + width_ > content_ + 1) next_row();
   if (x_ > 0) ImGui::SameLine(0, kGap * scale);
@@ -73,7 +90,6 @@ bool CardGrid::add(const PictureCard& card, bool selected, bool scroll_here, con
   const bool pointed_at = ImGui::IsItemHovered();
   const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   if (scroll_here) ImGui::SetScrollHereY();
-  ImGui::PopID();
 
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const float round = 6 * scale;
@@ -82,17 +98,36 @@ bool CardGrid::add(const PictureCard& card, bool selected, bool scroll_here, con
                (selected ? 2 : 1) * scale);
   const ImVec2 picture_low{low.x + inner, low.y + inner};
   const ImVec2 picture_high{picture_low.x + picture_width, picture_low.y + picture_height};
-  if (card.picture)
+  if (card.live)
+    draw_pixels(list, *card.live, picture_low, picture_high);
+  else if (card.picture)
     frame_->draw_picture(*card.picture, {picture_low.x, picture_low.y}, {picture_high.x, picture_high.y});
   else if (card.lump)
     draw_lump(list, picture_low, picture_high, scale);
-  else
+  else {
     list.AddRectFilled(picture_low, picture_high, ink(theme().chart));
+    const std::string words = shortened(card.instead, picture_width);
+    const ImVec2 room = ImGui::CalcTextSize(words.c_str());
+    list.AddText(
+        {(picture_low.x + picture_high.x - room.x) / 2, (picture_low.y + picture_high.y - room.y) / 2},
+        ink(theme().faint), words.c_str());
+  }
   const float text_y = picture_high.y + inner;
   const std::string name = shortened(card.name, picture_width),
                     detail = shortened(card.detail, picture_width);
   list.AddText({picture_low.x, text_y}, ink(card.usable ? theme().text : theme().faint), name.c_str());
   list.AddText({picture_low.x, text_y + line}, ink(theme().faint), detail.c_str());
+  bool pressed = false;
+  if (!card.button.empty()) {
+    const float width = ImGui::CalcTextSize(card.button.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
+    ImGui::SetItemAllowOverlap();
+    ImGui::SetCursorScreenPos({picture_high.x - width - inner, picture_low.y + inner});
+    pressed = ImGui::SmallButton(card.button.c_str());
+    // The next card stands beside this one, not beside the button.
+    ImGui::SetCursorScreenPos(low);
+    ImGui::Dummy({width_, height});
+  }
+  ImGui::PopID();
   if (pointed_at && !tip.empty()) {
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(std::min(0.9f * ImGui::GetIO().DisplaySize.x, 480 * scale));
@@ -100,7 +135,7 @@ bool CardGrid::add(const PictureCard& card, bool selected, bool scroll_here, con
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();
   }
-  return clicked;
+  return pressed ? CardClick::Button : clicked ? CardClick::Card : CardClick::Nothing;
 }
 
 size_t CardGrid::neighbour(size_t from, int right, int down) const {

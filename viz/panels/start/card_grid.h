@@ -15,7 +15,13 @@ struct PictureCard {
   std::optional<size_t> picture;  ///< of the page's
   bool lump = false;              ///< without a picture: a block with a lump is drawn
   bool usable = true;
+  const RgbImage* live = nullptr;  ///< in place of the picture
+  std::string instead = {};        ///< words where there is no picture
+  std::string button = {};         ///< words of a button on the picture; empty: none
 };
+
+/// What of a card was clicked.
+enum class CardClick { Nothing, Card, Button };
 
 /// Cards of one page, in groups with headings; where each was drawn is known until the next picture.
 class CardGrid {
@@ -25,8 +31,8 @@ class CardGrid {
 
   void begin(const HudFrame& frame, float content);
   void heading(const char* words);
-  /// True where it was clicked. `tip`: said where the mouse is, unless empty.
-  bool add(const PictureCard& card, bool selected, bool scroll_here, const std::string& tip);
+  /// `tip`: said where the mouse is, unless empty.
+  CardClick add(const PictureCard& card, bool selected, bool scroll_here, const std::string& tip);
   /// A line of words between cards.
   void remark(const std::string& words);
 

@@ -168,6 +168,7 @@ void StartList::collect(const Settings& settings) {
   for (const SourceEntry& e : sources_)
     if (e.group == Group::Cameras) cameras.push_back(e);
   if (cameras.empty()) cameras.push_back({Group::Cameras, "", "looking for cameras", "", {}});
+  recent_ = settings.recent;
   sources_.clear();
   for (const Settings::Recent& r : settings.recent) {
     SourceEntry entry = from_text(r.input);
@@ -215,11 +216,11 @@ bool StartList::update() {
   bool changed = false;
   if (is_ready(cameras_)) {
     std::erase_if(sources_, [](const SourceEntry& e) { return e.group == Group::Cameras; });
-    const std::vector<SourceEntry> found = cameras_.get();
+    std::vector<SourceEntry> found = cameras_.get();
+    remember_last_use(found, recent_);
     const auto after = std::find_if(sources_.begin(), sources_.end(),
                                     [](const SourceEntry& e) { return e.group == Group::Synthetic; });
-    for (SourceEntry& e : sources_)
-      if (e.whole.empty()) e.whole = e.detail;
+    for (SourceEntry& e : found) e.whole = e.detail;
     sources_.insert(after, found.begin(), found.end());
     changed = true;
   }
@@ -246,6 +247,17 @@ std::string StartList::opened_with(size_t source, size_t sensor) const {
   if (!e.sensor.empty()) return begin + fs::path(e.sensor).filename().string() + ": as it was opened last";
   if (e.input.starts_with("synthetic:")) return begin + "the sensor that is simulated";
   return begin + "the sensor that it holds itself; without one places are in px, with no depth and no force";
+}
+
+void StartList::remember_last_use(std::vector<SourceEntry>& cameras,
+                                  const std::vector<Settings::Recent>& recent) {
+  for (SourceEntry& camera : cameras)
+    for (const Settings::Recent& r : recent)
+      if (!camera.input.empty() && r.input.substr(0, r.input.find('?')) == camera.input) {
+        camera.sensor = r.sensor;
+        camera.still = r.input;
+        break;  // the newest comes first
+      }
 }
 
 SourceEntry StartList::from_text(const std::string& input) {

@@ -22,6 +22,7 @@ struct SourceEntry {
   std::string sensor;      ///< sensor file that was used with it; empty: none
   bool missing = false;    ///< a recording that is no longer where it was
   std::string whole = {};  ///< all that is known, where there is room for it
+  std::string still = {};  ///< of a camera: the recent source whose picture it sent last; empty: none
 
   /// Whether the arrows stop here.
   bool can_be_chosen() const { return !input.empty(); }
@@ -56,6 +57,9 @@ class StartList {
   /// The sensor file that the source would be opened with if `sensor` is the one that is chosen, and why.
   std::string opened_with(size_t source, size_t sensor) const;
 
+  /// Cameras as they were found, each with what it was opened with last, and its picture of then.
+  static void remember_last_use(std::vector<SourceEntry>& cameras,
+                                const std::vector<Settings::Recent>& recent);
   /// A source that the user typed or dropped: a session, a recording, camera:..., synthetic:...
   static SourceEntry from_text(const std::string& text);
   /// Whether `text` is the place of a sensor file, not of something to look at.
@@ -66,6 +70,7 @@ class StartList {
  private:
   void collect(const Settings& settings);
 
+  std::vector<Settings::Recent> recent_;
   std::vector<SourceEntry> sources_;
   std::vector<SensorEntry> sensors_;
   std::future<std::vector<SourceEntry>> cameras_;

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "capture/open_source.h"
+#include "capture/run/input.h"
 #include "capture/synthetic/tissue.h"
 #include "viz/panels/run_panel.h"
 #include "viz/panels/start/thumbnails.h"
@@ -70,6 +72,7 @@ StartView::StartView(gpu::Context& context, Window& window, Settings& settings, 
       settings_(settings),
       page_(context, window, settings.view),
       list_(settings),
+      look_([](const std::string& input) { return open_source(input, bare_sensor(input)); }),
       message_(in_the_window(trouble.message)),
       trouble_(!trouble.message.empty()),
       folder_(std::move(folder)) {
@@ -98,12 +101,13 @@ std::optional<Choice> StartView::choose(const std::function<bool()>& interrupted
       [this] {
         take_drops();
         handle_keys();
+        follow_look();
         describe();
       },
       [this] { return chosen_.has_value(); },
       [this] {
         const size_t pictures = list_.simulated().size();
-        const bool changed = list_.update();
+        const bool seen = look_.update(), changed = list_.update() || seen;
         if (list_.simulated().size() != pictures) load_thumbnails();
         return changed || list_.looking();
       },
@@ -169,6 +173,9 @@ void StartView::handle_keys() {
       case GLFW_KEY_KP_ENTER:
         open_selected();
         break;
+      case GLFW_KEY_L:
+        switch_look();
+        break;
       case GLFW_KEY_F5:
         list_.refresh(settings_);
         break;
@@ -203,6 +210,7 @@ const std::vector<KeyHelp>& start_key_help() {
       {"click", "open a source, choose a sensor file"},
       {"arrows, Page up, down", "move the selection"},
       {"Enter", "open the selected source"},
+      {"L", "look through the selected camera, or no longer"},
       {"Tab", "from the sources to the sensor files and back"},
       {"drop a file", "open it; a sensor file is chosen"},
       {"F5", "search again for cameras and sensor files"},
@@ -215,9 +223,29 @@ const std::vector<KeyHelp>& start_key_help() {
   return lines;
 }
 
+/// Through the selected camera, or no longer.
+void StartView::switch_look() {
+  if (source_ >= list_.sources().size() || list_.sources()[source_].group != SourceEntry::Group::Cameras)
+    return;
+  const std::string input = list_.sources()[source_].input, before = look_.input();
+  look_.stop();
+  if (!input.empty() && input != before) look_.start(input);
+}
+
+/// Ends with the selection; where it fails, the message says why.
+void StartView::follow_look() {
+  if (look_.input().empty()) return;
+  if (source_ >= list_.sources().size() || list_.sources()[source_].input != look_.input()) look_.stop();
+  if (look_.trouble().empty()) return;
+  message_ = in_the_window(look_.trouble());
+  trouble_ = true;
+  look_.stop();
+}
+
 void StartView::open_selected() {
   if (source_ >= list_.sources().size()) return;
   if (list_.sources()[source_].input.empty()) return;
+  look_.stop();  // a camera has one user
   const SourceEntry& source = list_.sources()[source_];
   const SensorEntry& sensor = list_.sensors()[std::min(sensor_, list_.sensors().size() - 1)];
   if (!sensor.usable) {
@@ -238,6 +266,7 @@ void StartView::choose_sensor(const std::string& file) {
 void StartView::open_text() {
   const std::string input = typed_.data();
   if (input.empty()) return;
+  look_.stop();
   if (StartList::is_sensor_file(input)) {
     choose_sensor(input);
     if (!trouble_) typed_ = {};
@@ -270,17 +299,26 @@ void StartView::describe_sources(float scale) {
       continue;
     }
     PictureCard card{e.name, e.detail, {}, is_tissue(e.input), !e.missing};
-    if (const auto at = thumbnail_of_.find({e.group, e.input}); at != thumbnail_of_.end())
-      card.picture = at->second;
+    const bool camera = e.group == SourceEntry::Group::Cameras, looks = camera && e.input == look_.input();
+    const auto at = thumbnail_of_.find(e.still.empty() ? std::pair{e.group, e.input}
+                                                       : std::pair{SourceEntry::Group::Recent, e.still});
+    if (at != thumbnail_of_.end()) card.picture = at->second;
+    if (looks && look_.picture()) card.live = &*look_.picture();
+    card.instead = looks ? "opening it" : camera ? "no picture yet" : "";
+    if (camera) card.button = looks ? "End look (L)" : "Look (L)";
     cards_.push_back(i);
-    const bool clicked =
+    const CardClick clicked =
         grid_.add(card, i == source_ && !in_sensors_, i == source_ && scroll_ && !in_sensors_,
                   help_ ? "" : e.name + "\n" + e.whole);
-    if (!clicked) continue;
+    if (clicked == CardClick::Nothing) continue;
     source_ = i;
     settled_ = true;
     in_sensors_ = false;
-    open_selected();  // one click is enough
+    // One click is enough.
+    if (clicked == CardClick::Button)
+      switch_look();
+    else
+      open_selected();
   }
   ImGui::Dummy({1, 2 * scale});
 }

@@ -12,6 +12,7 @@
 #include "viz/panels/actions/help.h"
 #include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
+#include "viz/panels/start/camera_look.h"
 #include "viz/panels/start/card_grid.h"
 #include "viz/panels/start/start_list.h"
 #include "viz/render/window.h"
@@ -55,6 +56,8 @@ class StartView {
   void handle_keys();
   void step(int right, int down);
   void open_selected();
+  void switch_look();
+  void follow_look();
   void open_text();
   void take_drops();
   void choose_sensor(const std::string& file);
@@ -64,6 +67,7 @@ class StartView {
   Settings& settings_;
   FormWindow page_;
   StartList list_;
+  CameraLook look_;
   CardGrid grid_;
   std::vector<size_t> cards_;  ///< for each card its place in list_.sources()
   /// By group and input its place among the page's pictures.
