@@ -3,6 +3,7 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,15 @@ inline std::string words_of(const std::vector<Letter>& letters) {
     if (sign != 0) words += sign;
   }
   return words;
+}
+/// Size of the smallest font that is used, px.
+inline float smallest_of(const std::vector<Letter>& letters) {
+  float smallest = 1000;
+  for (const Letter& letter : letters)
+    for (const ImFont* font : ImGui::GetIO().Fonts->Fonts)
+      for (const ImFontGlyph& glyph : font->Glyphs)
+        if (glyph.U0 == letter.uv.x && glyph.V0 == letter.uv.y) smallest = std::min(smallest, font->FontSize);
+  return smallest;
 }
 /// Whether these words are among them.
 inline bool says(const std::string& drawn, std::string words) {

@@ -10,6 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/buffer.h"
@@ -18,9 +20,11 @@
 #include "engine/sensor/fit.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/window/letters.h"
 #include "viz/display/picture.h"
 #include "viz/panels/section.h"
 #include "viz/render/colour_map.h"
+#include "viz/render/format.h"
 #include "viz/render/image/load_view.h"
 #include "viz/render/view_state.h"
 
@@ -35,6 +39,8 @@ class WindowPicture : public GpuTest {
   struct Run {
     RgbImage image;
     Touch touch;
+    std::string words, fault;  ///< that are drawn, and what is wrong with them
+    float smallest_px = 0;     ///< of their fonts
   };
   /// Frame `last` of the scene, with the frames before it in the charts.
   Run draw(const std::string& scene, uint64_t last, const PictureOptions& look,
@@ -59,8 +65,12 @@ class WindowPicture : public GpuTest {
       if (k < last)
         renderer.follow(result.touch);
       else
-        run = {renderer.render(frame, result.touch, result), result.touch};
+        run = {renderer.render(frame, result.touch, result), result.touch, {}, {}, 0};
     }
+    const std::vector<Letter> letters = letters_of(*ImGui::GetDrawData());
+    run.words = words_of(letters);
+    run.fault = fault_of(letters, static_cast<float>(run.image.height) / 504);
+    run.smallest_px = smallest_of(letters);
     return run;
   }
   /// Compares with a stored picture at a quarter of the size: mean and largest difference of blurred pixels.
@@ -94,6 +104,36 @@ class WindowPicture : public GpuTest {
     return options;
   }
 };
+
+/// Pages show pictures 560 px wide.
+TEST_F(WindowPicture, IsReadableInAPageAndSaysTheAnswer) {
+  PictureOptions calibrations = look();
+  calibrations.calibrations = true;
+  const std::tuple<const char*, PictureOptions, std::vector<const char*>> cases[] = {
+      {"synthetic:slide?size=320x240", look(), {"largest force", "deepest [mm]", "shear [N]"}},
+      {"synthetic:slide?size=320x240&mode=gel", look(), {"largest depth", "deepest [mm]"}},
+      {"synthetic:slide?size=320x240", calibrations, {"largest force", "Sensor and calibrations"}}};
+  for (const auto& [scene, options, wanted] : cases) {
+    SCOPED_TRACE(scene);
+    Estimate largest_N;
+    double at_s = 0;
+    const Run run = draw(scene, 100, options, [&](Touch& t) {
+      const bool by_layer = t.traction && t.force_N.validity == Validity::NotCalibrated;
+      const Estimate& force = by_layer ? t.traction->fz_N : t.force_N;
+      if (!t.contact || force.validity != Validity::Valid || force.value <= largest_N.value) return;
+      largest_N = force;
+      at_s = 1e-9 * static_cast<double>(t.time_ns);
+    });
+    EXPECT_EQ(run.fault, "");
+    EXPECT_GE(run.smallest_px * 560 / static_cast<float>(run.image.width), 8);
+    for (const char* each : wanted) EXPECT_TRUE(says(run.words, each)) << each << " in " << run.words;
+    if (largest_N.value > 0) {
+      const std::string answer =
+          text("%.3f %.3f N at %.2f s", largest_N.value, largest_N.standard_error, at_s);
+      EXPECT_TRUE(says(run.words, answer)) << answer << " in " << run.words;
+    }
+  }
+}
 
 TEST_F(WindowPicture, ASlideWithChartsAndSectionIsAsStored) {
   PictureOptions options = look();

@@ -14,6 +14,13 @@
 #include "viz/display/scene.h"
 
 namespace palpate::viz {
+namespace {
+
+// Pictures are seen in pages, 560 px wide of their 1280: the smallest letters (kSmall_px) then have 8 px.
+constexpr float kReadableHeight = 504;
+
+}  // namespace
+
 struct PictureRenderer::Impl {
   Impl(gpu::Context& context, const Sensor& sensor, const PictureOptions& o, const Frame* background)
       : options(o),
@@ -22,7 +29,7 @@ struct PictureRenderer::Impl {
              VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL),
         target(context, pass, {o.width, o.height}),
         scene(context, pass, sensor, background, 1, nullptr,
-              o.scale > 0 ? o.scale : static_cast<float>(o.height) / 720) {
+              o.scale > 0 ? o.scale : static_cast<float>(o.height) / kReadableHeight) {
     ViewState& state = scene.state();
     state.camera = o.camera;
     state.lit = o.lit;

@@ -20,9 +20,9 @@
 namespace palpate::viz {
 
 struct PictureOptions {
-  uint32_t width = 1280;        ///< px
-  uint32_t height = 720;        ///< px
-  float scale = 0;              ///< of text and panels; 0: height / 720
+  uint32_t width = 1280;  ///< px
+  uint32_t height = 720;  ///< px
+  float scale = 0;        ///< of text and panels; 0: height / 504, for a picture that is seen 560 px wide
   uint32_t mesh_columns = 256;  ///< at most, on CPU drivers; hardware draws every texel
   double range_mm = 0;          ///< depth with the last colour; 0: follows the touch
   double exaggeration = 0;      ///< of depth; 0: follows the range

@@ -28,10 +28,11 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
   if (!background && !sensor.layer) state_.can_show_pressure = false;
 }
 
-/// Calibrations take the place of the settings while they are shown.
+/// Calibrations take the place of the settings while they are shown, in a picture that of the surface.
 static double dock_width(const ViewState& state, bool window) {
   constexpr double kSettings = 264, kCalibrations = 432;
-  return state.sensor_panel ? kCalibrations : window && state.controls ? kSettings : 0;
+  if (!window) return 0;
+  return state.sensor_panel ? kCalibrations : state.controls ? kSettings : 0;
 }
 
 /// Fonts of another size are made anew, between two pictures.
@@ -86,10 +87,19 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   use_theme(state_.light_theme);
   fit_text();
   const float scale = frame_->scale();
-  layout_ = make_layout(
-      extent, scale, format, has_surface,
-      {state_.charts && !hud_.timeline().separate, state_.section, dock_width(state_, frame_->has_window()),
-       live && live->player, frame_->has_window(), state_.arrangement, state_.image_large});
+  // In a picture the calibrations have the charts' room.
+  const bool window = frame_->has_window();
+  const bool charts = state_.charts && !hud_.timeline().separate && (window || !state_.sensor_panel);
+  layout_ = make_layout(extent, scale, format, has_surface,
+                        {.charts = charts,
+                         .profile = state_.section,
+                         .dock = dock_width(state_, window),
+                         .player = live && live->player,
+                         .tools = window,
+                         .headline = !window,
+                         .chart_rows = 1u + (sensor_.force && sensor_.shear ? 1 : 0) + (has_surface ? 1 : 0),
+                         .arrangement = state_.arrangement,
+                         .image_large = state_.image_large});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.result.traction)
@@ -129,9 +139,11 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   content.separate = hud_.timeline().separate;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
   if (has_surface) content.mesh = SurfaceView::mesh_size(surface, mesh_columns);
+  const bool in_sight =
+      layout_.has_surface && (window || !state_.sensor_panel);  // not under the calibrations
   const auto describe = [&] {
     frame_->begin(extent);
-    hud_.describe(*frame_, layout_, extent, content, state_, layout_.has_surface ? &eye_ : nullptr, half_mm,
+    hud_.describe(*frame_, layout_, extent, content, state_, in_sight ? &eye_ : nullptr, half_mm,
                   section ? &profile : nullptr);
   };
   describe();
@@ -142,7 +154,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   map_to_picture_barrier(context_, cmd);
   begin_pass();
-  if (layout_.has_surface) {
+  if (in_sight) {
     surface_.draw(cmd, surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_, style,
                   layout_.surface, mesh_columns, load, dented_part(shown.touch, format.width, format.height));
   }

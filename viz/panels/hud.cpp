@@ -116,6 +116,7 @@ void follow_double_click(const Layout& layout, ViewState& state) {
 
 void Hud::follow(const Touch& touch, uint64_t position) {
   history_.add(touch, position);
+  headline_.follow(touch);
   const auto reach = [this](const Estimate& x, const Estimate& y) {
     const double shear_N = std::hypot(x.value, y.value);
     if (x.validity != Validity::NotCalibrated && std::isfinite(shear_N))
@@ -149,6 +150,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   status_line(layout, content, scale);
   if (state.sensor_panel) sensor_panel(layout, scale, content.sensor, content.touch, state);
   if (state.rates && content.live) performance_overlay(layout, content, scale);
+  if (layout.has_headline) headline_.draw(frame, layout, content.separate);
   if (!frame.has_window()) return;
   if (layout.has_tools) tool_bar(layout, scale, content.has_surface, content.live, state);
   if (state.controls && !(state.sensor_panel && layout.has_dock))

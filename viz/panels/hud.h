@@ -7,6 +7,7 @@
 #include "viz/live/history.h"
 #include "viz/live/stats.h"
 #include "viz/panels/charts/charts.h"
+#include "viz/panels/headline.h"
 #include "viz/panels/numbers/measurement.h"
 #include "viz/panels/section.h"
 #include "viz/render/format.h"
@@ -39,6 +40,7 @@ class Hud {
 
  private:
   History history_;
+  Headline headline_;
   ChartMouse chart_mouse_;
   SectionMouse section_mouse_;
   double full_shear_N_ = 0.1;  ///< largest tangential force seen: the length of the arrow

@@ -147,7 +147,7 @@ void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const
   const ImVec2 size = size_of(around);
   ImGuiWindowFlags flags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
-  if (layout.has_dock) {
+  if (layout.has_dock || layout.has_headline) {
     ImGui::SetNextWindowPos(corner(around));
     ImGui::SetNextWindowSize(size);
     flags |= ImGuiWindowFlags_NoResize;

@@ -10,7 +10,7 @@ namespace palpate::viz {
 namespace {
 
 constexpr double kLeastSurface_px = 256;  // beside a dock, at scale 1
-constexpr double kPlayer_px = 80, kTools_px = 40, kStatus_px = 24;
+constexpr double kPlayer_px = 80, kTools_px = 40, kHeadline_height_px = 64, kStatus_px = 24;
 constexpr double kFlags_px = 16, kPlayerKeys_px = 32;  // above and below the thumbnails of a replay
 constexpr double kNumbers_px = 440;                    // below the image
 constexpr double kLowBarRoom_px = 32;                  // below a small surface
@@ -109,11 +109,14 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const uint32_t panel = std::min(std::clamp(part(0.27, width), px(272), px(384)), width / 2);
   const bool alone = panels.arrangement == Arrangement::OneAlone;
   const uint32_t above = height - status, left = alone ? width : width - panel;
-  const uint32_t tools = panels.tools ? std::min(px(kTools_px), above / 4) : 0;
+  const double wanted = panels.tools ? kTools_px : panels.headline ? kHeadline_height_px : 0;
+  const uint32_t tools = std::min(px(wanted), above / 4);
   Layout l;
   const bool foot_requested = !alone && (panels.charts || (panels.profile && has_surface));
-  // Above a player they leave it some of their room.
-  uint32_t foot = std::clamp(part(panels.player ? 0.31 : 0.34, above), px(128), px(264));
+  // Above a player they leave it some of their room; a picture's letters are large, and three charts need
+  // more.
+  const double foot_share = panels.player ? 0.31 : panels.headline && panels.chart_rows > 2 ? 0.44 : 0.34;
+  uint32_t foot = std::clamp(part(foot_share, above), px(128), px(264));
   if (!foot_requested || foot + tools + px(140) > above) foot = 0;
   // The surface keeps a width that it can be seen in.
   const uint32_t dock =
@@ -125,6 +128,8 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const auto top = static_cast<int32_t>(tools);
   l.has_tools = panels.tools;
   if (l.has_tools) l.tools = {0, 0, left, tools};
+  l.has_headline = panels.headline && !panels.tools;
+  if (l.has_headline) l.headline = {0, 0, left, tools};
   l.pictures = {static_cast<int32_t>(dock), top, left - dock, pictures};
   if (l.has_dock) l.dock = {0, top, dock, pictures};
   if (l.has_player) {

@@ -20,10 +20,12 @@ const char* to_string(Arrangement arrangement);
 /// Parts with a place of their own beside the surface and the measurements.
 struct Panels {
   bool charts = true;
-  bool profile = false;  ///< depth along the section line; where there is a surface
-  double dock = 0;       ///< width of a column beside the surface for settings or calibrations, at scale 1
-  bool player = false;   ///< a bar between the surface and the charts
-  bool tools = false;    ///< a bar of buttons above the surface
+  bool profile = false;     ///< depth along the section line; where there is a surface
+  double dock = 0;          ///< width of a column beside the surface for settings or calibrations, at scale 1
+  bool player = false;      ///< a bar between the surface and the charts
+  bool tools = false;       ///< a bar of buttons above the surface
+  bool headline = false;    ///< in its place the answer, of a picture that is sent on
+  uint32_t chart_rows = 2;  ///< charts below each other; of a picture three have more room
   Arrangement arrangement = Arrangement::OneLarge;
   bool image_large = false;  ///< the image is the large, first or only one; it is without a surface
 };
@@ -34,6 +36,7 @@ struct Layout {
   ViewRect surface;       ///< of the 3D view; inside pictures or panel
   ViewRect image;         ///< raw image; inside pictures or panel
   ViewRect tools;         ///< bar of buttons, above the pictures
+  ViewRect headline;      ///< there, of a picture without buttons
   ViewRect dock;          ///< settings or calibrations, left of the pictures
   ViewRect player;        ///< of a replay, below the pictures: marks, thumbnails, buttons
   ViewRect strip;         ///< its thumbnails
@@ -46,6 +49,7 @@ struct Layout {
   bool has_image = false;
   bool has_panel = false;
   bool has_tools = false;
+  bool has_headline = false;
   bool has_dock = false;
   bool has_player = false;
   bool has_charts = false;

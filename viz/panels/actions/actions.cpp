@@ -305,8 +305,8 @@ class Actions {
         "to the largest force", {with_shift('F')}, [](S& state) { state.play.largest = true; },
         Needs::Player);
     const std::array<std::tuple<const char*, KeyPress, PartEnd>, 3> ends{{
-        {"loop from this frame on", control(GLFW_KEY_LEFT_BRACKET), PartEnd::First},
-        {"loop up to this frame", control(GLFW_KEY_RIGHT_BRACKET), PartEnd::Last},
+        {"loop from this frame on", with_alt(GLFW_KEY_LEFT_BRACKET), PartEnd::First},
+        {"loop up to this frame", with_alt(GLFW_KEY_RIGHT_BRACKET), PartEnd::Last},
         {"no loop", {GLFW_KEY_BACKSPACE}, PartEnd::None},
     }};
     for (const auto& [name, chord, end] : ends)
