@@ -77,6 +77,19 @@ TEST(Plot, DrawsCurvesAndMaps) {
     EXPECT_TRUE(holds(picture.bytes, part)) << part;
 }
 
+/// gnuplot takes the name of a tic for a format of its number.
+TEST(Plot, NamesOfTicsMayHavePercentSigns) {
+  Plot plot;
+  PlotPanel panel{.title = "costs", .x_label = "ms", .y_label = ""};
+  panel.curves = {{.x = {1, 2, 3}, .y = {0, 1, 2}}};
+  panel.y_tics = {{"force (10 % touched)", 0.0}, {"all", 2.0}};
+  plot.panels.push_back(panel);
+  const Picture picture = run_gnuplot(plot_script(plot, PlotKind::Svg));
+  if (picture.missing) GTEST_SKIP() << "no gnuplot";
+  EXPECT_EQ(picture.error, "");
+  EXPECT_TRUE(holds(picture.bytes, "force (10 % touched)"));
+}
+
 TEST(Plot, DrawsEveryStyleAndItsInterval) {
   using Style = PlotCurve::Style;
   PlotPanel panel{"a title\nof two lines", "x, mm", "y, Pa"};

@@ -253,6 +253,25 @@ TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
   expect_self_contained(html_report(compared, {}));
 }
 
+TEST(Profile, TwoSizesAreATableAndNoCurve) {
+  Profile profile = made_up("a machine", 2);
+  const auto curves = [&] {
+    const std::vector<NamedPlot> plots = plots_of(profile);
+    return std::ranges::count_if(plots, [](const NamedPlot& plot) {
+      return plot.name.starts_with("stages-") || plot.name.starts_with("bandwidth-") ||
+             plot.name == "throughput";
+    });
+  };
+  profile.sizes = {size_figure(320, 240, 2), size_figure(640, 480, 6), size_figure(1280, 960, 20)};
+  EXPECT_EQ(curves(), 3);
+  EXPECT_FALSE(contains(html_report(profile, {}), "takes three sizes"));
+  profile.sizes.pop_back();
+  EXPECT_EQ(curves(), 0);
+  const std::string html = html_report(profile, {});
+  EXPECT_TRUE(contains(html, "takes three sizes"));
+  EXPECT_TRUE(contains(html, "640 x 480")) << "in the tables";
+}
+
 TEST(Profile, GnuplotFailuresAreWords) {
   const Picture bad = run_gnuplot("set terminal svg\nplot nonsense(\n");
   EXPECT_TRUE(bad.bytes.empty());

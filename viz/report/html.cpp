@@ -23,9 +23,11 @@ std::string variables(const viz::Theme& t) {
   return css;
 }
 
-// Plots are drawn for a white ground, which they keep.
+// Plots are drawn for a white ground; on a dark screen those without a map are turned dark, hues as they are.
+// Inter takes the x of x86_64 for a sign of multiplication unless it is told not to.
 constexpr const char* kStyle = R"(
 body { font: 16px/1.5 Inter, "DejaVu Sans", Verdana, sans-serif; font-variant-numeric: tabular-nums;
+  font-variant-ligatures: no-contextual;
   color: var(--text); background: var(--ground); max-width: 1120px; margin: 1.5em auto; padding: 0 1em; }
 h1 { font-size: 1.5em; line-height: 1.25; margin: 0.4em 0; }
 h2 { font-size: 1.1em; margin: 1.6em 0 0.4em; padding-bottom: 0.2em; border-bottom: 1px solid var(--grid); }
@@ -44,9 +46,11 @@ figure svg { background: #fff; border-radius: 6px; } svg, img { max-width: 100%;
 .cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(30em, 100%), 1fr)); gap: 1em; }
 .card { border: 1px solid var(--frame); border-radius: 6px; padding: 0 1em 1em; }
 .card h2 { border: 0; margin-top: 0.8em; } .card img { width: 100%; }
+@media screen and (prefers-color-scheme: dark) {
+  figure svg:not(:has(image)) { filter: invert(0.91) hue-rotate(180deg); } }
 @media (max-width: 720px) { .two { grid-template-columns: 1fr; } }
 @page { size: A4; margin: 10mm; }
-@media print { body { font-size: 9.5px; max-width: none; margin: 0; padding: 0; print-color-adjust: exact; }
+@media print { body { color: #000; background: #fff; font-size: 9.5px; max-width: none; margin: 0; padding: 0; print-color-adjust: exact; }
   .two { grid-template-columns: 1fr 1fr; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
   .two figure svg, figure:first-of-type svg { max-height: 54mm; } }
 )";

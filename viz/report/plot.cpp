@@ -33,12 +33,16 @@ std::string tics_of(const char* axis, const PlotTics& tics, double width_px) {
     words = words || name.find(' ') != std::string::npos;
   }
   // Crowded names take a line for each word, or are slanted.
-  constexpr double kLetter_px = 8;
+  constexpr double kLetter_px = 9;
   const bool crowded = axis[0] == 'x' && static_cast<double>(letters) * kLetter_px > 0.8 * width_px;
   std::string list;
-  for (const auto& [name, place] : tics)
+  for (const auto& [whole, place] : tics) {
+    // gnuplot takes a tic's name for a format.
+    std::string name;
+    for (const char c : whole) name += c == '%' ? std::string("%%") : std::string(1, c);
     list += (list.empty() ? "" : ", ") + (crowded && words ? plot_lines(name, 1) : plot_words(name)) + " " +
             plot_number(place);
+  }
   return std::string("set ") + axis + "tics " + (crowded && !words ? "rotate by 40 right " : "") + "(" +
          list + ")" + (crowded && words ? " font ',9'\nset bmargin 5\n" : "\n");
 }

@@ -17,7 +17,7 @@ std::string plot_terminal(PlotKind kind, int width_px, int height_px, const std:
     line += palpate::text("pdfcairo size %.3fin,%.3fin fontscale 0.75", width_px / kDots, height_px / kDots);
   else
     line += palpate::text("%s size %d,%d", kind == PlotKind::Svg ? "svg" : "pngcairo", width_px, height_px);
-  line += " noenhanced font 'DejaVu Sans,11'";
+  line += " noenhanced font 'DejaVu Sans,13'";
   if (kind == PlotKind::Svg) {
     std::string id = name;
     std::replace(id.begin(), id.end(), '-', '_');

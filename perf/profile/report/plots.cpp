@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "engine/base/text.h"
@@ -276,16 +277,27 @@ NamedPlot photon(const Profile& profile) {
 
 }  // namespace
 
+bool has_curves(const std::vector<SizeFigure>& sizes, const std::string& reading) {
+  constexpr size_t kFewest = 3;  // two points make a straight line of anything
+  std::set<uint64_t> different;
+  for (const SizeFigure& s : sizes)
+    if (s.reading == reading) different.insert(s.pixels());
+  return different.size() >= kFewest;
+}
+
 std::vector<NamedPlot> plots_of(const Profile& profile) {
   std::vector<NamedPlot> plots;
   const std::vector<std::string> readings = readings_of(profile);
+  std::vector<std::string> curved;
+  for (const std::string& reading : readings)
+    if (has_curves(profile.sizes, reading)) curved.push_back(reading);
   plots.reserve(4 * readings.size());
-  for (const std::string& reading : readings) plots.push_back(stage_times(profile, reading));
+  for (const std::string& reading : curved) plots.push_back(stage_times(profile, reading));
   for (const std::string& reading : readings) plots.push_back(latencies(profile, reading));
-  if (!readings.empty()) plots.push_back(throughput(profile));
+  if (!curved.empty()) plots.push_back(throughput(profile));
   if (!profile.photon.empty()) plots.push_back(photon(profile));
-  for (const std::string& reading : readings) plots.push_back(bandwidths(profile, reading));
-  if (!profile.ceiling.points.empty()) plots.push_back(ceiling(profile));
+  for (const std::string& reading : curved) plots.push_back(bandwidths(profile, reading));
+  if (profile.ceiling.points.size() > 2) plots.push_back(ceiling(profile));
   std::vector<std::pair<uint32_t, uint32_t>> sizes;
   for (const SolverFigure& s : profile.solvers) {
     const std::pair size{s.width_px, s.height_px};

@@ -105,7 +105,14 @@ std::string html_report(const Profile& profile, const std::vector<DrawnPlot>& pl
   body += paragraph(clock_text(profile.ceiling));
   body +=
       paragraph("Time budget " + figure(profile.budget_s) + " s, used " + figure(profile.elapsed_s) + " s.");
-  body += heading("Pictures") + figures_html(plots);
+  body += heading("Pictures");
+  std::string few;
+  for (const std::string& reading : readings_of(profile))
+    if (!has_curves(profile.sizes, reading)) few += (few.empty() ? "" : ", ") + reading;
+  if (!few.empty())
+    body += paragraph("A curve over the size of frames takes three sizes; the tables have those of: " + few +
+                      ".");
+  body += figures_html(plots);
   for (const Table& table : tables_of(profile)) body += section(table);
   return html_page("palpate profile: " + profile.machine.device, body);
 }
