@@ -118,6 +118,31 @@ TEST(BallVerdict, ADiameterIsRefusedUnlessItIsSaidToBeARadius) {
   }
 }
 
+// Presses that differ much by their place leave a wide error of the median; where hardly one of them reads as
+// little as under the right ball, it is the diameter all the same.
+TEST(BallVerdict, PressesThatDifferMuchAndAllReadTooMuchTellADiameter) {
+  BallEvidence presses{.radius_mm = 7.6,
+                       .least_contact_mm = 2.1,
+                       .widest_contact_mm = 3.1,
+                       .widest_share = 0.41,
+                       .shading = 2.6,
+                       .shading_sd = 0.6,
+                       .least_shading = 1.8,
+                       .judged = 10};
+  const BallSize unsaid{.unsaid_mm = 7.6};
+  EXPECT_TRUE(doubt_of(presses, unsaid).refused);
+  EXPECT_FALSE(doubt_of(presses, {.radius_mm = 7.6}).refused);
+  EXPECT_NE(doubt_of(presses, {.radius_mm = 7.6}).line.find("is it the diameter?"), std::string::npos);
+  presses.judged = 4;
+  EXPECT_FALSE(doubt_of(presses, unsaid).refused) << "four presses may all lie where the gel darkens most";
+  presses.judged = 10;
+  presses.least_shading = 1.1;
+  EXPECT_FALSE(doubt_of(presses, unsaid).refused) << "a tenth of them read as under the right ball";
+  presses.least_shading = 1.8;
+  presses.widest_share = 0.6;
+  EXPECT_FALSE(doubt_of(presses, unsaid).refused) << "contacts wider than half of it would be";
+}
+
 TEST(BallVerdict, WithoutShadingHalfTheRadiusIsOnlyNamed) {
   BallEvidence gray{.radius_mm = 8, .least_contact_mm = 2, .widest_contact_mm = 3.24, .widest_share = 0.405};
   EXPECT_EQ(doubt_of(gray, {.unsaid_mm = 8}).kind, BallDoubt::Kind::Diameter);

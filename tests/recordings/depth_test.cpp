@@ -14,9 +14,11 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "capture/calibrate/frame/markers.h"
+#include "capture/calibrate/photometric/ball_verdict.h"
 #include "capture/calibrate/photometric/presses.h"
 #include "capture/open_source.h"
 #include "engine/calibrate/ball/finder.h"
@@ -205,6 +207,34 @@ TEST_F(DepthRecordings, GelShapesHaveTheirDepthByTheShippedSensorFile) {
   for (const auto& [shape, gain] : errors.gain) {
     EXPECT_GT(gain, 0.9) << shape;
     EXPECT_LT(gain, 1.2) << shape;
+  }
+}
+
+// The diameter where the radius belongs, by the shading alone; the right radius raises no doubt.
+TEST_F(DepthRecordings, ADiameterForARadiusIsRefused) {
+  for (const auto& [name, from, prefix, radius_mm] :
+       {std::tuple{"gelslim_balls", "gelslim-balls", "sample_", 3.8},
+        {"gelsight_sim2real", "gelsight-sim2real", "calib_", 2.92}}) {
+    const fs::path data = recordings_folder() / from, only = fs::path(testing::TempDir()) / name;
+    fs::remove_all(only);
+    fs::create_directories(only);
+    for (const fs::path& file : files(data, prefix))
+      if (file.extension() != ".txt") fs::create_symlink(file, only / file.filename());
+    Sensor sensor = load_sensor(shipped_sensor(name));
+    sensor.background.image =
+        (data / (name == std::string("gelslim_balls") ? "ref.jpg" : "background_real.png")).string();
+    for (const double stated_mm : {radius_mm, 2 * radius_mm}) {
+      PressSearch search;
+      search.shape = PressedShape::ball(stated_mm);
+      const BallPresses found = find_presses(only.string(), sensor, search, 4);
+      const BallEvidence evidence = evidence_of(found, sensor);
+      const BallDoubt doubt = doubt_of(evidence, {.unsaid_mm = stated_mm});
+      std::printf("%s as %g mm: darkens %.2f +- %.2f times as stated, nine of ten more than %.2f\n", name,
+                  stated_mm, evidence.shading, evidence.shading_sd, evidence.least_shading);
+      EXPECT_EQ(doubt.refused, stated_mm > radius_mm) << name << " " << doubt.line;
+      EXPECT_EQ(doubt.line.empty(), stated_mm == radius_mm) << name << " " << doubt.line;
+    }
+    fs::remove_all(only);
   }
 }
 

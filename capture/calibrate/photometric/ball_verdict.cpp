@@ -19,7 +19,7 @@ constexpr double kSameBallShare = 0.2;  // of all presses: so many of the same b
 constexpr double kDoubled = 1.6, kMaybeDoubled = 1.25, kHalved = 0.35, kCannotBe = 10;
 constexpr double kHalf = 0.49;      // of the stated radius: no contact is wider, so half of it can be right
 constexpr double kGrayHalf = 0.45;  // the same for gray gels, which have no such shading
-constexpr size_t kLeastJudged = 3;
+constexpr size_t kLeastJudged = 3, kEnoughJudged = 5;
 
 const char* name_of(BallRefusal why) {
   switch (why) {
@@ -157,6 +157,9 @@ BallEvidence evidence_of(const BallPresses& found, const Sensor& sensor, const P
   if (shading.size() < kLeastJudged) return e;
   e.judged = shading.size();
   e.shading = median(shading);
+  const auto tenth = shading.begin() + static_cast<std::ptrdiff_t>(shading.size() / 10);
+  std::ranges::nth_element(shading, tenth);
+  e.least_shading = *tenth;
   std::vector<double> apart;
   apart.reserve(shading.size());
   for (const double s : shading) apart.push_back(std::abs(s - e.shading));
@@ -170,6 +173,9 @@ BallDoubt doubt_of(const BallEvidence& e, const BallSize& size) {
   const char* name = name_of(e.shape.kind);
   const bool half_fits = e.widest_share < kHalf;
   const double low = e.shading - 2 * e.shading_sd, high = e.shading + 2 * e.shading_sd;
+  // Presses may differ much by their place, and yet none read as little as under the right ball.
+  const bool doubled = low > kDoubled ||
+                       (e.judged >= kEnoughJudged && e.shading > kDoubled && e.least_shading > kMaybeDoubled);
   const std::string seen =
       e.judged > 0
           ? text("the pad darkens under the contacts as under a %s of about %.2g mm radius, not %.4g", name,
@@ -180,7 +186,7 @@ BallDoubt doubt_of(const BallEvidence& e, const BallSize& size) {
            100 * e.widest_share, name, e.radius_mm, e.radius_mm, 200 * e.widest_share);
   if (e.judged > 0 && low > kCannotBe) {
     doubt = {BallDoubt::Kind::TooLarge, true, seen};
-  } else if (e.judged > 0 && half_fits && low > kDoubled) {
+  } else if (e.judged > 0 && half_fits && doubled) {
     doubt = {BallDoubt::Kind::Diameter, size.unsaid_mm > 0, seen + ": is it the diameter? " + were};
   } else if (half_fits && e.judged > 0 && e.shading > kMaybeDoubled) {
     doubt = {BallDoubt::Kind::Diameter, false, text("the %s's radius or its diameter? ", name) + were};

@@ -42,7 +42,8 @@ struct BallEvidence {
   /// Darkening under the contacts over that under balls of the stated radius (shading.h): at the right radius
   /// 0.5 to 1.1, at its double four times that. 0 where `judged` is 0.
   double shading = 0, shading_sd = 0;
-  size_t judged = 0;  ///< presses whose shading was read: of colour gels
+  double least_shading = 0;  ///< nine presses of ten read more
+  size_t judged = 0;         ///< presses whose shading was read: of colour gels
 
   /// Radius by the shading alone, mm; 0 where it gives none.
   double shaded_radius_mm() const;
