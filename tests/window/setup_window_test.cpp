@@ -51,6 +51,25 @@ TEST_F(SetupInWindow, CornersAreDraggedAndStepsDoneAgain) {
   EXPECT_NEAR(sensor.pitch_mm_per_px, pitch, 1e-5);
 }
 
+TEST_F(SetupInWindow, KeysAloneMoveCornersAndMakeTheFile) {
+  const fs::path rec = folder_ / "rec", out = folder_ / "own.json";
+  ASSERT_EQ(
+      run({"simulate", "press", "--mode", "gel", "--rate", "6", "--size", "320x240", "--out", rec}).exit_code,
+      0);
+  open({"setup", rec / "frames", "--window", "--corners", "10,10,309,10,309,229,10,229", "--out", out});
+  ASSERT_TRUE(titled("palpate: a sensor of your own"));
+  ASSERT_TRUE(picture_shown());
+  desktop_->key("1 shift+Right shift+Right Right Down Down 3 shift+Up");
+  desktop_->key("ctrl+Return");
+  ASSERT_TRUE(wait_for([&] { return contains(slurp(out), "\"threshold_gray\""); })) << slurp(out);
+  EXPECT_EQ(leave().exit_code, 0);
+  const Sensor sensor = load_sensor(out);
+  ASSERT_TRUE(sensor.quad_px);
+  EXPECT_EQ((*sensor.quad_px)[0], (std::array{31.0, 12.0}));
+  EXPECT_EQ((*sensor.quad_px)[1], (std::array{309.0, 10.0}));
+  EXPECT_EQ((*sensor.quad_px)[2], (std::array{309.0, 219.0}));
+}
+
 // A sensor file lies next to its recording; corners that were not found are not cut to, and what is not known
 // is empty, not 0.
 TEST_F(SetupInWindow, WithoutAnythingFilledInTheFileIsByTheRecording) {

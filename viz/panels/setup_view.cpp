@@ -109,20 +109,51 @@ void SetupView::handle_keys() {
   for (const KeyPress& press : window_.take_keys()) {
     if (press.key == GLFW_KEY_F11) window_.switch_full_screen();
     if (press.key == GLFW_KEY_F1 || (press.key == GLFW_KEY_H && !typing)) help_ = !help_;
+    if (press.key == GLFW_KEY_TAB && fields_ > 0)
+      wanted_field_ = (typed_in_.value_or(fields_ - 1) + (press.shift ? fields_ - 1 : 1)) % fields_;
     if (press.key == GLFW_KEY_PAGE_UP && at_ > 0) --at_;
     if (press.key == GLFW_KEY_PAGE_DOWN && at_ + 1 < kSteps) ++at_;
+    const bool made = !lines_[0].name.empty();
+    if (press.control && (press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER))
+      wish(SetupWish::What::MakeAll);
+    if (press.key == GLFW_KEY_F5 && made && at_ > 0) wish(SetupWish::What::Again, at_);
+    if (press.control && press.key == GLFW_KEY_L && made) wish(SetupWish::What::Look);
+    if (at_ == kFrame && camera_px_[0] > 0 && !typing) corner_key(press);
     if (press.key != GLFW_KEY_ESCAPE || typing) continue;
     if (!std::exchange(help_, false)) wish(SetupWish::What::Leave);
   }
+}
+
+/// Of the step of the pad: cutting, its proposal, and the corners one by one.
+void SetupView::corner_key(const KeyPress& press) {
+  if (press.key == GLFW_KEY_C) form_.cut = !form_.cut;
+  if (press.key == GLFW_KEY_P) wish(SetupWish::What::Propose);
+  if (!form_.cut) return;
+  if (press.key >= GLFW_KEY_1 && press.key <= GLFW_KEY_4)
+    corner_ = static_cast<size_t>(press.key - GLFW_KEY_1);
+  const double step = press.shift ? 10 : 1;
+  const auto move = [&](size_t axis, double by) {
+    double& place = form_.corners[corner_][axis];
+    place = std::clamp(place + by, 0.0, camera_px_[axis] - 1.0);
+  };
+  if (press.key == GLFW_KEY_LEFT) move(0, -step);
+  if (press.key == GLFW_KEY_RIGHT) move(0, step);
+  if (press.key == GLFW_KEY_UP) move(1, -step);
+  if (press.key == GLFW_KEY_DOWN) move(1, step);
 }
 
 const std::vector<KeyHelp>& setup_key_help() {
   static const std::vector<KeyHelp> lines{
       {"drop a file", "a recording; then .csv: gauge table, picture: pad at rest"},
       {"drag a corner", "to that of the pad, where the pad is cut out"},
+      {"C; P", "cut the pad out, or not; propose its corners"},
+      {"1 to 4, arrows, Shift + arrows", "choose a corner; move it by 1 px, 10 px"},
+      {"Tab, Shift + Tab", "from field to field"},
       {"Enter in the first field", "open the recording"},
       {"click on a step, Page up, down", "its fields"},
-      {"Do this step again", "it alone, with what is filled in now"},
+      {"Ctrl + Enter", "make the sensor file"},
+      {"F5, or 'Do this step again'", "it alone, with what is filled in now"},
+      {"Ctrl + L", "look at the recording with it"},
       {"F11", "full screen"},
       {"H, F1", "this help"},
       {"Esc", "close the help; back to the list of sources"},
@@ -162,10 +193,24 @@ void SetupView::take_drops() {
   }
 }
 
+/// Around each field of text: Tab goes from one to the next.
+void SetupView::begin_field() {
+  if (wanted_field_ != fields_) return;
+  ImGui::SetKeyboardFocusHere();
+  wanted_field_.reset();
+}
+void SetupView::end_field() {
+  if (ImGui::IsItemActive()) typed_in_ = fields_;
+  ++fields_;
+}
+
 bool SetupView::path(const char* label, const char* hint, SetupForm::Path& value) {
   ImGui::SetNextItemWidth(-0.36f * ImGui::GetContentRegionAvail().x);
-  return ImGui::InputTextWithHint(label, hint, value.data(), value.size(),
-                                  ImGuiInputTextFlags_EnterReturnsTrue);
+  begin_field();
+  const bool entered =
+      ImGui::InputTextWithHint(label, hint, value.data(), value.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+  end_field();
+  return entered;
 }
 
 void SetupView::number(const char* label, const char* hint, double& value) {
@@ -177,7 +222,9 @@ void SetupView::number(const char* label, const char* hint, double& value) {
     if (value > 0) std::snprintf(typed.text.data(), typed.text.size(), "%.6g", value);
   }
   ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
+  begin_field();
   ImGui::InputTextWithHint(label, hint, typed.text.data(), typed.text.size());
+  end_field();
   const std::optional<double> length = typed_length(typed.text.data());
   typed.value = value = length.value_or(0);
   if (length) return;
@@ -225,7 +272,9 @@ void SetupView::describe_fields() {
       path("grid pictures", "instead: of a grid that is known", form_.grid_pictures);
       if (form_.grid_pictures[0] == '\0') break;
       ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
+      begin_field();
       ImGui::InputTextWithHint("columns x rows", "9x7", form_.grid.data(), form_.grid.size());
+      end_field();
       number("mm between points", "not known", form_.spacing_mm);
       break;
     case kSurface:
@@ -241,6 +290,8 @@ void SetupView::describe_fields() {
 }
 
 void SetupView::describe_steps(float scale) {
+  fields_ = 0;
+  typed_in_.reset();
   ImGui::TextColored(tint(theme().chosen), "recording of touches");
   if (path("##recording", "a video, a folder, a session, camera:/dev/video0", form_.recording))
     wish(SetupWish::What::Open);
@@ -260,8 +311,22 @@ void SetupView::describe_steps(float scale) {
   if (!line.missing.empty()) wrapped_text(by_field(line.missing), tint(theme().doubtful));
   if (at_ == kSurface && next_)
     wrapped_text("three more presses where the picture is framed: " + next_->reason, tint(theme().doubtful));
-  if (at_ > 0 && !lines_[0].name.empty() && ImGui::Button("Do this step again"))
+  if (at_ == kSurface) describe_refused();
+  if (at_ > 0 && !lines_[0].name.empty() && ImGui::Button("Do this step again (F5)"))
     wish(SetupWish::What::Again, at_);
+}
+
+/// Presses that are not used, each with the reason, for whoever has no mouse.
+void SetupView::describe_refused() {
+  constexpr std::ptrdiff_t kMost = 6;
+  std::ptrdiff_t said = 0;
+  for (const SetupBall& ball : balls_) {
+    if (ball.used || said++ >= kMost) continue;
+    std::string words = ball.words;
+    std::ranges::replace(words, '\n', ' ');
+    wrapped_text(words, tint(theme().wrong));
+  }
+  if (said > kMost) wrapped_text(text("and %td more", said - kMost), tint(theme().wrong));
 }
 
 /// Corners over the picture, whose `low` is its top left corner on the screen; `px_per_px`: screen px in one
@@ -279,7 +344,7 @@ void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float s
       const double away = std::hypot(at.x - io.MousePos.x, at.y - io.MousePos.y);
       if (away >= nearest) continue;
       nearest = away;
-      dragged_ = i;
+      dragged_ = corner_ = i;
     }
   }
   if (!ImGui::IsItemActive()) dragged_.reset();
@@ -293,7 +358,7 @@ void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float s
     list->AddLine(on_screen(form_.corners[i]), on_screen(form_.corners[(i + 1) % 4]), kOutline, 2 * scale);
   for (size_t i = 0; i < 4; ++i) {
     const ImVec2 at = on_screen(form_.corners[i]);
-    list->AddCircle(at, (dragged_ == i ? 9.0f : 7.0f) * scale, kCorner, 0, 2 * scale);
+    list->AddCircle(at, (dragged_.value_or(corner_) == i ? 9.0f : 7.0f) * scale, kCorner, 0, 2 * scale);
     const ImVec2 words = ImGui::CalcTextSize(kNames[i]);
     const ImVec2 place{i == 0 || i == 3 ? at.x + 11 * scale : at.x - words.x - 11 * scale,
                        i < 2 ? at.y + 4 * scale : at.y - words.y - 4 * scale};
@@ -301,46 +366,6 @@ void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float s
                         ink(theme().panel, 200));
     list->AddText(place, kCorner, kNames[i]);
   }
-}
-
-void SetupView::draw_balls(std::array<float, 2> low, double px_per_px, float scale) const {
-  constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 170);
-  // Over a camera's picture colours are bright in either theme.
-  const Theme& t = dark_theme();
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  const ImVec2 mouse = ImGui::GetIO().MousePos;
-  const SetupBall* pointed_at = nullptr;
-  for (const SetupBall& ball : balls_) {
-    const ImVec2 at{low[0] + static_cast<float>(ball.x_px * px_per_px),
-                    low[1] + static_cast<float>(ball.y_px * px_per_px)};
-    const auto radius = static_cast<float>(ball.radius_px * px_per_px);
-    const Rgb colour = !ball.used ? t.wrong : ball.doubtful ? t.doubtful : t.chosen;
-    list->AddCircle(at, radius, kShadow, 0, 3 * scale);
-    list->AddCircle(at, radius, ink(colour), 0, 1.4f * scale);
-    if (!ball.used) {  // crossed out
-      const float side = 0.7f * radius;
-      list->AddLine({at.x - side, at.y - side}, {at.x + side, at.y + side}, ink(colour), 1.4f * scale);
-    }
-    const ImVec2 words = ImGui::CalcTextSize(ball.label.c_str());
-    if (!ball.label.empty() && words.x < 2 * radius)
-      shadowed_text(list, {at.x - words.x / 2, at.y - words.y / 2}, ink(colour), ball.label);
-    if (std::hypot(mouse.x - at.x, mouse.y - at.y) < radius) pointed_at = &ball;
-  }
-  if (pointed_at && !help_ && ImGui::IsWindowHovered()) ImGui::SetTooltip("%s", pointed_at->words.c_str());
-}
-
-void SetupView::draw_place(std::array<float, 2> low, double px_per_px, float scale) const {
-  if (!next_) return;
-  std::array<ImVec2, 4> corners;
-  for (size_t i = 0; i < 4; ++i)
-    corners[i] = {low[0] + static_cast<float>(next_->corners[i][0] * px_per_px),
-                  low[1] + static_cast<float>(next_->corners[i][1] * px_per_px)};
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  list->AddConvexPolyFilled(corners.data(), 4, ink(dark_theme().doubtful, 36));
-  list->AddPolyline(corners.data(), 4, ink(dark_theme().doubtful), ImDrawFlags_Closed, 2 * scale);
-  const char* words = "press here too";
-  const float left = (corners[0].x + corners[2].x - ImGui::CalcTextSize(words).x) / 2;
-  shadowed_text(list, {left, corners[0].y + 4 * scale}, ink(dark_theme().doubtful), words);
 }
 
 void SetupView::describe_picture(float scale) {
@@ -410,7 +435,7 @@ void SetupView::describe() {
   describe_steps(scale);
   ImGui::EndChild();
   ImGui::PushStyleColor(ImGuiCol_Button, tint(theme().picked));
-  if (ImGui::Button("Make the sensor file")) wish(SetupWish::What::MakeAll);
+  if (ImGui::Button("Make the sensor file (Ctrl + Enter)")) wish(SetupWish::What::MakeAll);
   ImGui::PopStyleColor();
   ImGui::SameLine();
   if (!lines_[0].name.empty()) {

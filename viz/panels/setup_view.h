@@ -102,9 +102,13 @@ class SetupView {
   void describe_steps(float scale);
   void describe_path(float scale);
   void describe_fields();
+  void describe_refused();
   void set_pictures();
   void drag_corners(std::array<float, 2> low, double px_per_px, float scale);
   void handle_keys();
+  void corner_key(const KeyPress& press);
+  void begin_field();
+  void end_field();
   void take_drops();
   bool path(const char* label, const char* hint, SetupForm::Path& value);
   void number(const char* label, const char* hint, double& value);
@@ -130,6 +134,9 @@ class SetupView {
   std::map<std::string, Typed> typed_;
   bool help_ = false;
   std::optional<size_t> dragged_;
+  size_t corner_ = 0;  ///< that the arrows move
+  size_t fields_ = 0;  ///< of text, in this picture
+  std::optional<size_t> typed_in_, wanted_field_;
   std::string message_;
   bool trouble_ = false;
   std::optional<SetupWish> wish_;

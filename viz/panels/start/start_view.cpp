@@ -176,6 +176,12 @@ void StartView::handle_keys() {
       case GLFW_KEY_L:
         switch_look();
         break;
+      case GLFW_KEY_O:
+        wants_text_ = true;
+        break;
+      case GLFW_KEY_N:
+        chosen_ = Choice{{}, {}, typed_.data(), true};
+        break;
       case GLFW_KEY_F5:
         list_.refresh(settings_);
         break;
@@ -212,6 +218,8 @@ const std::vector<KeyHelp>& start_key_help() {
       {"Enter", "open the selected source"},
       {"L", "look through the selected camera, or no longer"},
       {"Tab", "from the sources to the sensor files and back"},
+      {"O", "type the path of a recording, or another source"},
+      {"N", "set up a new sensor"},
       {"drop a file", "open it; a sensor file is chosen"},
       {"F5", "search again for cameras and sensor files"},
       {"Del", "forget a recent source"},
@@ -347,6 +355,7 @@ void StartView::describe_sensors(float scale) {
 /// Where anything can be typed, and where things go.
 void StartView::describe_foot(float scale) {
   ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - 200 * scale, 80 * scale));
+  if (std::exchange(wants_text_, false)) ImGui::SetKeyboardFocusHere();
   ImGui::InputTextWithHint(
       "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
       typed_.data(), typed_.size());
@@ -382,7 +391,7 @@ void StartView::describe() {
   if (side_by_side) ImGui::SameLine();
   ImGui::BeginGroup();
   const float top = ImGui::GetCursorPosY();
-  if (ImGui::Button("Set up a new sensor", {-1, 2 * ImGui::GetFrameHeight()}))
+  if (ImGui::Button("Set up a new sensor (N)", {-1, 2 * ImGui::GetFrameHeight()}))
     chosen_ = Choice{{}, {}, typed_.data(), true};
   const float taken = ImGui::GetCursorPosY() - top;
   ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? tint(theme().chosen) : border);
