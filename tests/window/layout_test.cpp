@@ -68,6 +68,20 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
   }
 }
 
+// A large screen has more of everything, not a larger void.
+TEST(Layout, NumbersImageAndChartsGrowWithTheWindow) {
+  for (const auto& [width, height] :
+       {std::pair{1280u, 720u}, {1920u, 1080u}, {2560u, 1440u}, {3840u, 2160u}}) {
+    const Layout l = make_layout({width, height}, 1, {640, 480, 1, 8}, true, {.tools = true});
+    SCOPED_TRACE(text("%u x %u", width, height));
+    EXPECT_GE(l.panel.width, 0.17 * width);
+    EXPECT_GE(l.image.width, 0.15 * width);
+    EXPECT_GE(l.charts.height, 0.2 * height);
+    EXPECT_GE(l.surface.width, 0.65 * width);
+    EXPECT_GE(static_cast<uint32_t>(l.panel.height), l.numbers_y + 400u) << "the numbers keep their room";
+  }
+}
+
 /// Whether they share a pixel.
 bool meet(const ViewRect& a, const ViewRect& b) {
   return a.x < b.x + static_cast<int64_t>(b.width) && b.x < a.x + static_cast<int64_t>(a.width) &&

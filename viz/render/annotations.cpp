@@ -282,7 +282,7 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
                      float scale) {
   constexpr int kBands = 64;
   const float width = 16 * scale;
-  const float height = std::min(0.42f * size_of(rect).y, 280 * scale);
+  const float height = std::min(0.42f * size_of(rect).y, std::max(280 * scale, 0.25f * size_of(rect).y));
   const float x = far_corner(rect).x - 72 * scale;
   const float y = corner(rect).y + 44 * scale;
   for (int i = 0; i < kBands; ++i) {

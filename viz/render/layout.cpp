@@ -106,7 +106,8 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
     return px(kGrid_px * std::floor(fraction * of / (double{kGrid_px} * scale)));
   };
   const uint32_t status = std::min(px(kStatus_px), height / 2);
-  const uint32_t panel = std::min(std::clamp(part(0.27, width), px(272), px(384)), width / 2);
+  const uint32_t panel =
+      std::min(std::clamp(part(0.27, width), px(272), std::max(px(384), part(0.18, width))), width / 2);
   const bool alone = panels.arrangement == Arrangement::OneAlone;
   const uint32_t above = height - status, left = alone ? width : width - panel;
   const double wanted = panels.tools ? kTools_px : panels.headline ? kHeadline_height_px : 0;
@@ -116,7 +117,7 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   // Above a player they leave it some of their room; a picture's letters are large, and three charts need
   // more.
   const double foot_share = panels.player ? 0.31 : panels.headline && panels.chart_rows > 2 ? 0.44 : 0.34;
-  uint32_t foot = std::clamp(part(foot_share, above), px(128), px(264));
+  uint32_t foot = std::clamp(part(foot_share, above), px(128), std::max(px(264), part(0.22, above)));
   if (!foot_requested || foot + tools + px(140) > above) foot = 0;
   // The surface keeps a width that it can be seen in.
   const uint32_t dock =
@@ -153,8 +154,8 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   if (l.has_panel) l.panel = {static_cast<int32_t>(left), 0, panel, above};
   // The small picture leaves room for the numbers below it.
   const uint32_t numbers = px(kNumbers_px);
-  const uint32_t room_px =
-      std::clamp(above > numbers ? above - numbers : 0u, std::min(px(112), above / 3), px(304));
+  const uint32_t room_px = std::clamp(above > numbers ? above - numbers : 0u, std::min(px(112), above / 3),
+                                      std::max(px(304), 3 * panel / 4));
   const auto margin = static_cast<int32_t>(px(kGrid_px));
   const ViewRect small{l.panel.x + margin, 4 * margin,
                        panel - std::min(static_cast<uint32_t>(2 * margin), panel - 1), std::max(1u, room_px)};
