@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "capture/files/measurements.h"
@@ -147,8 +148,22 @@ SharedTime::SharedTime(const RecordingCurve& a, const RecordingCurve& b, Alignme
 }
 
 std::vector<ComparedValue> compare_largest(const RecordingCurve& a, const RecordingCurve& b) {
-  return compared(a, b, "largest ",
-                  [](const RecordingCurve& curve, Get get, bool) { return frame_of_largest(curve, get); });
+  std::vector<ComparedValue> values =
+      compared(a, b, "largest ",
+               [](const RecordingCurve& curve, Get get, bool) { return frame_of_largest(curve, get); });
+  for (ComparedValue& value : values)
+    for (const Compared& one : kCompared) {
+      if (!value.name.ends_with(one.name)) continue;
+      for (const auto& [curve, name, valid] : {std::tuple{&a, "A", value.a}, std::tuple{&b, "B", value.b}}) {
+        Estimate most = valid;
+        for (const CurvePoint& point : curve->points)
+          if (const Estimate e = one.get(point); point.contact && known(e) && e.value > most.value) most = e;
+        if (most.value > valid.value && known(valid))
+          value.doubt += (value.doubt.empty() ? "" : "; ") + std::string(name) + " reaches " +
+                         value_words(most, one.unit, one.has_error);
+      }
+    }
+  return values;
 }
 
 std::vector<ComparedValue> compare_at(const RecordingCurve& a, const RecordingCurve& b,
@@ -176,11 +191,17 @@ std::optional<double> force_rms_N(const RecordingCurve& a, const RecordingCurve&
   return count > 0 ? std::optional(std::sqrt(squares / count)) : std::nullopt;
 }
 
+int deserved_places(double standard_error, int most) {
+  if (!(standard_error > 0)) return most;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(standard_error))), 0, most);
+}
+
 std::string value_words(const Estimate& value, const std::string& unit, bool has_error, bool sign) {
   if (!known(value)) return "-";
   const std::string shown_unit = unit == "mm2" ? "mm\xc2\xb2" : unit;
-  std::string words = text(sign ? "%+.3f" : "%.3f", value.value);
-  if (has_error && value.standard_error > 0) words += text(" \xc2\xb1 %.3f", value.standard_error);
+  const int places = deserved_places(has_error ? value.standard_error : 0, 3);
+  std::string words = text(sign ? "%+.*f" : "%.*f", places, value.value);
+  if (has_error && value.standard_error > 0) words += text(" \xc2\xb1 %.*f", places, value.standard_error);
   words += " " + shown_unit;
   if (value.validity != Validity::Valid && value.validity != Validity::NoContact)
     words += std::string(", ") + to_string(value.validity);
@@ -231,6 +252,8 @@ Facts facts_of(const RecordingCurve& a, const RecordingCurve& b, const std::vect
                        {"a", json_of(v.a)},
                        {"b", json_of(v.b)},
                        {"difference", json_of(v.difference)}};
+    if (!v.doubt.empty()) facts.say("  " + v.doubt + "\n");
+    if (!v.doubt.empty()) row["doubt"] = v.doubt;
     if (v.a_time_s) row["a_time_s"] = *v.a_time_s;
     if (v.b_time_s) row["b_time_s"] = *v.b_time_s;
     rows.push_back(row);

@@ -44,6 +44,7 @@ struct ComparedValue {
   Estimate a, b, difference;  ///< B minus A; its standard error is that of both, which are independent
   std::optional<double> a_time_s, b_time_s;  ///< of the moment, on their own clocks
   bool has_error = true;                     ///< false: counted from pixels
+  std::string doubt = {};                    ///< larger values that are not valid; empty: there are none
 };
 
 /// Largest force, depth and area, as far as both have them.
@@ -56,6 +57,8 @@ std::optional<double> force_rms_N(const RecordingCurve& a, const RecordingCurve&
 
 /// The answer in a sentence: "B presses 0.312 ± 0.021 N harder (+25 %)".
 std::string headline_of(const std::vector<ComparedValue>& values);
+/// Decimals that a value with this standard error deserves: two figures of the error, `most` at most.
+int deserved_places(double standard_error, int most);
 /// "1.488 ± 0.021 N", and its state where it is not valid; "-" where it is not known.
 std::string value_words(const Estimate& value, const std::string& unit, bool has_error, bool sign = false);
 /// The table, for people and programs.

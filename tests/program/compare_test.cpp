@@ -75,6 +75,10 @@ TEST(CompareRecordings, WhatIsInDoubtIsSaid) {
     if (point.force_N.value > 1) point.force_N.validity = Validity::AboveRange;
   const ComparedValue force = compare_largest(a, b)[0];
   EXPECT_LE(force.b.value, 1) << "a valid one goes before a larger one that is not";
+  EXPECT_EQ(force.doubt, std::string("B reaches 1.100 \xc2\xb1 0.010 N, ") + to_string(Validity::AboveRange));
+  EXPECT_EQ(deserved_places(2.268, 3), 1);
+  EXPECT_EQ(deserved_places(18.3, 3), 0);
+  EXPECT_EQ(deserved_places(0.0004, 3), 3);
   for (CurvePoint& point : b.points) point.force_N.validity = Validity::AboveRange;
   const ComparedValue doubtful = compare_largest(a, b)[0];
   EXPECT_EQ(doubtful.difference.validity, Validity::AboveRange);

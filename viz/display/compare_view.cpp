@@ -148,7 +148,7 @@ void CompareView::table(const std::vector<ComparedValue>& rows, const char* head
     const std::string shown = name.starts_with("largest ") ? name.substr(8) : name;
     list->AddText({left, y}, ink(theme().text), shown.c_str());
     const std::array<Estimate, 3> values{row.a, row.b, row.difference};
-    std::string doubt;
+    std::string doubt = row.doubt;
     for (size_t i = 0; i < 3; ++i) {
       Estimate value = values[i];
       if (i < 2 && has_value(value) && value.validity != Validity::Valid)

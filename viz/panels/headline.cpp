@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "capture/run/compare_recordings.h"
 #include "engine/measure/quantities.h"
 #include "viz/look/measures.h"
 #include "viz/render/drawing.h"
@@ -12,7 +13,8 @@
 namespace palpate::viz {
 namespace {
 
-std::string words_of(const Estimate& value, int places, const char* unit) {
+std::string words_of(const Estimate& value, const char* unit) {
+  const int places = deserved_places(value.standard_error, 3);
   std::string words = text("%.*f", places, value.value);
   if (value.standard_error > 0) words += text(" \xc2\xb1 %.*f", places, value.standard_error);
   return words + " " + unit;
@@ -22,48 +24,55 @@ std::string time_of(double time_s, bool separate) {
   return separate ? "" : text(" at %.2f s", time_s);
 }
 
-std::string state_of(const Estimate& value) {
-  return value.validity == Validity::Valid ? "" : std::string(", ") + to_string(value.validity);
-}
-
 }  // namespace
 
-void Headline::take(std::optional<Peak>& peak, const Estimate& value, double time_s) {
+void Headline::Peak::take(const Estimate& value, double time_s) {
   if (!has_value(value) || !std::isfinite(value.value)) return;
-  const bool valid = value.validity == Validity::Valid;
-  const bool was = peak && peak->value.validity == Validity::Valid;
-  if (!peak || (valid == was ? value.value > peak->value.value : valid)) peak = {value, time_s};
+  if (!any || value.value > any->value.value) any = {value, time_s};
+  if (value.validity == Validity::Valid && (!valid || value.value > valid->value.value))
+    valid = {value, time_s};
 }
 
-void Headline::follow(const Touch& touch) {
+void Headline::follow(const Touch& touch, bool separate) {
+  if (separate) *this = {};
   if (!touch.contact) return;
   const double time_s = 1e-9 * static_cast<double>(touch.time_ns);
   const bool by_layer = touch.traction && touch.force_N.validity == Validity::NotCalibrated;
-  take(force_N_, by_layer ? touch.traction->fz_N : touch.force_N, time_s);
+  force_N_.take(by_layer ? touch.traction->fz_N : touch.force_N, time_s);
   if (touch.surface)
-    take(depth_mm_, {touch.surface->depth_max_mm, touch.surface->depth_sd_mm, touch.surface->validity},
-         time_s);
-  take(area_px_, {static_cast<double>(touch.area_px), 0, Validity::Valid}, time_s);
+    depth_mm_.take({touch.surface->depth_max_mm, touch.surface->depth_sd_mm, touch.surface->validity},
+                   time_s);
+  area_px_.take({static_cast<double>(touch.area_px), 0, Validity::Valid}, time_s);
 }
 
 std::string Headline::answer(bool separate) const {
-  if (force_N_) return words_of(force_N_->value, 3, "N") + time_of(force_N_->time_s, separate);
-  if (depth_mm_) return words_of(depth_mm_->value, 3, "mm") + " deep" + time_of(depth_mm_->time_s, separate);
-  if (area_px_) return text("%.0f px", area_px_->value.value) + time_of(area_px_->time_s, separate);
+  const auto at = [separate](const Moment& moment) { return time_of(moment.time_s, separate); };
+  if (force_N_.any) return words_of(force_N_.any->value, "N") + at(*force_N_.any);
+  if (depth_mm_.any) return words_of(depth_mm_.any->value, "mm") + " deep" + at(*depth_mm_.any);
+  if (area_px_.any) return text("%.0f px", area_px_.any->value.value) + at(*area_px_.any);
   return "nothing touches";
 }
 
+/// Why the largest value may be wrong, and the largest that is not in doubt.
+std::string Headline::doubt(const Peak& peak, const char* unit, bool separate) {
+  if (peak.any->value.validity == Validity::Valid) return {};
+  std::string words = std::string(", ") + to_string(peak.any->value.validity);
+  if (peak.valid)
+    words += "; valid " + words_of(peak.valid->value, unit) + time_of(peak.valid->time_s, separate);
+  return words;
+}
+
 std::string Headline::rest(bool separate) const {
-  const char* largest = separate ? "" : "largest ";
-  if (force_N_) {
-    std::string words = std::string(largest) + "force" + state_of(force_N_->value);
-    if (depth_mm_)
-      words += ";  " + std::string(largest) + "depth " + words_of(depth_mm_->value, 3, "mm") +
-               time_of(depth_mm_->time_s, separate) + state_of(depth_mm_->value);
+  const std::string largest = separate ? "" : "largest ";
+  if (force_N_.any) {
+    std::string words = largest + "force" + doubt(force_N_, "N", separate);
+    if (depth_mm_.any)
+      words += ";  " + largest + "depth " + words_of(depth_mm_.any->value, "mm") +
+               time_of(depth_mm_.any->time_s, separate) + doubt(depth_mm_, "mm", separate);
     return words;
   }
-  if (depth_mm_) return std::string(largest) + "depth" + state_of(depth_mm_->value);
-  return area_px_ ? std::string(largest) + "area in contact; force and depth are not calibrated" : "";
+  if (depth_mm_.any) return largest + "depth" + doubt(depth_mm_, "mm", separate);
+  return area_px_.any ? largest + "area in contact; force and depth are not calibrated" : "";
 }
 
 void Headline::draw(const HudFrame& frame, const Layout& layout, bool separate) const {

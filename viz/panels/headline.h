@@ -12,8 +12,8 @@ namespace palpate::viz {
 
 class Headline {
  public:
-  /// Once a result.
-  void follow(const Touch& touch);
+  /// Once a result. `separate`: of a press of its own, with which the largest begins anew.
+  void follow(const Touch& touch, bool separate);
   /// Over the surface, in layout.headline. `separate`: the picture stands by itself, without a time.
   void draw(const HudFrame& frame, const Layout& layout, bool separate) const;
   /// The answer, and the line that explains it.
@@ -21,14 +21,18 @@ class Headline {
   std::string rest(bool separate) const;
 
  private:
-  /// A value and when it was; valid ones go before others.
-  struct Peak {
+  struct Moment {
     Estimate value;
     double time_s = 0;
   };
-  static void take(std::optional<Peak>& peak, const Estimate& value, double time_s);
+  /// The largest value of all, which is often a doubtful one, and the largest valid one.
+  struct Peak {
+    std::optional<Moment> any, valid;
+    void take(const Estimate& value, double time_s);
+  };
+  static std::string doubt(const Peak& peak, const char* unit, bool separate);
 
-  std::optional<Peak> force_N_, depth_mm_, area_px_;
+  Peak force_N_, depth_mm_, area_px_;
 };
 
 }  // namespace palpate::viz

@@ -116,7 +116,7 @@ void follow_double_click(const Layout& layout, ViewState& state) {
 
 void Hud::follow(const Touch& touch, uint64_t position) {
   history_.add(touch, position);
-  headline_.follow(touch);
+  headline_.follow(touch, history_.timeline().separate);
   const auto reach = [this](const Estimate& x, const Estimate& y) {
     const double shear_N = std::hypot(x.value, y.value);
     if (x.validity != Validity::NotCalibrated && std::isfinite(shear_N))

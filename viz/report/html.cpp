@@ -52,7 +52,7 @@ figure svg { background: #fff; border-radius: 6px; } svg, img { max-width: 100%;
 @page { size: A4; margin: 10mm; }
 @media print { body { color: #000; background: #fff; font-size: 9.5px; max-width: none; margin: 0; padding: 0; print-color-adjust: exact; }
   .two { grid-template-columns: 1fr 1fr; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
-  .two figure svg, figure:first-of-type svg { max-height: 54mm; } }
+  .two figure svg, figure:first-of-type svg { max-height: 48mm; } }
 )";
 
 }  // namespace

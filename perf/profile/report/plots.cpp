@@ -108,12 +108,11 @@ NamedPlot latencies(const Profile& profile, const std::string& reading) {
           {.panels = {panel}, .width_px = 900}};
 }
 
-NamedPlot throughput(const Profile& profile) {
+NamedPlot throughput(const Profile& profile, const std::vector<std::string>& readings) {
   PlotPanel panel = over_sizes(headline(profile), "frames/s", profile.sizes);
   for (const double rate : {30.0, 200.0})
     panel.add_line(palpate::text("%g frames/s", rate), {panel.x_range->first, rate},
                    {panel.x_range->second, rate});
-  const std::vector<std::string> readings = readings_of(profile);
   for (size_t i = 0; i < readings.size(); ++i) {
     PlotCurve& curve = add(panel, i + 1, readings[i]);
     for (const SizeFigure& s : profile.sizes)
@@ -294,7 +293,7 @@ std::vector<NamedPlot> plots_of(const Profile& profile) {
   plots.reserve(4 * readings.size());
   for (const std::string& reading : curved) plots.push_back(stage_times(profile, reading));
   for (const std::string& reading : readings) plots.push_back(latencies(profile, reading));
-  if (!curved.empty()) plots.push_back(throughput(profile));
+  if (!curved.empty()) plots.push_back(throughput(profile, curved));
   if (!profile.photon.empty()) plots.push_back(photon(profile));
   for (const std::string& reading : curved) plots.push_back(bandwidths(profile, reading));
   if (profile.ceiling.points.size() > 2) plots.push_back(ceiling(profile));
