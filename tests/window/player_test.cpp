@@ -224,11 +224,11 @@ TEST_F(PlayerTest, KeysGoToMarksAndToTheLargestForceAndLoop) {
   open_recording();
   desktop_->key("End");
   at_frame(119, 119);
-  desktop_->key("shift+comma");
+  desktop_->key("ctrl+comma");
   at_frame(90, 90);
-  desktop_->key("shift+bracketright Home");
+  desktop_->key("alt+bracketright Home");
   at_frame(0, 0);
-  desktop_->key("shift+bracketleft shift+period");  // the part begins here; to the first mark
+  desktop_->key("alt+bracketleft ctrl+period");  // the part begins here; to the first mark
   at_frame(30, 30);
   const size_t before = measured().size();
   desktop_->key("space");
