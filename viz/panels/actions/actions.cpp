@@ -295,18 +295,16 @@ class Actions {
     });
     together("to the mark before, after", [&] {
       add(
-          "to the mark before", {control(GLFW_KEY_COMMA)}, [](S& state) { state.play.marks = -1; },
-          Needs::Player);
+          "to the mark before", {kMarkBefore}, [](S& state) { state.play.marks = -1; }, Needs::Player);
       add(
-          "to the mark after", {control(GLFW_KEY_PERIOD)}, [](S& state) { state.play.marks = 1; },
-          Needs::Player);
+          "to the mark after", {kMarkAfter}, [](S& state) { state.play.marks = 1; }, Needs::Player);
     });
     add(
         "to the largest force", {with_shift('F')}, [](S& state) { state.play.largest = true; },
         Needs::Player);
     const std::array<std::tuple<const char*, KeyPress, PartEnd>, 3> ends{{
-        {"loop from this frame on", with_alt(GLFW_KEY_LEFT_BRACKET), PartEnd::First},
-        {"loop up to this frame", with_alt(GLFW_KEY_RIGHT_BRACKET), PartEnd::Last},
+        {"loop from this frame on", kLoopFrom, PartEnd::First},
+        {"loop up to this frame", kLoopTo, PartEnd::Last},
         {"no loop", {GLFW_KEY_BACKSPACE}, PartEnd::None},
     }};
     for (const auto& [name, chord, end] : ends)

@@ -2,6 +2,9 @@
 // is searched by name take them from here.
 #pragma once
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
 #include <functional>
 #include <span>
 #include <string>
@@ -51,6 +54,11 @@ struct Action {
 
   bool possible(const Circumstances& now) const;
 };
+
+/// Keys of a player's actions that have buttons, too.
+inline constexpr KeyPress kMarkBefore{GLFW_KEY_COMMA, false, true}, kMarkAfter{GLFW_KEY_PERIOD, false, true};
+inline constexpr KeyPress kLoopFrom{GLFW_KEY_LEFT_BRACKET, false, false, true},
+    kLoopTo{GLFW_KEY_RIGHT_BRACKET, false, false, true};
 
 /// All of them, in the order of the help; those without keys come last.
 std::span<const Action> actions();

@@ -155,12 +155,12 @@ void Player::buttons() {
       {"Step on", ">|", {GLFW_KEY_PERIOD}},
       {"Slower", "-", {GLFW_KEY_DOWN}},
       {"Faster", "+", {GLFW_KEY_UP}},
-      {"", "A", {GLFW_KEY_LEFT_BRACKET, true}, state_.part.has_value()},
-      {"", "B", {GLFW_KEY_RIGHT_BRACKET, true}, state_.part.has_value()},
+      {"", "A", kLoopFrom, state_.part.has_value()},
+      {"", "B", kLoopTo, state_.part.has_value()},
       {"No loop", "x", {GLFW_KEY_BACKSPACE}},
       {"Largest", "max", {'F', true}},
-      {"Mark before", "<", {GLFW_KEY_COMMA, true}},
-      {"Mark after", ">", {GLFW_KEY_PERIOD, true}},
+      {"Mark before", "<", kMarkBefore},
+      {"Mark after", ">", kMarkAfter},
   };
   const float right = far_corner(layout_.player).x - kGrid_px * scale_, side = 28 * scale_;
   ImGui::SetCursorScreenPos(
