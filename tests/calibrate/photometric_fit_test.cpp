@@ -221,7 +221,11 @@ TEST(PhotometricFit, OnePlaceDoesNotJudgeWhatDependsOnPlace) {
   for (const double contact_px : {14.0, 17.0, 20.0, 23.0})
     fit.add_ball(scene.render(80, 60, contact_px, 3), background, 80, 60, contact_px, 3, "ball");
   const PhotometricFitResult r = fit.solve(1, NormalModel::Best);
-  for (const NormalCandidate& c : r.candidates) EXPECT_LE(std::max(c.order.colours, c.order.products), 1);
+  for (const NormalCandidate& c : r.candidates) {
+    EXPECT_LE(c.order.colours, 1);
+    EXPECT_EQ(c.order.products, -1) << "colours elsewhere are others";
+  }
+  EXPECT_EQ(fit.solve(1, NormalModel::LinearProducts).model().order.products, 1) << "asked for";
 }
 
 TEST(PhotometricFit, SlopesAreFittedAsFarAsThePadFollowsTheBall) {

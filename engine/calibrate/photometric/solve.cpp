@@ -433,14 +433,16 @@ int separate_places(std::span<const PhotometricPress> presses) {
 }
 
 // The models to judge. One whose place has more terms than there are places pressed would be judged where it
-// was fitted, whatever press is left out.
+// was fitted, whatever press is left out; products of colours, at places whose colours it was fitted to.
 std::vector<NormalOrder> orders_for(NormalModel wanted, std::span<const PhotometricPress> presses) {
-  const int places = std::max(separate_places(presses), photometric::places_of(1));
+  const int places = separate_places(presses);
+  const auto judged = [places](const NormalOrder& order) {
+    return photometric::places_of(order.colours) <= std::max(places, photometric::places_of(1)) &&
+           (order.products < 0 || photometric::places_of(order.products) <= places);
+  };
   std::vector<NormalOrder> orders;
   for (const NormalOrder& order : kNormalOrders)
-    if (wanted == order.model || (wanted == NormalModel::Best &&
-                                  photometric::places_of(std::max(order.colours, order.products)) <= places))
-      orders.push_back(order);
+    if (wanted == order.model || (wanted == NormalModel::Best && judged(order))) orders.push_back(order);
   return orders;
 }
 
