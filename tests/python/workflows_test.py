@@ -1,7 +1,9 @@
 """Sessions, simulated scenes, wrench, strain, mechanics: what the program does on recordings, from Python."""
 
 import json
+import struct
 import subprocess
+import zlib
 
 import numpy as np
 import palpate as pp
@@ -81,6 +83,44 @@ def layered(tmp_path_factory):
     file = tmp_path_factory.mktemp("layer") / "pad.json"
     pp.Sensor.from_text(json.dumps(text)).save(file)
     return file
+
+
+def write_png(path, image):
+    """An image of 8 bits and three colours."""
+    height, width, _ = image.shape
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), image.reshape(height, -1)], axis=1)
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b"")
+    )
+
+
+def test_wide_presses_have_the_light_of_their_series(tmp_path):
+    """Pictures under a fifth more exposure: a wide press hides its own light, which the others show."""
+    name = "synthetic:press?mode=gel&size=320x240&rate=2&radius=12&force=20"
+    scene = pp.simulate(name)
+    wide = int(np.argmin(np.abs(scene.truth["force_N"] - 13.3)))
+    write_png(tmp_path / "rest.png", scene.background)
+    for folder in ("series", "alone"):
+        (tmp_path / folder).mkdir()
+    for i, image in enumerate(scene.images):
+        lit = np.clip(1.2 * image + 0.5, 0, 255).astype(np.uint8)
+        write_png(tmp_path / "series" / f"{i:03}.png", lit)
+        if i == wide:
+            write_png(tmp_path / "alone" / f"{i:03}.png", lit)
+    with pp.open(name) as stream:
+        stream.sensor.save(tmp_path / "gel.json")
+    options = {"sensor": tmp_path / "gel.json", "background": tmp_path / "rest.png"}
+    series, alone = (pp.measure(tmp_path / folder, **options) for folder in ("series", "alone"))
+    assert series["light_state"][wide] == "changed" and alone["light_state"][0] == "unknown"
+    assert abs(series["wrench.fz_N"][wide] / scene.truth["force_N"][wide] - 0.95) < 0.06
+    assert abs(alone["wrench.fz_N"][0] / scene.truth["force_N"][wide] - 1) > 0.15
+    with pp.open(tmp_path / "series", drop=False, **options) as stream:
+        assert [t.light_state for t in stream][wide] == "changed"
 
 
 def test_wrench(layered, tmp_path, program):
