@@ -194,11 +194,13 @@ void add_surface(const ProcessSummary& s, const ProcessRequest& request, Facts& 
     add_count("light_changed_frames", s.light_changed_frames,
               "light that changed by itself was taken out of " + counted(s.light_changed_frames, "frame"),
               facts);
-    add_count("light_unknown_frames", s.light_unknown_frames,
-              "light unknown in " + counted(s.light_unknown_frames, "frame") +
-                  ": too little of the picture is as in the untouched image (a touch that covers the gel, or "
-                  "the background of another unit); depth and force say so",
-              facts);
+    add_count(
+        "light_unknown_frames", s.light_unknown_frames,
+        "light unknown in " + counted(s.light_unknown_frames, "frame") +
+            ": too little of the picture is as in the untouched image (a touch that covers the gel, or "
+            "the background of another unit), or printed markers are under another light than in it (fixed "
+            "exposure and white balance, or a new --background); depth and force say so",
+        facts);
   }
   if (!request.depth.empty())
     add_count("depth_clipped_px", s.depth_clipped_px,

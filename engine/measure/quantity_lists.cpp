@@ -293,7 +293,8 @@ constexpr MeasuredQuantity<Touch> kSkinAndLight[] = {
         "Of colour gels: `steady`, `changed` (exposure, white balance or lamps that changed by themselves "
         "were taken out) or `unknown` (too little of the frame is as in the untouched image, since touch "
         "covers it or another unit took that image: the light of the frame before was taken, of separate "
-        "pictures none).",
+        "pictures none; or printed markers are under another light, by a twentieth of a colour's mean or "
+        "more).",
         {.none = true, .row = {.label = "light", .only_if_some = true}}),
     field<Touch, &Touch::light, &LightSummary::change_gray>(
         "light_change_gray", G::Light,

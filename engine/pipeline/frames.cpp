@@ -267,7 +267,8 @@ void Frames::measure_gel_contacts(const FrameSlot& slot) {
   std::swap(gray_regions_, parts_.contacts);
   slot.cell_changes.invalidate();
   gel_contacts_->find(slot.cell_changes.as<const shared::CellChange>(), gray_regions_, parts_.contacts);
-  parts_.light_unknown = markers_ && !gel_contacts_->light_trusted();
+  // Among markers a change of light is not taken out of the slopes.
+  parts_.light_unknown = markers_ && (!gel_contacts_->light_trusted() || gel_contacts_->other_light());
   set_whole();
 }
 

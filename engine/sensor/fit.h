@@ -27,7 +27,7 @@ inline bool needs_confidence(const Sensor& sensor, Outputs outputs) {
 }
 
 /// Whether changes of a gel's light are followed and taken out. Among printed markers, which move, they are
-/// not; there it is seen only where too little is as in the untouched image.
+/// not; there frames under another light say that it is unknown.
 inline bool follows_light(const Sensor& sensor) {
   return has_gel_contacts(sensor) && !(sensor.skin && sensor.skin->kind == SkinKind::Markers);
 }

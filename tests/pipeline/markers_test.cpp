@@ -211,5 +211,31 @@ TEST_F(MarkedGel, SkinIsFollowedAsBefore) {
   }
 }
 
+// An exposure that changes in the middle of a run is not taken out among markers: the frames say so.
+TEST_F(MarkedGel, AnotherExposureInTheMiddleOfARunIsSaid) {
+  SyntheticRun run("palpation?mode=gel&size=320x240&skin=markers&rate=4");
+  ASSERT_TRUE(run.sensor.skin);
+  for (const double gain : {1.0, 0.8, 1.25}) {
+    Pipeline pipeline(context(), run.sensor, run.background.format,
+                      {.outputs = Output::Force | Output::Surface | Output::Contacts});
+    pipeline.set_background(run.background);
+    size_t unknown = 0, touched = 0;
+    for (uint64_t k = 0; k < run.count(); ++k) {
+      Frame frame = run.frame(k);
+      if (k >= run.count() / 2)
+        for (uint8_t& value : frame.bytes)
+          value = static_cast<uint8_t>(std::min(std::lround(gain * value), 255L));
+      const Touch touch = pipeline.process(frame).touch;
+      touched += touch.contact;
+      if (touch.light->state != LightState::Unknown) continue;
+      EXPECT_GE(k, run.count() / 2) << "no frame before";
+      EXPECT_EQ(touch.surface->validity, Validity::LightUnknown) << k;
+      ++unknown;
+    }
+    EXPECT_GT(touched, 5u);
+    EXPECT_EQ(unknown, gain == 1 ? 0 : run.count() - run.count() / 2) << gain;
+  }
+}
+
 }  // namespace
 }  // namespace palpate

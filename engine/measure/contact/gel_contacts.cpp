@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "engine/base/statistics.h"
 #include "engine/measure/height_rows.h"
@@ -14,6 +15,7 @@ using shared::kCellSide;
 constexpr float kNoise_gray2 = 0.75f;      // of a camera, until it is learned
 constexpr float kLeastNoise_gray2 = 0.3f;  // rounding and compression leave this much
 constexpr size_t kLightCells = 1500;       // that the light is estimated from
+constexpr double kOtherLight = 0.05;       // of a colour's mean, as PadMatch has it
 constexpr uint64_t kPriorFrames = 4, kMemory_frames = 64;
 constexpr float kOverMedian = 0.9f;      // of the first frames' change: noise
 constexpr float kLeastStructure = 0.7f;  // over noise, which alone makes half of it
@@ -176,6 +178,17 @@ void GelContacts::estimate_light(std::span<const shared::CellChange> cells) {
     share = std::min(share, light_[colour].share);
   }
   light_trusted_ = trust_.enough(share);
+}
+
+bool GelContacts::other_light() const {
+  for (uint32_t colour = 0; colour < 3; ++colour) {
+    const std::vector<float>& rest = rest_gray_[colour];
+    const double mean = std::accumulate(rest.begin(), rest.end(), 0.0) /
+                        static_cast<double>(std::max<size_t>(rest.size(), 1));
+    const LightChange& light = light_[colour];
+    if (std::abs(light.at(mean)) > kOtherLight * mean + 2 * std::sqrt(light.variance())) return true;
+  }
+  return false;
 }
 
 void GelContacts::compare(std::span<const shared::CellChange> cells) {

@@ -96,6 +96,9 @@ class GelContacts {
   bool light_known() const { return light_known_; }
   /// Whether enough of it was, see LightTrust: else the untouched image may be another pad's.
   bool light_trusted() const { return light_trusted_; }
+  /// Whether a colour of the last frame is under another light: by more than a twentieth of the untouched
+  /// image's mean, and than a touch may have pulled it.
+  bool other_light() const;
 
  private:
   /// Connected cells that are raised.
