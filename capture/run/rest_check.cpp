@@ -20,6 +20,8 @@ constexpr double kLeastOfRest = 0.6,
                  kMostOfRest = 1.8;     // of that structure in the difference: else the lamps'
 constexpr double kAgainstSignal = 0.8;  // fraction of a difference against the signal
 constexpr double kBulge = 0.8;          // beside a press a gel bulges and changes the other way, by less
+constexpr double kOtherLight = 0.05;    // of the untouched image's mean, as PadMatch has it
+constexpr double kLeastLight = 0.004;   // of full scale
 constexpr double kFewFrames = 0.05;     // of those looked at
 constexpr int kTouchCells = 4;          // that change one way, and as many times more than the other way
 
@@ -134,6 +136,22 @@ void RestCheck::weigh() {
   against_ += against >= kTouchCells && against > kTouchCells * by;
 }
 
+// No touch covers nine tenths of a picture evenly, and none makes half of it change against the signal.
+void RestCheck::weigh_light(const Cells& now) {
+  if (signal_ == Signal::Either) return;
+  const float sign = signal_ == Signal::Darker ? -1.0f : 1.0f;
+  sorted_.clear();
+  double rest = 0;
+  for (size_t i = 0; i < rest_.means[0].size(); ++i) {
+    sorted_.push_back(sign * (now.means[0][i] - rest_.means[0][i]));
+    rest += double{rest_.means[0][i]} / static_cast<double>(rest_.means[0].size());
+  }
+  const double least = std::max(kOtherLight * rest, kLeastLight * format_.max_gray());
+  const double low = quantile_in_place(sorted_, 0.1), half = median_in_place(sorted_);
+  if (low > least) light_.push_back(static_cast<float>(double{sign} * low / rest));
+  if (half < -least) light_.push_back(static_cast<float>(double{sign} * half / rest));
+}
+
 void RestCheck::add(const Frame& frame) {
   const uint64_t n = frames_++;
   if ((n >= kAll && n % kEvery != 0) || cells_x_ == 0 || cells_y_ == 0) return;
@@ -144,6 +162,7 @@ void RestCheck::add(const Frame& frame) {
   for (const float difference : difference_)
     pressed_ = std::max(pressed_, double{signal_ == Signal::Darker ? -difference : difference});
   weigh();
+  weigh_light(now);
   bool any = false;
   for (uint32_t cell = 0; cell < differs_.size(); ++cell)
     if (differs_[cell] != 0) any = judge(cell, now) || any;
@@ -168,6 +187,17 @@ std::string RestCheck::warning() const {
         "signal: \"contact\": {\"signal\": \"%s\"} there",
         other, static_cast<unsigned long long>(against_), static_cast<unsigned long long>(looked_),
         to_string(signal_), other);
+  if (light_.size() > 1 && static_cast<double>(light_.size()) > kFewFrames * static_cast<double>(looked_)) {
+    const double change = 100 * double{median(light_)};
+    return text(
+        "%zu of %llu frames are %.0f %% %s than the untouched image (another exposure or lamp, unless a "
+        "touch "
+        "covers all of it): force and depth are wrong by that; fixed exposure and gain, or an untouched "
+        "image "
+        "of today (--background)",
+        light_.size(), static_cast<unsigned long long>(looked_), std::abs(change),
+        change > 0 ? "brighter" : "darker");
+  }
   const uint32_t most = seen_.empty() ? 0 : *std::max_element(seen_.begin(), seen_.end());
   const uint32_t least = looked_ <= 2 ? 1 : 2;
   if (most < least || static_cast<double>(most) < kFewFrames * static_cast<double>(looked_)) return {};

@@ -21,7 +21,7 @@ class RestCheck {
   void add(const Frame& frame);
   /// One line that says where the untouched image shows a touch, and in how many frames that is missing; or,
   /// where frames change against the signal and hardly any by it, that the signal may have the wrong
-  /// sign; empty: neither.
+  /// sign; or, where light is not followed, that frames are under another one; empty: none of these.
   std::string warning() const;
   /// Cells times frames in which the untouched image shows what is missing, over all cells and frames looked
   /// at: 0 where it shows no touch.
@@ -41,6 +41,8 @@ class RestCheck {
   bool judge(uint32_t from, const Cells& now);
   /// Counts the frame whose cells change by the signal, or hardly so and against it.
   void weigh();
+  /// Counts the frame under another light: all of it changes by the signal, or half of it against it.
+  void weigh_light(const Cells& now);
 
   FrameFormat format_;
   Signal signal_;
@@ -52,6 +54,7 @@ class RestCheck {
   double pressed_ = 0;                   ///< largest difference of the frame by the signal
   uint64_t frames_ = 0, looked_ = 0, missing_ = 0;
   uint64_t by_signal_ = 0, against_ = 0;  ///< frames that change so
+  std::vector<float> light_;              ///< relative change of each frame under another light
 };
 
 }  // namespace palpate

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "capture/synthetic/synthetic.h"
@@ -87,7 +89,27 @@ TEST_P(RestCheckOf, LightThatChangesIsNoTouch) {
     for (uint32_t y = 0; y < f.height; ++y)
       for (uint32_t x = 0; x < f.width; ++x)
         brighter.set(c, x, y, std::min(rest_.at(c, x, y) + 6 + 3 * c, f.max_gray()));
-  EXPECT_EQ(said(brighter), "");
+  const std::string warning = said(brighter);
+  EXPECT_EQ(warning.find("shows a touch"), std::string::npos) << warning;
+  // A gel's light is followed, a waveguide's is not.
+  EXPECT_EQ(warning.empty(), sensor_.signal == Signal::Either) << warning;
+}
+
+TEST_P(RestCheckOf, AnotherExposureInTheMiddleOfARunIsSaidWhereLightIsNotFollowed) {
+  const std::vector<Frame> as_they_were = frames_;
+  for (const double gain : {1.02, 0.8, 1.25}) {
+    frames_ = as_they_were;
+    for (size_t k = frames_.size() / 2; k < frames_.size(); ++k)
+      for (uint8_t& value : frames_[k].bytes)
+        value = static_cast<uint8_t>(std::min(std::lround(gain * value), 255L));
+    const std::string warning = said(rest_);
+    if (sensor_.signal == Signal::Either || gain == 1.02)
+      EXPECT_EQ(warning, "") << gain;
+    else
+      EXPECT_NE(warning.find(gain < 1 ? "% darker than the untouched" : "% brighter than the untouched"),
+                std::string::npos)
+          << gain << " " << warning;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sensors, RestCheckOf, testing::Values("waveguide", "gel"));
