@@ -1,8 +1,10 @@
 // Presses of the ball over the picture of the set-up; declared in setup_view.h.
 #include <imgui.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "viz/panels/setup_view.h"
 #include "viz/render/drawing.h"
@@ -16,7 +18,8 @@ void SetupView::draw_balls(std::array<float, 2> low, double px_per_px, float sca
   ImDrawList* list = ImGui::GetWindowDrawList();
   const ImVec2 mouse = ImGui::GetIO().MousePos;
   const SetupBall* pointed_at = nullptr;
-  double nearest = 1;  // of circles over each other that whose middle is nearest, by its radius
+  std::vector<ImVec2> labels;  // none over another: of presses at one place the mouse reads the rest
+  double nearest = 1;          // of circles over each other that whose middle is nearest, by its radius
   list->PushClipRect({low[0], low[1]},
                      {low[0] + static_cast<float>(camera_px_[0] * px_per_px),
                       low[1] + static_cast<float>(camera_px_[1] * px_per_px)},
@@ -37,8 +40,13 @@ void SetupView::draw_balls(std::array<float, 2> low, double px_per_px, float sca
       }
     }
     const ImVec2 words = ImGui::CalcTextSize(ball.label.c_str());
-    if (!ball.label.empty() && words.x < 2 * radius)
+    const bool covers = std::ranges::any_of(labels, [&](const ImVec2& other) {
+      return std::abs(other.x - at.x) < words.x + 4 * scale && std::abs(other.y - at.y) < words.y;
+    });
+    if (!ball.label.empty() && words.x < 2 * radius && !covers) {
       shadowed_text(list, {at.x - words.x / 2, at.y - words.y / 2}, ink(colour), ball.label);
+      labels.push_back(at);
+    }
     const double away = std::hypot(mouse.x - at.x, mouse.y - at.y) / radius;
     if (away < nearest) nearest = away, pointed_at = &ball;
   }

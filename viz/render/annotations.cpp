@@ -163,7 +163,7 @@ void draw_traction(ImDrawList* list, const Eye& eye, const ViewRect& view, const
     const float key_px = std::hypot(b.x - a.x, b.y - a.y);
     const ImVec2 reach = pressure ? ImVec2{0, key_px} : ImVec2{key_px, 0};
     const ImVec2 from{x + (pressure ? 4 * scale : 0), y + (pressure ? 0 : row / 2)};
-    draw_arrow(list, from, {from.x + reach.x, from.y + reach.y}, kLoad, scale);
+    draw_arrow(list, from, {from.x + reach.x, from.y + reach.y}, ink(theme().text), scale);
     list->AddText({from.x + reach.x + 8 * scale, y}, ink(theme().text),
                   text("%s %.3g kPa", to_string(shown), full_kPa).c_str());
   }
