@@ -5,7 +5,7 @@
 
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
-#include "engine/base/text.h"
+#include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 

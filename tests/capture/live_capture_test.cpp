@@ -151,7 +151,7 @@ class LiveCaptureTest : public GpuTest {
       if (group > 0) pace.let(group);
     };
     const Frame untouched = background();
-    const LiveReport report = run_without_window(
+    LiveReport report = run_without_window(
         context(), [&] { return std::make_unique<FakeCamera>(script, group > 0 ? &pace : nullptr); },
         {sensor, untouched, {.outputs = outputs}}, options_);
     EXPECT_EQ(report.captured, script.frames);

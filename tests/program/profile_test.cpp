@@ -2,11 +2,11 @@
 #include "perf/profile/profile.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <set>
 
 #include "engine/gpu/context.h"
@@ -405,6 +405,7 @@ TEST(Profile, ThreadsAreTheirSpansWithoutThoseWithinThem) {
 ])";
   const std::vector<ThreadPart> parts = thread_parts(trace);
   std::vector<std::string> found;
+  found.reserve(parts.size());
   for (const ThreadPart& part : parts) found.push_back(part.thread + ", " + part.step + ", " + part.part);
   EXPECT_EQ(found, (std::vector<std::string>{"capture, capture, capture", "engine, submit, submit",
                                              "engine, device, device wait", "engine, finish, finish",

@@ -39,7 +39,7 @@ class FiveTasks : public WindowTest {
     WindowTest::TearDown();
   }
   fs::path press(const std::string& name, const std::string& force) {
-    const fs::path rec = folder_ / name;
+    fs::path rec = folder_ / name;
     EXPECT_EQ(run({"record", "synthetic:press?size=160x120&force=" + force, "--out", rec, "--frames", "150"})
                   .exit_code,
               0);

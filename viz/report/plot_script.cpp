@@ -33,8 +33,7 @@ const char* plot_look() {
 
 std::string plot_number(double value) {
   if (!std::isfinite(value)) return "NaN";
-  const std::string line = palpate::text("%.7g", value);
-  return line;
+  return palpate::text("%.7g", value);
 }
 
 std::string plot_block(const std::string& name, const std::vector<std::vector<double>>& columns) {

@@ -48,7 +48,7 @@ class Player {
   }
   uint64_t frame_at(float x) const {
     const float part = std::clamp((x - corner(layout_.strip).x) / size_of(layout_.strip).x, 0.0f, 1.0f);
-    return static_cast<uint64_t>(static_cast<double>(part) * last() + 0.5);
+    return static_cast<uint64_t>(std::lround(static_cast<double>(part) * last()));
   }
   std::string moment(uint64_t frame) const {
     const Timeline& timeline = history_.timeline();
@@ -187,11 +187,11 @@ void Player::buttons() {
 void Player::place(int64_t time_ns) {
   const float room = far_corner(layout_.player).x - kGrid_px * scale_ - ImGui::GetCursorScreenPos().x;
   const std::string at = player_.timed ? text("%.2f s", 1e-9 * static_cast<double>(time_ns)) : player_.name;
-  const std::string frame =
-      text("   frame %llu of %llu", static_cast<unsigned long long>(player_.position) + 1,
-           static_cast<unsigned long long>(player_.frames));
+  const std::string whole =
+      at + text("   frame %llu of %llu", static_cast<unsigned long long>(player_.position) + 1,
+                static_cast<unsigned long long>(player_.frames));
   const std::string speed = player_.speed != 1 ? text("   %gx", player_.speed) : "";
-  for (const std::string& words : {at + frame + speed, at + speed, at}) {
+  for (const std::string& words : {whole + speed, at + speed, at}) {
     const float width = ImGui::CalcTextSize(words.c_str()).x;
     if (width > room) continue;
     ImGui::SetCursorScreenPos(
