@@ -1,5 +1,6 @@
 #version 460
-// Colour by depth, strain, pressure or shear over pressure, light by slope, all from the full map: a coarse mesh still shows every texel.
+// Colour by depth, strain, pressure or shear over pressure, light by slope, all from the full map: a coarse mesh still
+// shows every texel.
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/colormap.h"
 #include "shaders/shared/surface_view.h"
