@@ -27,7 +27,7 @@ struct HudContent {
   const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
   TractionMaps traction = {};
   const UnknownCells* unknown = nullptr;  ///< hatched over surface and image
-  bool separate = false;                ///< a picture by itself: nothing has moved
+  bool separate = false;                  ///< a picture by itself: nothing has moved
 };
 
 }  // namespace palpate::viz
