@@ -41,7 +41,10 @@ std::unique_ptr<Source> frames_in_memory(const std::function<const Frame&()>& ne
 }
 
 Film::Film(const PacedScene& scene)
-    : options_(parse_synthetic(scene.input)), sensor_(synthetic_sensor(options_)), frames_(kFrames) {
+    : name_(scene.name),
+      options_(parse_synthetic(scene.input)),
+      sensor_(synthetic_sensor(options_)),
+      frames_(kFrames) {
   const SyntheticSensor simulated(options_);
   background_ = *simulated.own_background();
   const uint64_t first = simulated.frame_count().value_or(2 * kFrames) / 2;

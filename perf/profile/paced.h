@@ -32,6 +32,16 @@ class Film {
  public:
   explicit Film(const PacedScene& scene);
 
+  /// What is known before it runs; `Figure` begins as a RateFigure.
+  template <typename Figure>
+  Figure figure() const {
+    Figure figure;
+    figure.scene = name_;
+    figure.width_px = options_.width;
+    figure.height_px = options_.height;
+    figure.rate_Hz = options_.rate_Hz;
+    return figure;
+  }
   const SyntheticOptions& options() const { return options_; }
   const Sensor& sensor() const { return sensor_; }
   const Frame& background() const { return background_; }
@@ -44,6 +54,7 @@ class Film {
                       const std::function<bool()>& stopped) const;
 
  private:
+  std::string name_;
   SyntheticOptions options_;
   Sensor sensor_;
   Frame background_;

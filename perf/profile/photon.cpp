@@ -177,11 +177,7 @@ void measure_photon(const gpu::ContextOptions& device, const MakeDrawer& drawer,
     if (watch.stopped()) return;
     const double start_s = wall_now_s();
     const Film film(scene);
-    PhotonFigure figure;
-    figure.scene = scene.name;
-    figure.width_px = film.options().width;
-    figure.height_px = film.options().height;
-    figure.rate_Hz = film.options().rate_Hz;
+    auto figure = film.figure<PhotonFigure>();
     const double left_s = std::max(kLeast_s, each_s - (wall_now_s() - start_s));
     bool any = false;
     try {

@@ -33,11 +33,7 @@ void measure_rates(const gpu::ContextOptions& device, double seconds, const Watc
     const double start_s = wall_now_s();
     const Film film(scene);
     const double left_s = std::max(kLeast_s, each_s - (wall_now_s() - start_s));
-    RateFigure figure;
-    figure.scene = scene.name;
-    figure.width_px = film.options().width;
-    figure.height_px = film.options().height;
-    figure.rate_Hz = film.options().rate_Hz;
+    auto figure = film.figure<RateFigure>();
     Ages ages(kWarmUpFrames);
     LiveOptions live;
     live.max_seconds = kPaced * left_s;
