@@ -141,7 +141,7 @@ SharedTime::SharedTime(const RecordingCurve& a, const RecordingCurve& b, Alignme
           Failure::Usage,
           "'" + curve->input + "' with a " + to_string(alignment) + (mark.empty() ? "" : " '" + mark + "'"),
           alignment == Alignment::Mark ? "no such mark in it" : "nothing touches the pad",
-          "--align start, or largest");
+          "--align-by start, or largest");
     *time_s = *moment;
   }
   b_s -= offset_s;

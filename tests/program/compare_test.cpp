@@ -118,7 +118,7 @@ TEST_F(CompareCommand, RefusesWhatCannotBeCompared) {
                  {"whose frames have times", "--rate"});
   expect_refusal({"compare", "synthetic:still?size=160x120&repeat=1", "synthetic:still?size=160x120&repeat=1",
                   "--out", folder_ / "out", "--frames", "5"},
-                 2, {"first touch", "--align start"});
+                 2, {"first touch", "--align-by start"});
 }
 
 }  // namespace

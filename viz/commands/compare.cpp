@@ -82,7 +82,7 @@ void add_compare(CommandLine& program, Common& common, Command& chosen) {
       ->takes_path();
   command
       ->add_option(
-          "--align", options->alignment,
+          "--align-by", options->alignment,
           "What both have at time 0: touch (first touch, default), start (first frame), largest (largest "
           "force) or mark")
       ->transform(one_of(kAlignmentNames));
@@ -97,8 +97,8 @@ void add_compare(CommandLine& program, Common& common, Command& chosen) {
   add_common(
       *command, common,
       "  palpate compare out/press1 out/press2\n"
-      "  palpate compare monday.avi tuesday.avi --sensor gel.json --align largest\n"
-      "  palpate compare out/soft out/hard --align mark --mark pressed --out out/compared\n"
+      "  palpate compare monday.avi tuesday.avi --sensor gel.json --align-by largest\n"
+      "  palpate compare out/soft out/hard --align-by mark --mark pressed --out out/compared\n"
       "In the window: Space plays, a click in the charts goes there, A aligns anew, [ and ] move B, S saves\n"
       "picture and table, H shows all keys. Errors of the two are taken as independent, so that a "
       "difference\n"

@@ -70,6 +70,8 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--section", "X0,Y0,X1,Y1"},
     {"--gauge", "FILE"},
     {"--align", "auto|none|S"},
+    {"--align-by", "MOMENT"},
+    {"--offset", "S"},
     {"--signal", "NAME"},
     {"--model", "NAME"},
     {"--check", "RECORDING"},
