@@ -11,6 +11,7 @@
 #include <string>
 
 #include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/help.h"
 #include "viz/panels/actions/palette.h"
 
 namespace palpate::viz {

@@ -16,6 +16,7 @@
 #include "capture/synthetic/synthetic.h"
 #include "engine/measure/quantities.h"
 #include "tests/support/gpu_fixture.h"
+#include "viz/panels/actions/help.h"
 #include "viz/panels/actions/palette.h"
 #include "viz/panels/actions/tool_bar.h"
 #include "viz/panels/charts/chart.h"

@@ -14,6 +14,7 @@
 #include "palpate/error.h"
 #include "viz/display/picture.h"
 #include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/help.h"
 #include "viz/render/drawing.h"
 #include "viz/render/format.h"
 #include "viz/render/window.h"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/help.h"
 #include "viz/panels/actions/palette.h"
 #include "viz/panels/actions/text_field.h"
 #include "viz/panels/actions/tool_bar.h"

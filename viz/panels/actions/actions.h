@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "viz/live/stats.h"
-#include "viz/panels/actions/help.h"
 #include "viz/render/view_state.h"
 #include "viz/render/window.h"
 
@@ -70,10 +69,5 @@ const Action* action_of(const KeyPress& press, const Circumstances& now);
 std::vector<const Action*> actions_named(std::string_view typed, const Circumstances& now);
 /// Why it is not possible.
 const char* reason_against(Needs needs);
-
-/// "Ctrl + Left".
-std::string words_of(const KeyPress& chord);
-/// Mouse and keys that do something now.
-std::vector<KeyHelp> key_help(const Circumstances& now);
 
 }  // namespace palpate::viz

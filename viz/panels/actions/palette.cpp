@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "viz/panels/actions/help.h"
 #include "viz/panels/actions/text_field.h"
 #include "viz/render/drawing.h"
 

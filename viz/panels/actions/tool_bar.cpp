@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "viz/look/measures.h"
+#include "viz/panels/actions/help.h"
 #include "viz/render/drawing.h"
 #include "viz/render/fonts.h"
 

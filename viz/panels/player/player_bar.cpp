@@ -12,6 +12,7 @@
 
 #include "viz/look/measures.h"
 #include "viz/panels/actions/actions.h"
+#include "viz/panels/actions/help.h"
 #include "viz/render/drawing.h"
 #include "viz/render/fonts.h"
 #include "viz/render/format.h"
