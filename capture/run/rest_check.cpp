@@ -205,7 +205,8 @@ std::string RestCheck::warning() const {
   for (uint32_t i = 0; i < seen_.size(); ++i) {
     if (2 * seen_[i] < most) continue;
     x_px += (i % cells_x_ + 0.5) * kRestSide;
-    y_px += (i / cells_x_ + 0.5) * kRestSide;
+    const uint32_t row = i / cells_x_;
+    y_px += (row + 0.5) * kRestSide;
     cells += 1;
   }
   const double wide_px = 2 * kRestSide * std::sqrt(cells / kPi);
