@@ -24,24 +24,48 @@ std::string range_of(const char* axis, const PlotRange& range, bool down = false
          "]" + (down && !swapped ? " reverse\n" : "\n");
 }
 
-std::string tics_of(const char* axis, const PlotTics& tics, double width_px) {
-  if (tics.empty()) return "";
-  size_t letters = 0;
-  bool words = false;
-  for (const auto& [name, place] : tics) {
-    letters += name.size() + 2;
-    words = words || name.find(' ') != std::string::npos;
+/// Letters of the longest line of a key at the right of its panel, with its sample.
+size_t letters_beside(const PlotPanel& panel) {
+  size_t most = 0;
+  if (!std::string_view(panel.key).starts_with("outside right")) return most;
+  for (const PlotCurve& curve : panel.curves)
+    if (!curve.title.empty()) most = std::max(most, curve.title.size() + 5);
+  return most;
+}
+
+/// Whether names of tics would run into each other along an axis of that length.
+bool are_crowded(const PlotTics& tics, const PlotRange& range, double width_px, bool logarithmic) {
+  constexpr double kLetter_px = 10;
+  const auto on_axis = [&](double value) { return logarithmic ? std::log(value) : value; };
+  const auto place = [&](const auto& tic) { return on_axis(tic.second); };
+  double low = place(std::ranges::min(tics, {}, place)), high = place(std::ranges::max(tics, {}, place));
+  if (range && std::isfinite(range->first)) low = std::min(low, on_axis(range->first));
+  if (range && std::isfinite(range->second)) high = std::max(high, on_axis(range->second));
+  const double px_per_unit = width_px / std::max(high - low, 1e-300);
+  for (size_t i = 1; i < tics.size(); ++i) {
+    const double letters = static_cast<double>(tics[i - 1].first.size() + tics[i].first.size()) / 2 + 1;
+    if (letters * kLetter_px > std::abs(place(tics[i]) - place(tics[i - 1])) * px_per_unit) return true;
   }
+  return false;
+}
+
+std::string tics_of(const char* axis, const PlotTics& tics, const PlotRange& range, double width_px,
+                    bool logarithmic) {
+  if (tics.empty()) return "";
+  const bool words =
+      std::ranges::any_of(tics, [](const auto& tic) { return tic.first.find(' ') != std::string::npos; });
   // Crowded names take a line for each word, or are slanted.
-  constexpr double kLetter_px = 9;
-  const bool crowded = axis[0] == 'x' && static_cast<double>(letters) * kLetter_px > 0.8 * width_px;
+  constexpr size_t kLongestBeside = 20;  // letters of a line beside the panel
+  const bool upright = axis[0] == 'y', crowded = !upright && are_crowded(tics, range, width_px, logarithmic);
   std::string list;
   for (const auto& [whole, place] : tics) {
     // gnuplot takes a tic's name for a format.
     std::string name;
     for (const char c : whole) name += c == '%' ? std::string("%%") : std::string(1, c);
-    list += (list.empty() ? "" : ", ") + (crowded && words ? plot_lines(name, 1) : plot_words(name)) + " " +
-            plot_number(place);
+    list +=
+        (list.empty() ? "" : ", ") +
+        (upright || (crowded && words) ? plot_lines(name, upright ? kLongestBeside : 1) : plot_words(name)) +
+        " " + plot_number(place);
   }
   return std::string("set ") + axis + "tics " + (crowded && !words ? "rotate by 40 right " : "") + "(" +
          list + ")" + (crowded && words ? " font ',9'\nset bmargin 5\n" : "\n");
@@ -138,8 +162,11 @@ std::string panel_of(const PlotPanel& panel, const std::string& name, double wid
   std::string lines = "reset\n", drawn;
   const bool space = std::any_of(panel.curves.begin(), panel.curves.end(),
                                  [](const PlotCurve& curve) { return !curve.z.empty(); });
-  constexpr double kLetter_px = 8.5;
-  lines += "set title " + plot_lines(panel.title, static_cast<size_t>(width_px / kLetter_px)) +
+  constexpr double kLetter_px = 9;
+  const double beside_px = kLetter_px * static_cast<double>(letters_beside(panel));
+  constexpr double kLabels_px = 100;  // at the left
+  const double axis_px = width_px - beside_px - kLabels_px;
+  lines += "set title " + plot_lines(panel.title, static_cast<size_t>((width_px - beside_px) / kLetter_px)) +
            "\nset xlabel " + plot_words(panel.x_label) + "\nset ylabel " + plot_words(panel.y_label) + "\n";
   lines += panel.map ? map_of(*panel.map, name, blocks, drawn) : std::string(plot_look());
   if (panel.log_x) lines += "set logscale x\nset format x '%g'\n";
@@ -152,7 +179,8 @@ std::string panel_of(const PlotPanel& panel, const std::string& name, double wid
         "0\nset zlabel " +
         plot_words(panel.z_label) + " rotate parallel\n" + range_of("z", {}, panel.down);
   lines += range_of("x", panel.x_range) + range_of("y", panel.y_range, panel.down && !space) +
-           tics_of("x", panel.x_tics, width_px) + tics_of("y", panel.y_tics, width_px);
+           tics_of("x", panel.x_tics, panel.x_range, axis_px, panel.log_x) +
+           tics_of("y", panel.y_tics, panel.y_range, axis_px, panel.log_y);
   if (!panel.map)
     lines += palpate::text("set offsets 0, graph %g, graph %g, 0\n", panel.room_right, panel.room_above);
   lines += std::string("set key on ") + panel.key + " samplen 2" +
@@ -228,9 +256,7 @@ std::string plot_script(const Plot& plot, PlotKind kind, const std::string& name
   size_t right = 4;
   for (const PlotPanel& panel : plot.panels) {
     stacked = stacked && panel.second_label.empty() && !panel.map;
-    for (const PlotCurve& curve : panel.curves)
-      if (std::string_view(panel.key).starts_with("outside right"))
-        right = std::max(right, curve.title.size() + 5);
+    right = std::max(right, letters_beside(panel));
   }
   for (size_t i = 0; i < panels; ++i) {
     std::string panel = panel_of(plot.panels[i], "p" + std::to_string(i),

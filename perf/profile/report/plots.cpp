@@ -204,7 +204,7 @@ NamedPlot output_costs(const Profile& profile, const std::string& reading) {
           "CPU time of the process in one frame, and memory held on the device, when outputs are left out; "
           "reading " +
               reading + ", " + size + ".",
-          {"Cost of outputs, reading " + reading + ", " + size, {time, memory}, 2, 1000, 130 + 44 * rows}};
+          {"Cost of outputs, reading " + reading + ", " + size, {time, memory}, 2, 1200, 130 + 44 * rows}};
 }
 
 NamedPlot ceiling(const Profile& profile) {
@@ -264,7 +264,7 @@ NamedPlot photon(const Profile& profile) {
     panel.x_range = {{0, kPlotAuto}};
     panel.down = true;
     panel.key = "outside right top invert";
-    plot.height_px += 230;
+    plot.height_px += 290;
     plot.panels.push_back(std::move(panel));
   }
   return {
