@@ -55,7 +55,7 @@ std::string tics_of(const char* axis, const PlotTics& tics, const PlotRange& ran
   const bool words =
       std::ranges::any_of(tics, [](const auto& tic) { return tic.first.find(' ') != std::string::npos; });
   // Crowded names take a line for each word, or are slanted.
-  constexpr size_t kLongestBeside = 20;  // letters of a line beside the panel
+  constexpr size_t kLongestBeside = 22;  // letters of a line beside the panel
   const bool upright = axis[0] == 'y', crowded = !upright && are_crowded(tics, range, width_px, logarithmic);
   std::string list;
   for (const auto& [whole, place] : tics) {
