@@ -61,12 +61,12 @@ class Pen {
   }
   // The same in the middle of a place on the screen.
   bool label(ImVec2 middle, const std::string& words) {
-    constexpr float kApart_px = 3;
+    constexpr float kApart_px = 3, kEdge_px = 4;
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     const float beyond = middle.x + size.x / 2 - right_;
     if (beyond > size.x) return false;
     middle.x -= std::max(beyond, 0.0f);
-    const float before = corner(rect_).x - (middle.x - size.x / 2);
+    const float before = corner(rect_).x + kEdge_px - (middle.x - size.x / 2);
     if (before > size.x) return false;
     middle.x += std::max(before, 0.0f);
     const PlacedText text{words, middle.x - size.x / 2, middle.y - size.y / 2, middle.x + size.x / 2,
