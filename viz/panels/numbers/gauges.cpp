@@ -58,9 +58,11 @@ void draw_shear_dial(ImDrawList* list, ImVec2 low, ImVec2 high, const Estimate& 
   list->AddLine(middle, tip, ink(colour), 3 * scale);
   list->AddCircleFilled(tip, 3.5f * scale, ink(colour));
   const double error_N = std::max(x.standard_error, y.standard_error);
-  if (std::isfinite(error_N))
-    list->AddCircle(tip, static_cast<float>(std::min<double>(2 * error_N / unit_N, half)), ink(theme().text),
-                    0, scale);
+  if (!std::isfinite(error_N)) return;
+  list->PushClipRect(low, high, true);  // it ends with the dial
+  list->AddCircle(tip, static_cast<float>(std::min<double>(2 * error_N / unit_N, half)), ink(theme().text), 0,
+                  scale);
+  list->PopClipRect();
 }
 
 }  // namespace palpate::viz
