@@ -259,20 +259,23 @@ TEST_F(ChartTest, NoAxisIsShorterThanSixStandardErrors) {
   }
 }
 
-TEST(Charts, TheLargestIsValidAndWithinWhatIsShown) {
+TEST(Charts, TheLargestIsKnownAndWithinWhatIsShown) {
   std::deque<Sample> samples;
   for (int i = 0; i < 10; ++i) {
     Sample s;
     s.time = i;
     s.contact = i > 0;
-    s.force_N = {i == 0 ? 99.0 : i, 0.1, i == 9 ? Validity::Saturated : Validity::Valid};
+    s.force_N = {i == 0 ? 99.0 : i, 0.1,
+                 i == 9   ? Validity::NotCalibrated
+                 : i == 8 ? Validity::AtBorder
+                          : Validity::Valid};
     samples.push_back(s);
   }
   const auto largest_at = [&](const TimeSpan& shown) {
     const Sample* largest = largest_of(samples, shown, [](const Sample& s) { return s.force_N; });
     return largest ? largest->time : -1;
   };
-  EXPECT_EQ(largest_at({10, 10}), 8) << "neither without a contact nor saturated";
+  EXPECT_EQ(largest_at({10, 10}), 8) << "in doubt, but neither without a contact nor unknown";
   EXPECT_EQ(largest_at({5.5, 3}), 5);
   EXPECT_EQ(largest_at({0.5, 1}), -1);
 }

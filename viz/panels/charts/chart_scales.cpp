@@ -16,7 +16,7 @@ const Sample* largest_of(const std::deque<Sample>& samples, const TimeSpan& show
   for (const Sample& s : samples) {
     if (!s.contact || s.time < shown.end - shown.length || s.time > shown.end) continue;
     const Estimate e = value(s);
-    if (e.validity != Validity::Valid || !std::isfinite(e.value) || (largest && e.value <= most)) continue;
+    if (!has_value(e) || !std::isfinite(e.value) || (largest && e.value <= most)) continue;
     largest = &s;
     most = e.value;
   }

@@ -223,6 +223,7 @@ class StripCharts {
     chart.title("largest " + value_text(e, unit) +
                     text(history_.timeline().timed ? " at %.2f s" : " at frame %.0f", largest->time),
                 ink(theme().text));
+    if (e.validity != Validity::Valid) chart.title(to_string(e.validity), ink(theme().doubtful));
   }
   const char* zeroed() const { return tare_.on ? ", tared" : ""; }
   Estimate force(const Sample& s) const { return tare_.on ? tared(s.force_N, tare_.force_N) : s.force_N; }

@@ -18,14 +18,15 @@ namespace palpate::viz {
 /// Draws into `rect`. Force: line, band of two standard errors, the calibrated range as dashed lines (without
 /// a calibration the gray sum). Shear: x solid, y dashed, what the friction limit leaves as an area. Depth
 /// where there is a surface. Where the rectangle is low the last charts are left out. `tare` moves force and
-/// shear. The largest of what is shown is ringed,
-/// and stands with its time above. Words stand in rows of their own, none over a curve. No axis is shorter
-/// than six standard errors of what it shows. At the cursor, of the mouse or of keys, a line goes through all
-/// charts, with its time and the values there.
+/// shear. The largest of what is shown is ringed, and stands with its time and what is in doubt above. Words
+/// stand in rows of their own, none over a curve. No axis is shorter than six standard errors of what it
+/// shows. At the cursor, of the mouse or of keys, a line goes through all charts, with its time and the
+/// values there.
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
 
-/// The largest valid value of the samples in a contact that lie within `shown`; null: there is none.
+/// The largest value, also one in doubt, of the samples in a contact that lie within `shown`; null: there is
+/// none.
 const Sample* largest_of(const std::deque<Sample>& samples, const TimeSpan& shown,
                          const std::function<Estimate(const Sample&)>& value);
 

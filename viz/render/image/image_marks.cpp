@@ -228,14 +228,18 @@ void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, co
     shadowed_text(list, {label.left, label.top}, kMarker, words);
     placed.push_back(label);
   };
+  // A contact ends with the pad, however far its ellipse reaches.
+  const auto on_pad = [&](double x_px, double y_px) {
+    return at(std::clamp(x_px, -0.5, format.width - 0.5), std::clamp(y_px, -0.5, format.height - 0.5));
+  };
   if (touch.regions) {
     const bool one = touch.contacts.size() == 1;
     for (const ContactTouch& c : touch.contacts)
-      draw_ellipse(list, at, c.centroid_x_px, c.centroid_y_px, c.ellipse, c.at_border, marks.scale);
+      draw_ellipse(list, on_pad, c.centroid_x_px, c.centroid_y_px, c.ellipse, c.at_border, marks.scale);
     for (const ContactTouch& c : touch.contacts)
       beside(c.centroid_x_px, c.centroid_y_px, c.ellipse, one ? deepest_words(touch) : text("%u", c.id));
   } else if (touch.contact && std::isfinite(touch.centroid_x_px)) {
-    draw_ellipse(list, at, touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, touch.at_border,
+    draw_ellipse(list, on_pad, touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, touch.at_border,
                  marks.scale);
     beside(touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, deepest_words(touch));
   }
