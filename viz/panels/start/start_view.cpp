@@ -142,10 +142,7 @@ void StartView::handle_keys() {
       settings_.view.enlarge_text(larger);
       continue;
     }
-    if (typing) {
-      entered_ |= press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER;
-      continue;
-    }
+    if (typing) continue;
     switch (press.key) {
       case GLFW_KEY_UP:
         step(0, -1);
@@ -356,10 +353,11 @@ void StartView::describe_sensors(float scale) {
 void StartView::describe_foot(float scale) {
   ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - 200 * scale, 80 * scale));
   if (std::exchange(wants_text_, false)) ImGui::SetKeyboardFocusHere();
-  ImGui::InputTextWithHint(
-      "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
-      typed_.data(), typed_.size());
-  if (std::exchange(entered_, false)) open_text();
+  // Letters may come some pictures late: the field itself knows which were typed before Enter.
+  if (ImGui::InputTextWithHint(
+          "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
+          typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue))
+    open_text();
   ImGui::SameLine();
   if (ImGui::Button("Open")) open_text();
   ImGui::SameLine();

@@ -81,7 +81,6 @@ class StartView {
   bool settled_ = false;     ///< the person has moved the selection
   bool scroll_ = true;       ///< to the selection
   std::array<char, 512> typed_{};
-  bool entered_ = false;     ///< Enter was pressed in that text
   bool wants_text_ = false;  ///< the next picture begins typing
   bool help_ = false;
   std::optional<Choice> chosen_;
