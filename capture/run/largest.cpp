@@ -15,6 +15,11 @@ LargestNames largest_names(std::string_view quantity) {
   return {value, error_name(*found), found->state};
 }
 
+const Estimate& force_of_touch(const Touch& touch) {
+  const bool by_layer = touch.traction && touch.force_N.validity == Validity::NotCalibrated;
+  return by_layer ? touch.traction->fz_N : touch.force_N;
+}
+
 void Largest::add(const Estimate& value) {
   if (value.validity == Validity::NotCalibrated || !std::isfinite(value.value)) return;
   const bool touches = value.validity != Validity::NoContact;

@@ -16,6 +16,9 @@ struct LargestNames {
 };
 LargestNames largest_names(std::string_view quantity);
 
+/// The force that stands for a touch: by its calibration, without one by the elastic layer.
+const Estimate& force_of_touch(const Touch& touch);
+
 /// Follows one quantity over the frames of a recording. A headline that names the largest value names its
 /// state as well, since doubtful values are often the largest.
 class Largest {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "capture/open_source.h"
+#include "capture/run/largest.h"
 #include "capture/run/run_recording.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -16,8 +17,7 @@ CurvePoint point_of(const Touch& touch) {
   CurvePoint point;
   point.time_s = 1e-9 * static_cast<double>(touch.time_ns);
   point.contact = touch.contact;
-  const bool by_layer = touch.traction && touch.force_N.validity == Validity::NotCalibrated;
-  point.force_N = by_layer ? touch.traction->fz_N : touch.force_N;
+  point.force_N = force_of_touch(touch);
   if (touch.surface)
     point.depth_mm = {touch.contact ? touch.surface->depth_max_mm : 0,
                       touch.contact ? touch.surface->depth_sd_mm : 0,

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -240,53 +241,54 @@ class DamagedRecording : public SyntheticSensor {
   uint64_t next_ = 0;
 };
 
-/// The player's position is the recording's, and a step back does not stay before frames that are left out.
-TEST(ReplayOfADamagedRecording, CountsAsTheRecordingDoes) {
-  const std::function<std::unique_ptr<Source>()> open = [] { return std::make_unique<DamagedRecording>(); };
-  LiveOptions options;
-  options.replay = options.unpaced = true;
-  LiveSession session;
-  session.use(open());
-  LiveCapture capture(session, open, options);
-  std::thread thread([&] { capture.run(); });
-  const auto expect_next = [&](uint64_t position) {
-    const std::optional<CapturedPtr> item = session.to_engine.take(kHangs);
+/// A capture thread that plays the damaged recording as fast as its frames are taken.
+class ReplayOfADamagedRecording : public testing::Test {
+ protected:
+  void play() {
+    options_.replay = options_.unpaced = true;
+    session_.use(open_());
+    capture_.emplace(session_, open_, options_);
+    thread_ = std::thread([this] { capture_->run(); });
+  }
+  void expect_next(uint64_t position) {
+    const std::optional<CapturedPtr> item = session_.to_engine.take(kHangs);
     ASSERT_TRUE(item);
     EXPECT_EQ((*item)->position, position);
-  };
-  for (const uint64_t position : {0u, 1u, 2u, 5u, 6u, 7u, 8u, 9u}) expect_next(position);
-  session.paused = true;
-  for (const uint64_t position : {8u, 7u, 6u, 5u, 2u, 1u}) {
-    session.transport.steps = -1;
-    expect_next(position);
-    EXPECT_EQ(session.transport.position, position);
   }
-  session.transport.seek_to = 3;
+  void TearDown() override {
+    session_.stop = true;
+    session_.to_engine.close();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  LiveSession session_;
+
+ private:
+  const OpenSource open_ = [] { return std::make_shared<DamagedRecording>(); };
+  LiveOptions options_;
+  std::optional<LiveCapture> capture_;
+  std::thread thread_;
+};
+
+/// The player's position is the recording's, and a step back does not stay before frames that are left out.
+TEST_F(ReplayOfADamagedRecording, CountsAsTheRecordingDoes) {
+  play();
+  for (const uint64_t position : {0u, 1u, 2u, 5u, 6u, 7u, 8u, 9u}) expect_next(position);
+  session_.paused = true;
+  for (const uint64_t position : {8u, 7u, 6u, 5u, 2u, 1u}) {
+    session_.transport.steps = -1;
+    expect_next(position);
+    EXPECT_EQ(session_.transport.position, position);
+  }
+  session_.transport.seek_to = 3;
   expect_next(5);
-  session.stop = true;
-  session.to_engine.close();
-  thread.join();
 }
 
-TEST(ReplayOfAPart, IsPlayedAgainAndAgainUntilThePersonGoesOn) {
-  const std::function<std::unique_ptr<Source>()> open = [] { return std::make_unique<DamagedRecording>(); };
-  LiveOptions options;
-  options.replay = options.unpaced = true;
-  LiveSession session;
-  session.transport.part_first = 1;
-  session.transport.part_last = 6;
-  session.use(open());
-  LiveCapture capture(session, open, options);
-  std::thread thread([&] { capture.run(); });
-  const auto expect_next = [&](uint64_t position) {
-    const std::optional<CapturedPtr> item = session.to_engine.take(kHangs);
-    ASSERT_TRUE(item);
-    EXPECT_EQ((*item)->position, position);
-  };
+TEST_F(ReplayOfADamagedRecording, PartIsPlayedAgainAndAgainUntilThePersonGoesOn) {
+  session_.transport.part_first = 1;
+  session_.transport.part_last = 6;
+  play();
   for (const uint64_t position : {0u, 1u, 2u, 5u, 6u, 1u, 2u, 5u, 6u, 1u}) expect_next(position);
-  session.stop = true;
-  session.to_engine.close();
-  thread.join();
 }
 
 TEST_F(LiveCaptureTest, AConsumerSlowerThanTheCameraGetsTheNewest) {

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "capture/live/recorder.h"
+#include "capture/run/largest.h"
 #include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/surface_map.h"
@@ -181,8 +182,7 @@ void Display::handle_key(const KeyPress& press) {
 /// contact it shows the first frame.
 void Display::follow_thumbnail() {
   const Touch& touch = current_->result.touch;
-  const bool by_layer = touch.traction && touch.force_N.validity == Validity::NotCalibrated;
-  const Estimate& force = by_layer ? touch.traction->fz_N : touch.force_N;
+  const Estimate& force = force_of_touch(touch);
   if (force.validity == Validity::Valid) largest_N_ = std::max(largest_N_, force.value);
   const double area_px = touch.contact ? static_cast<double>(touch.area_px) : 0;
   if (!shown_.settings || area_px <= 1.2 * thumbnail_px_) return;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "capture/run/compare_recordings.h"
+#include "capture/run/largest.h"
 #include "engine/measure/quantities.h"
 #include "viz/look/measures.h"
 #include "viz/render/drawing.h"
@@ -13,11 +14,10 @@
 namespace palpate::viz {
 namespace {
 
-std::string words_of(const Estimate& value, const char* unit) {
-  const int places = deserved_places(value.standard_error, 3);
-  std::string words = text("%.*f", places, value.value);
-  if (value.standard_error > 0) words += text(" \xc2\xb1 %.*f", places, value.standard_error);
-  return words + " " + unit;
+/// Without its state, which is said behind it.
+std::string words_of(Estimate value, const char* unit) {
+  value.validity = Validity::Valid;
+  return value_words(value, unit, true);
 }
 
 std::string time_of(double time_s, bool separate) {
@@ -37,8 +37,7 @@ void Headline::follow(const Touch& touch, bool separate) {
   if (separate) *this = {};
   if (!touch.contact) return;
   const double time_s = 1e-9 * static_cast<double>(touch.time_ns);
-  const bool by_layer = touch.traction && touch.force_N.validity == Validity::NotCalibrated;
-  force_N_.take(by_layer ? touch.traction->fz_N : touch.force_N, time_s);
+  force_N_.take(force_of_touch(touch), time_s);
   if (touch.surface)
     depth_mm_.take({touch.surface->depth_max_mm, touch.surface->depth_sd_mm, touch.surface->validity},
                    time_s);
