@@ -32,7 +32,7 @@ inline const std::map<std::string, ForceModel> kForceModelNames = {{"line", Forc
                                                                    {"spline", ForceModel::Spline},
                                                                    {"layer", ForceModel::Scale}};
 
-/// What is pressed in each of `count` recordings: as named, or nothing where no name is given. Throws
+/// Names of what each of `count` recordings presses; empty ones where no name is given. Throws
 /// Error(Failure::Usage) for another number of names, and for an empty one.
 std::vector<std::string> named_objects(std::vector<std::string> names, size_t count);
 

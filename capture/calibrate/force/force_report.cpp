@@ -1,4 +1,4 @@
-// What a force calibration found, as text, JSON and points.
+// Report of a force calibration: text, JSON and points.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -80,7 +80,7 @@ std::string curve_text(const ForceCalibration& c) {
   return "";
 }
 
-/// What the errors were judged on, for people.
+/// Recordings that the errors were judged on, for people.
 std::string judged_on(const ForceChoice& c) {
   if (c.days_left_out) return "objects and days (folders) that the fits had not seen";
   if (c.objects_left_out) return "objects that the fits had not seen, on days (folders) that they had";
