@@ -58,6 +58,13 @@ class Reader {
            shown(value));
     return value.get<uint64_t>();
   }
+  int64_t integer(const char* key) const {
+    try {
+      return at(key).get<int64_t>();
+    } catch (const json::Error&) {
+      fail(path(key), "a whole number", shown(at(key)));
+    }
+  }
   double number(const char* key, double low, double high) const {
     const Json& value = at(key);
     if (!value.is_number() || !(value.get<double>() >= low && value.get<double>() <= high))
@@ -110,6 +117,16 @@ FrameFormat read_format(const Reader& frame) {
   return format;
 }
 
+Json clock_json(const WallClock& clock) {
+  return {{"realtime_ahead_ns", clock.ahead_ns}, {"error_ns", clock.error_ns}};
+}
+
+std::optional<WallClock> read_clock(const Reader& of) {
+  if (!of.has("clock")) return std::nullopt;
+  const Reader clock(of.at("clock"), of.path("clock"));
+  return WallClock{clock.integer("realtime_ahead_ns"), clock.integer("error_ns")};
+}
+
 void read_end(const Reader& end, SessionEnd& read) {
   constexpr uint64_t kMost = uint64_t{1} << 62;
   read.frames = end.whole("frames", 0, kMost);
@@ -118,11 +135,12 @@ void read_end(const Reader& end, SessionEnd& read) {
   read.unmatched = end.whole("unmatched", 0, kMost);
   read.video_bytes = end.whole("video_bytes", 0, kMost);
   if (end.has("ended_by")) read.ended_by = end.text("ended_by");
+  read.clock = read_clock(end);
 }
 
 }  // namespace
 
-std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::string& started) {
+std::string to_text(const SessionInfo& info, const SessionEnd& end, const SessionStart& start) {
   Json outputs = Json::array(), details = Json::array();
   for (const auto& [name, output] : kOutputs)
     if (wants(info.outputs, output)) outputs.push_back(name);
@@ -135,7 +153,8 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
   Json json{
       {"palpate_session", kVersion},
       {"complete", end.complete},
-      {"started", started},
+      {"started", start.date},
+      {"clock", clock_json(start.clock)},
       {"input", info.input},
       {"frame",
        {{"width", f.width}, {"height", f.height}, {"channels", f.channels}, {"bit_depth", f.bit_depth}}},
@@ -150,10 +169,12 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
       {"device", info.device},
       {"details", details},
       {"sensor", info.sensor ? json::parse(sensor_text(*info.sensor)) : Json()}};
-  if (end.complete || !end.ended_by.empty())
+  if (end.complete || !end.ended_by.empty()) {
     json["end"] = {{"frames", end.frames},           {"dropped", end.dropped},
                    {"measured", end.measured},       {"unmatched", end.unmatched},
                    {"video_bytes", end.video_bytes}, {"ended_by", end.ended_by}};
+    if (end.clock) json["end"]["clock"] = clock_json(*end.clock);
+  }
   return json.dump(2, json::Utf8::Replace) + "\n";
 }
 
@@ -198,6 +219,7 @@ SessionText session_from_text(const std::string& text, const std::string& where)
       fail(top.path("sensor"), "channels and bit_depth as those of \"frame\"",
            std::to_string(s.channels) + " of " + std::to_string(s.bit_depth) + " bits");
   }
+  read.clock = read_clock(top);
   read.end.complete = top.truth("complete");
   if (read.end.complete || top.has("end")) read_end(Reader(top.at("end"), top.path("end")), read.end);
   return read;

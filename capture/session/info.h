@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "capture/session/session.h"
+#include "engine/base/clock.h"
 
 namespace palpate {
 
@@ -13,6 +15,12 @@ inline constexpr const char* kSessionJson = "session.json";
 inline constexpr const char* kSessionFrames = "frames.mkv";
 inline constexpr const char* kSessionRows = "frames.csv";
 inline constexpr const char* kSessionBackground = "background.png";
+
+/// When a session began.
+struct SessionStart {
+  std::string date;  ///< and time, ISO 8601
+  WallClock clock;
+};
 
 /// Facts of a session that are known only at its end.
 struct SessionEnd {
@@ -23,16 +31,17 @@ struct SessionEnd {
   uint64_t unmatched = 0;
   uint64_t video_bytes = 0;
   std::string ended_by;  ///< why, where not complete
+  std::optional<WallClock> clock;
 };
 
 struct SessionText {
   SessionInfo info;
   SessionEnd end;
   bool has_background = false;
+  std::optional<WallClock> clock;  ///< at its start; sessions of older versions have none
 };
 
-/// `started`: date and time, ISO 8601.
-std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::string& started);
+std::string to_text(const SessionInfo& info, const SessionEnd& end, const SessionStart& start);
 /// `where` names the text in messages. Keys that this version does not know are ignored, those it needs must
 /// be there. Throws Error(Failure::Input), of a newer version too; Error(Failure::Sensor) for its sensor.
 SessionText session_from_text(const std::string& text, const std::string& where);

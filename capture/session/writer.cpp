@@ -111,7 +111,7 @@ struct SessionWriter::Impl {
   const fs::path folder;
   const SessionInfo info;
   const SessionOptions options;
-  const std::string started = utc_now();
+  const SessionStart start = {utc_now(), wall_clock()};
   const size_t most_queued;
   std::unique_ptr<SessionVideoWriter> video;
   std::optional<LineFile> rows_file;
@@ -138,7 +138,7 @@ struct SessionWriter::Impl {
         options(wanted),
         most_queued(std::max<size_t>(2, wanted.queue_bytes / info.format.frame_bytes())),
         video(SessionVideoWriter::create(folder / kSessionFrames, info.format, info.rate_Hz,
-                                         to_text(info, {}, started))) {
+                                         to_text(info, {}, start))) {
     status.written_bytes = video->bytes();
     try {
       if (info.background) write_background(folder / kSessionBackground, *info.background);
@@ -146,7 +146,7 @@ struct SessionWriter::Impl {
       rows_file->append(row_header());
       rows_file->sync();
       each = std::chrono::duration<double>(video->rehearse());
-      write_text(folder, to_text(info, {}, started));
+      write_text(folder, to_text(info, {}, start));
     } catch (const Error&) {
       // A session that cannot begin leaves no files that would make the next attempt fail.
       std::error_code ignored;
@@ -322,7 +322,8 @@ void SessionWriter::Impl::finish() {
     end.unmatched = last.unmatched;
     end.video_bytes = last.written_bytes;
     end.ended_by = last.error;
-    write_text(folder, to_text(info, end, started));
+    end.clock = wall_clock();
+    write_text(folder, to_text(info, end, start));
   });
   lock.lock();
   status = last;

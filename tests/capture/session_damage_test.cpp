@@ -25,7 +25,7 @@ Video small_video(const fs::path& file, uint64_t frames, bool finished) {
   {
     const SessionInfo info = plain_info(kSmall);
     const auto writer =
-        SessionVideoWriter::create(file, kSmall, 60, to_text(info, {}, "2026-01-01T00:00:00Z"));
+        SessionVideoWriter::create(file, kSmall, 60, to_text(info, {}, {"2026-01-01T00:00:00Z", {}}));
     video.ends.push_back(writer->bytes());
     for (uint64_t n = 0; n < frames; ++n) {
       writer->write(noise_frame(kSmall, n));
@@ -156,7 +156,7 @@ TEST_F(SessionDamage, TheTextMayHaveAnyLength) {
     const fs::path file = folder_ / (std::to_string(more) + ".mkv");
     Video video;
     {
-      const auto writer = SessionVideoWriter::create(file, kSmall, 60, to_text(info, {}, "2026"));
+      const auto writer = SessionVideoWriter::create(file, kSmall, 60, to_text(info, {}, {"2026", {}}));
       for (uint64_t n = 0; n <= 3; ++n) {
         video.ends.push_back(writer->bytes());
         if (n < 3) writer->write(noise_frame(kSmall, n));

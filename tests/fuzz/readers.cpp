@@ -195,7 +195,7 @@ void add_session_video(const fs::path& folder) {
   SessionInfo info;
   info.format = frame.format;
   info.rate_Hz = 25;
-  const auto writer = SessionVideoWriter::create(video, frame.format, info.rate_Hz, to_text(info, {}, ""));
+  const auto writer = SessionVideoWriter::create(video, frame.format, info.rate_Hz, to_text(info, {}, {}));
   for (frame.sequence = 0; frame.sequence < 3; ++frame.sequence) {
     std::fill(frame.bytes.begin(), frame.bytes.end(), static_cast<uint8_t>(40 * frame.sequence));
     frame.time_ns = static_cast<int64_t>(frame.sequence) * 40'000'000;
