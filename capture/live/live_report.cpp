@@ -30,7 +30,8 @@ Json to_json(const Recording::Written& session) {
           {"dropped", s.dropped},
           {"measured", s.measured},
           {"written_bytes", s.written_bytes},
-          {"error", s.error}};
+          {"error", s.error},
+          {"logs", session.logs}};
 }
 
 std::string headline(const LiveReport& r) {

@@ -1,10 +1,14 @@
 #include "capture/live/recorder.h"
-#include "engine/base/text.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <iterator>
 #include <utility>
+
+#include "capture/log/session_logs.h"
+#include "engine/base/text.h"
 
 namespace palpate {
 
@@ -27,22 +31,47 @@ Recording::~Recording() {
   finish();
 }
 
+void Recording::log(const std::string& name, std::string_view line) {
+  const std::lock_guard lock(logs_mutex_);
+  auto at = std::ranges::find_if(logs_, [&](const auto& log) { return log->name() == name; });
+  if (at == logs_.end()) {
+    logs_.push_back(LogInput::of_program(name));
+    at = std::prev(logs_.end());
+    const std::lock_guard session(mutex_);
+    if (current_) (*at)->write_to(current_->folder / kLogFolder);
+  }
+  (*at)->add(line);
+}
+
 void Recording::start() {
   if (on()) return;
   Current next{.folder = folder_(), .writer = {}};
   next.writer = std::make_shared<SessionWriter>(next.folder, info_, options_);
   if (cancelled_) next.writer->watch(cancelled_);
+  const std::lock_guard logs_lock(logs_mutex_);
+  for (const auto& log : logs_) log->write_to(next.folder / kLogFolder);
   const std::lock_guard lock(mutex_);
   latest_ = next;
   current_ = std::move(next);
 }
 
 void Recording::stop() {
+  if (!on()) return;
+  std::vector<std::string> troubles;
+  const std::lock_guard logs_lock(logs_mutex_);
+  for (const auto& log : logs_) {
+    const LogStatus status = log->finish();
+    if (status.dropped > 0)
+      troubles.push_back(
+          text("%s: %llu lines lost", status.name.c_str(), static_cast<unsigned long long>(status.dropped)));
+    if (!status.error.empty()) troubles.push_back(status.name + ": ENDED EARLY: " + status.error);
+  }
   const std::lock_guard lock(mutex_);
-  if (!current_) return;
   // The queue may hold seconds of frames: the window must not wait for the disk.
-  closing_.push_back(std::async(std::launch::async, [session = std::move(*current_)] {
-    return Written{session.folder, session.writer->close()};
+  closing_.push_back(std::async(std::launch::async, [session = std::move(*current_), troubles] {
+    Written written{session.folder, session.writer->close(), finish_session_logs(session.folder)};
+    written.logs.insert(written.logs.end(), troubles.begin(), troubles.end());
+    return written;
   }));
   current_.reset();
 }
@@ -101,6 +130,7 @@ std::string describe(const Recording::Written& session) {
                                          1e-6 * static_cast<double>(session.status.written_bytes));
   std::string text = session.folder.string() + line;
   if (!session.status.error.empty()) text += "; ENDED EARLY: " + session.status.error;
+  for (const std::string& log : session.logs) text += "\nlog " + log;
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/log/log_input.h"
 #include "capture/session/session.h"
 
 namespace palpate {
@@ -23,6 +24,7 @@ class Recording {
   struct Written {
     std::filesystem::path folder;
     SessionStatus status;
+    std::vector<std::string> logs{};  ///< a line of each log: what came and how it was aligned
   };
   /// `folder`: names the next session's. `info` and `options` are those of every session.
   Recording(std::function<std::filesystem::path()> folder, SessionInfo info, SessionOptions options);
@@ -31,6 +33,11 @@ class Recording {
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
+  /// Logs that each session takes with it, in a folder of its own. Before the first start.
+  void take(std::vector<std::unique_ptr<LogInput>> logs) { logs_ = std::move(logs); }
+  /// A line of a log of this program, into the session in hand; any thread. The log begins with its first
+  /// line.
+  void log(const std::string& name, std::string_view line);
   /// Main thread. Begins a session; throws Error(Failure::Output). The untouched image is that of `info`.
   void start();
   /// Main thread. Ends it; its last frames are written in the background.
@@ -64,6 +71,8 @@ class Recording {
   std::function<bool()> cancelled_;
   mutable std::mutex mutex_;
   std::optional<Current> current_;
+  mutable std::mutex logs_mutex_;
+  std::vector<std::unique_ptr<LogInput>> logs_;
   Current latest_;  // in hand or over
   std::vector<std::future<Written>> closing_;
   std::weak_ptr<SessionWriter> recorded_to_;  ///< capture's own: the session that has a frame already

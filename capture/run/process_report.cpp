@@ -249,6 +249,8 @@ void add_sources(const ProcessSummary& s, Facts& facts) {
             s.untouched == BackgroundOrigin::FirstFrames
                 ? "untouched image: none given, the first frames were taken to be untouched (--background)\n"
                 : "");
+  for (const std::string& log : s.logs) facts.say("log " + log + "\n");
+  if (!s.logs.empty()) facts.add("logs", s.logs);
   warn("untouched_warning", s.untouched_warning);
   add_count("flaw_px", s.flaws.px, "WARNING: " + s.flaws.describe(), facts);
   if (s.flaws.px > 0) facts.add("flaws", s.flaws.describe());

@@ -9,6 +9,7 @@
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
+#include "capture/run/logs_beside.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "capture/series.h"
@@ -64,6 +65,8 @@ class Recorder {
     if (request.rows) measurements_.emplace(out / "measurements.csv", columns_, request.digits);
     if (request.rows && wants(request.outputs, Output::Contacts))
       contacts_.emplace(out / "contacts.csv", columns_, request.digits);
+    if (request.rows && !out.empty() && rate_Hz_ > 0)
+      logs_.emplace(request.input, request.logs, request.log_offset_s);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -128,6 +131,7 @@ class Recorder {
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth && seen) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (pictures_) draw(result, frame, touch);
+    if (logs_) logs_->add(touch);
     touches_.add(touch, name);
     count(touch);
   }
@@ -138,6 +142,7 @@ class Recorder {
       write_whole(out_ / "summary.csv", std::string_view(touches_.csv(columns_)));
     if (measurements_) measurements_->close();
     if (contacts_) contacts_->close();
+    if (logs_) summary_.logs = logs_->write(out_);
     if (pictures_) pictures_->finish();
     if (!request_.confidence.empty())
       write_whole(
@@ -226,6 +231,7 @@ class Recorder {
   MeasuredColumns columns_;
   std::optional<Measurements> measurements_;
   std::optional<ContactRows> contacts_;
+  std::optional<LogsBeside> logs_;
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::span<const float> depth_mm_;  ///< of the result that is added

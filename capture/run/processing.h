@@ -86,6 +86,7 @@ struct ProcessRequest : RunSettings {
   /// Factory of the monitor of presses of a block of tissue, from the untouched image; may be null, and may
   /// return null.
   std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
+  std::optional<double> log_offset_s;  ///< to add to the times of `logs`; none: found
 };
 
 /// Counts over the frames of a recording.
@@ -126,13 +127,15 @@ struct ProcessSummary {
   std::vector<std::string> sources;  ///< files of the frames, in the order in which they were measured
   BackgroundOrigin untouched = BackgroundOrigin::None;
   FlawSummary flaws;              ///< of the pad since its untouched image, filled from around
+  std::vector<std::string> logs;  ///< a line of each log beside the frames, with how it was aligned
   std::string untouched_warning;  ///< that the untouched image shows a touch, see RestCheck
 };
 
 /// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,
-/// depth/, pictures/, recording.mp4, images/ with the sensor.json and background.png that measure them again,
-/// and at the end summary.json. Without a folder nothing is written: the request may not ask for files. A
-/// damaged recording keeps the rows before the damage, writes a summary that says so, and throws.
+/// depth/, pictures/, recording.mp4, NAME_log.csv of the logs of a session and of those that are given,
+/// images/ with the sensor.json and background.png that measure them again, and at the end summary.json.
+/// Without a folder nothing is written: the request may not ask for files. A damaged recording keeps the rows
+/// before the damage, writes a summary that says so, and throws.
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
                                  const std::filesystem::path& out, const RunWatch& watch);
 

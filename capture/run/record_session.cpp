@@ -35,6 +35,7 @@ RecordOutcome record_session(const std::function<gpu::Context&()>& context, cons
   std::shared_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
+  std::vector<std::unique_ptr<LogInput>> logs = open_logs(request.logs);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
   const PipelineOptions pipeline = pipeline_options(request, input.outputs, *source);
   LiveOptions live;
@@ -45,6 +46,7 @@ RecordOutcome record_session(const std::function<gpu::Context&()>& context, cons
   Recording recording([&] { return request.folder; },
                       session_info(input, *source, background, pipeline, device),
                       SessionOptions{.no_drop = request.no_drop || live.measure_all});
+  recording.take(std::move(logs));
   recording.watch([&watch] { return watch.stopped(); });
   recording.start();
   const uint64_t total = live.max_frames != 0 ? live.max_frames : source->frame_count().value_or(0);

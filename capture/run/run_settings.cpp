@@ -68,6 +68,11 @@ const std::array kSettings = {
             .example = "speed=1"},
     Setting{"loop", "--loop", "Start a recording again at its end", &S::loop},
     Setting{"close", "--close", "Close the window at the end of the recording", &S::close_at_end},
+    Setting{"logs", "--log",
+            "Log of a robot or another instrument that is recorded beside the frames, on their clock: a file "
+            "of CSV "
+            "or JSON lines, - (standard input) or udp:PORT; NAME=FILE names it",
+            &S::logs},
     Setting{"no_drop", "--no-drop",
             "Let frames wait for the recorder instead of dropping them from the recording", &S::no_drop}};
 

@@ -30,14 +30,16 @@ struct RunSettings : LoopSettings {
   SolveBy solve_by = SolveBy::Auto;  ///< as in PipelineOptions
   bool fixed_light = false;
   bool one_sequence = false;
-  bool no_drop = false;  ///< of a recording: frames wait for it
-  uint64_t seed = 1;     ///< of simulated scenes that name none
+  std::vector<std::string> logs;  ///< of other instruments, as LogInput takes them
+  bool no_drop = false;           ///< of a recording: frames wait for it
+  uint64_t seed = 1;              ///< of simulated scenes that name none
 };
 
 struct Setting {
-  using Member = std::variant<bool RunSettings::*, uint64_t RunSettings::*, double RunSettings::*,
-                              std::filesystem::path RunSettings::*, std::vector<Output> RunSettings::*,
-                              std::optional<SurfaceSolver> RunSettings::*>;
+  using Member =
+      std::variant<bool RunSettings::*, uint64_t RunSettings::*, double RunSettings::*,
+                   std::filesystem::path RunSettings::*, std::vector<Output> RunSettings::*,
+                   std::optional<SurfaceSolver> RunSettings::*, std::vector<std::string> RunSettings::*>;
   const char* name;      ///< of Python, with its unit
   const char* option;    ///< of the command line
   const char* sentence;  ///< with its default

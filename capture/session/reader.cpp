@@ -186,12 +186,16 @@ bool is_session(const fs::path& path) {
   }
 }
 
+fs::path session_folder(const fs::path& session) {
+  std::error_code error;
+  const bool file = session.filename() == kSessionFrames || session.filename() == kSessionJson;
+  if (fs::is_directory(session, error) || !file) return session;
+  return session.has_parent_path() ? session.parent_path() : fs::path(".");
+}
+
 Session::Session(const fs::path& folder) {
   std::error_code error;
-  const bool file = folder.filename() == kSessionFrames || folder.filename() == kSessionJson;
-  const fs::path home = fs::is_directory(folder, error) || !file ? folder
-                        : folder.has_parent_path()               ? folder.parent_path()
-                                                                 : fs::path(".");
+  const fs::path home = session_folder(folder);
   if (!fs::is_regular_file(home / kSessionFrames, error))
     throw Error(Failure::Input, "a session with '" + (home / kSessionFrames).string() + "'",
                 fs::exists(home / kSessionFrames, error) ? "no file but something else" : "no such file",

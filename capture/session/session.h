@@ -88,6 +88,9 @@ class SessionWriter {
 /// True for a folder that is a session, and for its frames.mkv and session.json.
 bool is_session(const std::filesystem::path& path);
 
+/// The folder of a session that is named by itself or by its frames.mkv or session.json.
+std::filesystem::path session_folder(const std::filesystem::path& session);
+
 /// A recorded session as a source. Frames come back bit for bit with number, times and gaps; damaged ones are
 /// left out and counted in counts().damaged. One thread, counts() any.
 class Session : public Source {

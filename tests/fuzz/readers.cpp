@@ -21,6 +21,7 @@
 #include "capture/files/tables/csv_table.h"
 #include "capture/files/tables/gauge.h"
 #include "capture/files/video.h"
+#include "capture/log/log_table.h"
 #include "capture/run/modulus/modulus_frames.h"
 #include "capture/sensors/nominal_sensors.h"
 #include "capture/session/info.h"
@@ -113,6 +114,25 @@ void read_any_gauge(const fs::path& file) {
     } catch (const Error&) {
       if (wanted == GaugeColumns::Both) throw;
     }
+  }
+}
+
+void read_any_log(const fs::path& file) {
+  const LogTable log = read_log(file, "any");
+  expect(log.rows() > 0 && !log.columns.empty() && log.columns.size() <= 2 * kMostLogColumns,
+         "rows of columns");
+  expect(log.stamps == LogStamps::None || log.stamp_s.size() == log.rows(), "a time for each row");
+  for (const LogColumn& column : log.columns) {
+    expect(column.values.size() == log.rows(), "a value for each row");
+    for (const double value : column.values) expect(!std::isinf(value), "values are finite or missing");
+  }
+  for (size_t s = 0; s < log.stretches.size(); ++s) {
+    const size_t end = s + 1 < log.stretches.size() ? log.stretches[s + 1] : log.rows();
+    expect(log.stretches[s] < end, "stretches have rows");
+    if (log.stamps == LogStamps::None) continue;
+    expect(std::is_sorted(log.stamp_s.begin() + static_cast<ptrdiff_t>(log.stretches[s]),
+                          log.stamp_s.begin() + static_cast<ptrdiff_t>(end)),
+           "times rise");
   }
 }
 
@@ -347,6 +367,8 @@ constexpr std::array kReaders{
     Reader{"npy", "array.npy", read_numbers},
     Reader{"table", "table.csv", read_cells},
     Reader{"gauge", "gauge.csv", read_any_gauge},
+    Reader{"log", "log.csv", read_any_log},
+    Reader{"log_lines", "log.lines", read_any_log},
     Reader{"points", "points.csv", read_set},
     Reader{"pairs", "pairs.csv", read_list_of_pairs},
     Reader{"judged", "judged.csv", read_cases},

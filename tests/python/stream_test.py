@@ -330,3 +330,26 @@ def test_a_stream_of_every_frame_ends_with_its_device():
     first, then, _ = after_a_loss(drop=False)
     assert first.split()[-2:] == ["0", "True"]
     assert then == "True"
+
+
+def test_a_log_is_kept_beside_what_is_recorded(tmp_path):
+    folder = tmp_path / "session"
+    with pp.open("synthetic:press?size=64x48&rate=60", record=folder) as stream:
+        for t in stream:
+            stream.log("axis", z_mm=np.float32(0.5) * t.sequence, q_rad=np.array([1.0, 2.0]), on=True)
+            if t.sequence > 20:
+                break
+        with pytest.raises(pp.ArgumentError, match="numbers to log"):
+            stream.log("axis")
+    rows = (folder / "log" / "axis.csv").read_text().splitlines()
+    assert rows[0] == "time_s,z_mm,q_rad.0,q_rad.1,on"
+    assert len(rows) > 10
+    assert json.loads((folder / "log" / "axis.json").read_text())["aligned_by"] == "monotonic"
+    with pytest.raises(pp.ExpiredError):
+        stream.log("axis", z_mm=1)
+    with pytest.raises(pp.ArgumentError, match="record=FOLDER for logs"):
+        pp.open("synthetic:press", logs="robot.csv")
+    with pp.open("synthetic:press?size=64x48") as unrecorded, pytest.raises(pp.ArgumentError, match="is recorded"):
+        unrecorded.log("axis", z_mm=1)
+    with pytest.raises(pp.InputError, match="no such file"):
+        pp.open("synthetic:press?size=64x48", record=tmp_path / "other", logs=["/nowhere/robot.csv"])

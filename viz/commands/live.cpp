@@ -92,7 +92,8 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--record", request.record,
                     "Write a session from the start; in the window W starts and stops one");
   add_settings(*command, request,
-               {{"no_drop"},
+               {{"logs"},
+                {"no_drop"},
                 {"solver", "Surface solver: live (default) or best; a session's own"},
                 {"fixed_light"},
                 {"frames"},

@@ -124,6 +124,14 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
                        "Write a picture (and film frame) every N frames");
   options->look.add(*command);
   options->block.add_to(*command);
+  add_settings(
+      *command, request,
+      {{"logs",
+        "Log of a robot or another instrument (CSV or JSON lines, a file), written as NAME_log.csv at the "
+        "frames' times; the logs of a session come by themselves"}});
+  command->add_option("--log-offset", request.log_offset_s,
+                      "Seconds to add to its times (default: by its stamps, else by the lag at which it goes "
+                      "best with the touch)");
   add_settings(*command, request, {{"rate_Hz"}, {"sequence"}, {"frames", "Stop after that many frames"}});
   options->trace.add_to(*command);
   add_common(

@@ -89,6 +89,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
         "be measured and written)"},
        {"sequence"},
        {"patience_s"},
+       {"logs"},
        {"no_drop"}});
   options->block.add_to(*command);
   options->trace.add_to(*command);

@@ -138,6 +138,20 @@ void bind_live(py::module_& module) {
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](PyStream& s, const py::args&) { s.close(); })
       .def("close", &PyStream::close)
+      .def("log",
+           [](const PyStream& s, const std::string& name, const py::kwargs& values) {
+             if (values.empty())
+               throw bad_argument("numbers to log, by name", "none", "log(\"robot\", z_mm=1.25)");
+             py::dict row;
+             row["monotonic_s"] = py::module_::import("time").attr("monotonic")();
+             for (const auto& [key, value] : values) row[key] = value;
+             // Arrays and numbers of NumPy are written as lists and numbers.
+             const py::object plain =
+                 py::cpp_function([](const py::object& other) { return other.attr("tolist")(); });
+             const std::string line =
+                 py::str(py::module_::import("json").attr("dumps")(row, py::arg("default") = plain));
+             s.stream().log(name, line);
+           })
       .def_property_readonly("closed", of([](const Stream& s) { return s.closed(); }))
       .def_property_readonly("dropped", of([](const Stream& s) { return s.dropped(); }))
       .def_property_readonly("delivered", of([](const Stream& s) { return s.delivered(); }))

@@ -61,6 +61,9 @@ struct Taker {
     for (const auto& name : as<std::vector<std::string>>("a list of texts"))
       (settings.*member).push_back(by_name(kOutputNames, name, "an output"));
   }
+  void operator()(std::vector<std::string> RunSettings::*member) const {
+    settings.*member = as<std::vector<std::string>>("a list of texts");
+  }
   void operator()(std::optional<SurfaceSolver> RunSettings::*member) const {
     settings.*member = solver_of(as<std::string>("a text"));
   }

@@ -93,6 +93,7 @@ Stream::Stream(const StreamRequest& request, const std::atomic<bool>& stop)
     recording_.emplace([this] { return request_.record; },
                        session_info(input, *source_, background, pipeline, *device_),
                        SessionOptions{.no_drop = !drops_});
+    recording_->take(open_logs(request_.logs));
     recording_->watch([this] { return session_.stop.load(); });
     recording_->start();
   }
@@ -139,6 +140,16 @@ std::string Stream::warning() const {
 std::string Stream::device_name() const {
   const std::lock_guard lock(mutex_);
   return device_->report().name;
+}
+
+void Stream::log(const std::string& name, std::string_view line) {
+  if (closed_)
+    throw Refusal{"ExpiredError", "an open stream", "a closed one",
+                  "logging within `with palpate.open(...)`"};
+  if (!recording_)
+    throw bad_argument("a stream that is recorded, to log beside it", "none",
+                       "palpate.open(..., record=\"out/press1\")");
+  recording_->log(name, line);
 }
 
 std::optional<Recording::Written> Stream::recorded() const {

@@ -112,6 +112,8 @@ class Stream {
   bool drops() const { return drops_; }
   uint64_t dropped() const;
   uint64_t delivered() const { return delivered_; }
+  /// A line of a log beside what is recorded. Throws Refusal where nothing is.
+  void log(const std::string& name, std::string_view line);
   /// Of the source, else why the trace ended early; empty where all is well.
   std::string warning() const;
   uint64_t damaged() const { return source_->counts().damaged; }

@@ -44,7 +44,9 @@ size_t cut_numbers(const std::vector<std::string>& cells) {
 
 constexpr const char* kNoDecimalCommas = "decimal points, or semicolons between the cells";
 
-std::optional<double> parse(std::string cell, bool decimal_comma) {
+}  // namespace
+
+std::optional<double> csv_number(std::string cell, bool decimal_comma) {
   if (decimal_comma) std::replace(cell.begin(), cell.end(), ',', '.');
   if (!cell.empty() && cell.front() == '+') cell.erase(0, 1);
   double value = 0;
@@ -52,8 +54,6 @@ std::optional<double> parse(std::string cell, bool decimal_comma) {
   if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) return std::nullopt;
   return value;
 }
-
-}  // namespace
 
 std::string lower(std::string text) {
   for (char& c : text)
@@ -117,7 +117,7 @@ void CsvTable::check_width() {
   const bool more = cells_.size() > width_;
   const auto extra = cells_.begin() + static_cast<ptrdiff_t>(std::min(width_, cells_.size()));
   const bool points = std::any_of(cells_.begin(), cells_.end(), [](const std::string& c) {
-    return c.find('.') != std::string::npos && parse(c, false);
+    return c.find('.') != std::string::npos && csv_number(c, false);
   });
   // Separators at the line's end are nothing; between commas they may also stand for cells that decimal
   // commas pushed there.
@@ -184,12 +184,12 @@ const std::string& CsvTable::cell(size_t column) const {
 
 double CsvTable::number(size_t column, const char* remedy) const {
   const std::string& found = cell(column);
-  const std::optional<double> value = parse(found, separator_ == ';' || separator_ == '\t');
+  const std::optional<double> value = csv_number(found, separator_ == ';' || separator_ == '\t');
   if (value) return *value;
   const std::string name =
       column < columns_.size() ? printable(columns_[column]) : std::to_string(column + 1);
   // Quotes kept it whole.
-  const bool comma = separator_ == ',' && found.find(',') != std::string::npos && parse(found, true);
+  const bool comma = separator_ == ',' && found.find(',') != std::string::npos && csv_number(found, true);
   throw Error(Failure::Input, "a finite number in column " + name + ", " + where(),
               found.empty() ? "none" : printable(found), comma ? kNoDecimalCommas : remedy);
 }

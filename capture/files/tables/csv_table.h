@@ -91,6 +91,9 @@ class CsvTable {
 /// quotes is one quote, and separators and blanks there are text). One cell at least.
 std::vector<std::string> csv_cells(std::string_view line, std::string_view separators = ",");
 
+/// A cell as a finite number; none where it is no such.
+std::optional<double> csv_number(std::string cell, bool decimal_comma = false);
+
 /// `text` as one cell, in quotes where it needs them; control characters become '?'.
 std::string csv_cell(std::string text);
 

@@ -40,6 +40,7 @@ struct Adder {
   void operator()(std::vector<Output> RunSettings::*member) const {
     plain(settings.*member)->delimiter(',')->transform(one_of(kOutputNames));
   }
+  void operator()(std::vector<std::string> RunSettings::*member) const { plain(settings.*member); }
   void operator()(std::optional<SurfaceSolver> RunSettings::*member) const {
     plain(settings.*member)->transform(one_of(kSolverNames));
   }

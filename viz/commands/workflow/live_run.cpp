@@ -68,11 +68,6 @@ std::filesystem::path recordings_folder(const viz::Settings& settings) {
 
 namespace {
 
-/// The folder of a session that is named by itself or by a file in it.
-std::filesystem::path session_folder(const std::filesystem::path& session) {
-  return std::filesystem::is_directory(session) ? session : session.parent_path();
-}
-
 /// Folder of snapshots and events of one input.
 std::filesystem::path notes_folder(const LiveRunRequest& request) {
   if (!request.notes.empty()) return request.notes;
@@ -142,6 +137,7 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
     recording.emplace([folder] { return new_session_folder(folder); },
                       session_info(input, *first, opened.background, pipeline, context),
                       SessionOptions{.no_drop = request.no_drop});
+    recording->take(open_logs(request.logs));
     recording->watch(interrupted);
     live.recording = &*recording;
     if (request.record) recording->start();

@@ -75,6 +75,7 @@ def open(
     rate_Hz: float | None = None,
     patience_s: float = 10.0,
     record: Path | None = None,
+    logs: Iterable[str] | str = (),
     trace: Path | None = None,
     device: str = "",
     seed: int = 1,
@@ -104,6 +105,9 @@ def open(
         record: a folder, which must not hold a session yet: frames and measurements are written there
             meanwhile, as :func:`record` does; ``stream.recorded`` says how far it is.  A recording that fails
             ends the stream with :class:`OutputError`.
+        logs: of a robot or another instrument, recorded beside the frames on their clock: files of CSV or JSON
+            lines, ``"-"`` (standard input) or ``"udp:PORT"``; ``"NAME=FILE"`` names one.  ``stream.log()``
+            adds lines of this program.  They need ``record``.
         trace: a file for what each thread does when, as ``palpate live --trace`` writes it; it is whole once
             the stream is closed.  A disk that is full ends the trace, not the stream: ``stream.warning``
             says so.  One at a time in a process.
@@ -112,7 +116,9 @@ def open(
     """
     settings = request_of(
         source, sensor, background, outputs, seed, solver=solver, fixed_light=fixed_light, sequence=sequence,
-        rate_Hz=rate_Hz, patience_s=patience_s,
+        rate_Hz=rate_Hz, patience_s=patience_s, logs=names_of(logs),
     )
+    if names_of(logs) and not record:
+        raise ArgumentError("record=FOLDER for logs", "none", 'record="out/press1"')
     record, trace = path_text(record or "", "record"), path_text(trace or "", "trace")
     return _palpate.open_stream(settings, drop, record, trace, device, names_of(keep))

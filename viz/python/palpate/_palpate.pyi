@@ -213,6 +213,12 @@ class Stream:
     def __exit__(self, *args: object) -> None: ...
     def close(self) -> None:
         """Ends the stream; what was read stays.  Any thread, any number of times."""
+    def log(self, name: str, **values: object) -> None:
+        """A row of a log beside what is recorded (``record=``), at the time of the call: numbers, lists and arrays.
+
+        ``stream.log("robot", z_mm=1.25, joints_rad=[0.1, 0.2])`` adds to ``log/robot.csv`` of the session; another
+        time is ``monotonic_s=``, as ``time.monotonic()`` counts.
+        """
     @property
     def closed(self) -> bool: ...
     @property
