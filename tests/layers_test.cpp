@@ -64,6 +64,8 @@ constexpr Arrow kArrows[] = {
      "capture/session capture/v4l2 capture/genicam capture/synthetic"},
     {"capture/series", "capture/open_source"},
     {"capture/live", "capture/series capture/log"},
+    {"capture/messages", "capture/files"},
+    {"capture/serve", "capture/messages"},
     {"capture/run", "capture/live"},
     {"capture/calibrate", "capture/run"},
     {"viz/look", ""},
@@ -81,7 +83,7 @@ constexpr Arrow kArrows[] = {
     {"viz/commands/support/options", "engine/base viz/commands/support/help_text"},
     {"viz/commands/support", "capture/calibrate viz/commands/support/options"},
     {"perf/tools", "perf/profile viz/commands/support"},
-    {"viz/commands", "viz/display perf/profile viz/commands/support"},
+    {"viz/commands", "viz/display perf/profile viz/commands/support capture/serve"},
     {"viz/main", "viz/commands"},
     // The laboratory uses the instrument, and nothing uses the laboratory.
     {"perf/rivals", "engine/pad"},

@@ -75,6 +75,7 @@ class NoWindow : public LiveViewer {
       if (options_.on_progress) options_.on_progress(session_.captured);
       if (!newest) continue;
       if (start_ns == 0) start_ns = newest->captured->frame.delivered_ns;
+      if (options_.on_newest) options_.on_newest(newest->captured->frame, newest->result);
       if (options_.draw) {
         const TraceSpan span("write");
         options_.draw(newest->captured->frame, newest->result);

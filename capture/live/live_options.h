@@ -67,6 +67,9 @@ struct LiveOptions : LoopSettings {
                                                     ///< at a time
   /// A device that was lost and is to be opened anew, on the caller's thread.
   std::function<void(const DeviceLost&)> on_device_lost;
+  /// Each result that the viewer takes, before it is shown, on the caller's thread. The frame's memory is the
+  /// session's.
+  std::function<void(const Frame&, const Result&)> on_newest;
   // Without a window, on the caller's thread:
   std::function<void(uint64_t captured)> on_progress;  ///< now and then
   /// In place of a display: the newest result, or with show_all each, in order. The frame's memory is the

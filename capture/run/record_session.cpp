@@ -57,6 +57,7 @@ RecordOutcome record_session(const std::function<gpu::Context&()>& context, cons
   live.outlive_device = request.outlive_device;
   live.on_device_lost = request.on_device_lost;
   live.interrupted = [&] { return watch.stopped() || !recording.latest().status.error.empty(); };
+  if (request.attach) request.attach(live, recording, pipeline);
   RecordOutcome outcome;
   outcome.live = run_without_window(
       device, [&] { return std::move(source); }, {input.sensor, background, pipeline}, live);

@@ -30,6 +30,8 @@ struct RecordRequest : RunSettings {
   /// Factory of the monitor of presses of a block of tissue, from the untouched image; may be null, and may
   /// return null.
   std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
+  /// Called with the run's options before it starts, for whoever looks on; may be null.
+  std::function<void(LiveOptions&, Recording&, const PipelineOptions&)> attach;
 };
 
 struct RecordOutcome {

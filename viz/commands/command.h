@@ -13,6 +13,7 @@ void add_export(CommandLine& program, Common& common, Command& chosen);
 void add_simulate(CommandLine& program, Common& common, Command& chosen);
 void add_integrate(CommandLine& program, Common& common, Command& chosen);
 void add_live(CommandLine& program, Common& common, Command& chosen);
+void add_serve(CommandLine& program, Common& common, Command& chosen);
 void add_record(CommandLine& program, Common& common, Command& chosen);
 void add_replay(CommandLine& program, Common& common, Command& chosen);
 void add_compare(CommandLine& program, Common& common, Command& chosen);

@@ -61,7 +61,8 @@ Report live(const Common& common, const Options& options) {
                        {"height_px", run.format.height}};
   const Facts facts = facts_of(report, sessions);
   value.update(facts.json);
-  return {facts.text, value,
+  value.update(run.served.json);
+  return {facts.text + run.served.text, value,
           report.interrupted                   ? kInterrupted
           : !recording_error(sessions).empty() ? static_cast<int>(Failure::Output)
           : validation_clean(*context)         ? 0
@@ -107,6 +108,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--vsync", request.shown.vsync,
                    "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")
       ->transform(one_of(viz::kVsyncNames));
+  request.serve.add_to(*command);
   request.block.add_to(*command);
   options->trace.add_to(*command);
   add_common(*command, common,

@@ -12,9 +12,11 @@
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/run_options.h"
+#include "viz/commands/option_groups/serve_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/commands/support/trace_option.h"
+#include "viz/commands/workflow/serving.h"
 
 namespace palpate {
 namespace {
@@ -23,6 +25,7 @@ struct Options {
   CameraChoice camera;
   RecordRequest request;
   BlockChoice block;
+  ServeChoice serve;
   TraceOption trace;
 };
 
@@ -38,6 +41,15 @@ Report record(const Common& common, const Options& options) {
     spdlog::warn("{}; opened anew, the recording goes on", lost.what());
   };
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
+  std::optional<Serving> serving;
+  if (options.serve.on)
+    request.attach = [&](LiveOptions& live, Recording& recording, const PipelineOptions& pipeline) {
+      const MeasuredColumns columns = MeasuredColumns::of(input.sensor, pipeline.outputs, pipeline.separate);
+      serving.emplace(options.serve.options(),
+                      LiveHub::Publisher{input.sensor, pipeline.outputs, columns, {}}, common.out);
+      serving->attach(live, &recording);
+      spdlog::info("{}", serving->where());
+    };
   const std::unique_ptr<TraceFile> trace = options.trace.start();
   std::unique_ptr<gpu::Context> context;
   const auto device = [&]() -> gpu::Context& {
@@ -52,7 +64,12 @@ Report record(const Common& common, const Options& options) {
 
   json::Value value = {
       {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
-  const Facts facts = facts_of(report, {session});
+  Facts facts = facts_of(report, {session});
+  if (serving) {
+    const Facts served = serving->finish();
+    facts.say(served.text);
+    facts.json.update(served.json);
+  }
   value.update(facts.json);
   value["complete"] = !report.interrupted && error.empty();
   return {facts.text, value,
@@ -92,6 +109,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
        {"logs"},
        {"no_drop"}});
   options->block.add_to(*command);
+  options->serve.add_to(*command);
   options->trace.add_to(*command);
   add_common(
       *command, common,

@@ -83,7 +83,8 @@ Report replay(const Common& common, const Options& options) {
                        {"device", context->report().name}};
   const Facts facts = facts_of(run.live, {});
   value.update(facts.json);
-  return {facts.text, value,
+  value.update(run.served.json);
+  return {facts.text + run.served.text, value,
           run.live.interrupted         ? kInterrupted
           : validation_clean(*context) ? 0
                                        : kInternalError};
@@ -116,6 +117,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--out", common.out,
                       "Folder for snapshots and marks (default: the session's own, else one in ~/palpate)");
   request.block.add_to(*command);
+  options->request.serve.add_to(*command);
   options->trace.add_to(*command);
   add_common(*command, common,
              "  palpate replay out/press1\n"

@@ -307,6 +307,7 @@ void Display::show(LiveReport& report) {
     if (is_new) {
       if (current_) replaced_.push_back(std::move(*current_));
       current_ = std::move(newest);
+      if (options_.on_newest) options_.on_newest(current_->captured->frame, current_->result);
       scene_.follow(current_->result.touch, current_->captured->position);
       follow_thumbnail();
       if (!started_) start_ = Clock::now();

@@ -8,12 +8,14 @@
 #include "capture/files/event_log.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "capture/live/live.h"
 #include "capture/live/live_report.h"
 #include "capture/open_source.h"
 #include "capture/run/record_session.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/workflow/serving.h"
 #include "viz/live/history.h"
 
 namespace palpate {
@@ -149,10 +151,19 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   live.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the run goes on", lost.what());
   };
+  std::optional<Serving> serving;
+  if (request.serve.on) {
+    serving.emplace(request.serve.options(), LiveHub::Publisher{input.sensor, pipeline.outputs, columns, {}},
+                    request.shown.notes);
+    serving->attach(live, recording ? &*recording : nullptr);
+    spdlog::info("{}", serving->where());
+  }
   // The source that is open already is the first round's: a camera cannot be opened twice.
   const OpenSource open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
-  report.live =
-      viz::run_live(context, open, {input.sensor, opened.background, pipeline}, live, request.shown);
+  const MeasuredRun measured{input.sensor, opened.background, pipeline};
+  report.live = request.window ? viz::run_live(context, open, measured, live, request.shown)
+                               : run_without_window(context, open, measured, live);
+  if (serving) report.served = serving->finish();
   if (measurements) measurements->close();
   if (contacts) contacts->close();
   if (recording) report.sessions = recording->finish();

@@ -15,6 +15,7 @@
 #include "capture/source.h"
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
+#include "viz/commands/option_groups/serve_options.h"
 #include "viz/display/run_live.h"
 #include "viz/panels/settings.h"
 
@@ -52,6 +53,8 @@ struct LiveRunRequest : RunSettings {
   /// them.
   bool replay = false;
   BlockChoice block;  ///< that is pressed
+  ServeChoice serve;
+  bool window = true;  ///< false: for those who are served alone
   viz::WindowRun shown;
 };
 
@@ -75,6 +78,7 @@ struct LiveRunReport {
   FrameFormat format;
   LiveReport live;
   std::vector<Recording::Written> sessions;
+  Facts served = {};
 };
 
 /// Main thread. Throws Error.

@@ -1,0 +1,107 @@
+#include "capture/serve/hub.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+constexpr size_t kMostTopics = 64;
+
+MessageBytes bytes_of(const std::string& text) {
+  return {text.begin(), text.end()};
+}
+
+}  // namespace
+
+size_t LiveHub::kept_of(TopicKind kind) {
+  return is_picture(kind) ? 1 : kind == TopicKind::Events ? 1000 : 120;
+}
+
+LiveHub::LiveHub(std::vector<Publisher> publishers)
+    : publishers_(std::move(publishers)), wall_(wall_clock()) {
+  for (size_t i = 0; i < publishers_.size(); ++i) {
+    const Publisher& p = publishers_[i];
+    for (Topic& topic : topics_of(p.sensor, p.outputs, p.columns, p.side)) {
+      topics_.push_back(std::move(topic));
+      publisher_of_.push_back(i);
+    }
+  }
+  if (topics_.size() > kMostTopics) throw std::logic_error("more topics than can be served");
+  kept_.resize(topics_.size());
+  numbers_.resize(topics_.size());
+}
+
+int64_t LiveHub::date_of(const Frame& frame) const {
+  const int64_t host_ns = frame.exposed_ns != 0 ? frame.exposed_ns : frame.delivered_ns;
+  return (host_ns != 0 ? host_ns : monotonic_ns()) + wall_.ahead_ns;
+}
+
+void LiveHub::publish(size_t publisher, const Frame& frame, const Result& result, const Touch& touch,
+                      bool zeroed) {
+  const Publisher& p = publishers_[publisher];
+  bool any = false;
+  for (size_t topic = 0; topic < topics_.size(); ++topic) {
+    const TopicKind kind = topics_[topic].kind;
+    if (publisher_of_[topic] != publisher || kind == TopicKind::Events || !wanted(topic)) continue;
+    const bool seen = touch.picture == PictureFault::None;
+    const bool surface = kind == TopicKind::Depth || kind == TopicKind::Preview || kind == TopicKind::Cloud;
+    if (surface && (!seen || !touch.surface)) continue;
+    const MessageHeader header{date_of(frame), topic_name(p.sensor.name)};
+    MessageBytes bytes;
+    if (kind == TopicKind::Image) {
+      write_image(bytes, header, frame);
+    } else if (surface) {
+      const DepthMap map{result.depth_mm(),
+                         touch.confidence ? result.confidence() : std::span<const uint16_t>(),
+                         frame.format.width, frame.format.height, p.sensor.pitch_mm_per_px};
+      const auto write = kind == TopicKind::Depth     ? write_depth_image
+                         : kind == TopicKind::Preview ? write_depth_preview
+                                                      : write_cloud;
+      write(bytes, header, map);
+    } else if (kind == TopicKind::Compressed) {
+      write_compressed(bytes, header, frame);
+    } else if (kind == TopicKind::Wrench) {
+      const std::optional<MessageWrench> wrench = wrench_of(touch);
+      if (!wrench) continue;
+      write_wrench(bytes, header, *wrench);
+    } else {
+      bytes = bytes_of(touch_json(touch, p.columns, header.time_ns, zeroed));
+    }
+    put(topic, header.time_ns, std::move(bytes));
+    any = true;
+  }
+  if (any && news_) news_();
+}
+
+void LiveHub::publish_event(size_t publisher, const EventMessage& event) {
+  const int64_t now_ns = monotonic_ns() + wall_.ahead_ns;
+  for (size_t topic = 0; topic < topics_.size(); ++topic)
+    if (publisher_of_[topic] == publisher && topics_[topic].kind == TopicKind::Events)
+      put(topic, now_ns, bytes_of(event_json(event, now_ns)));
+  if (news_) news_();
+}
+
+void LiveHub::put(size_t topic, int64_t time_ns, MessageBytes bytes) {
+  LiveMessagePtr old;  // its memory goes back without the lock
+  const std::lock_guard lock(mutex_);
+  std::deque<LiveMessagePtr>& kept = kept_[topic];
+  kept.push_back(std::make_shared<LiveMessage>(LiveMessage{++numbers_[topic], time_ns, std::move(bytes)}));
+  if (kept.size() <= kept_of(topics_[topic].kind)) return;
+  old = std::move(kept.front());
+  kept.pop_front();
+}
+
+LiveMessagePtr LiveHub::next(size_t topic, uint64_t after) const {
+  const std::lock_guard lock(mutex_);
+  for (const LiveMessagePtr& message : kept_[topic])
+    if (message->number > after) return message;
+  return nullptr;
+}
+
+uint64_t LiveHub::newest(size_t topic) const {
+  const std::lock_guard lock(mutex_);
+  return numbers_[topic];
+}
+
+}  // namespace palpate

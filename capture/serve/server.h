@@ -1,0 +1,81 @@
+// The server of live data: a WebSocket that speaks Foxglove's protocol, and one page for browsers, on one
+// port.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/serve/foxglove.h"
+#include "capture/serve/hub.h"
+
+namespace palpate {
+
+inline constexpr uint16_t kServePort = 8765;
+
+struct ServeOptions {
+  /// Anything but a loopback address needs a token.
+  std::string address = "127.0.0.1";
+  uint16_t port = kServePort;  ///< 0: a free one
+  std::string token;           ///< that clients must show; empty: none
+  /// Pages of other hosts that may connect ("https://app.foxglove.dev"); that of the server itself always
+  /// may.
+  std::vector<std::string> origins;
+  std::string name = "palpate";  ///< for people
+  std::string page;              ///< HTML that GET / answers with
+  /// A client whose connection takes nothing for so long is closed.
+  double stall_s = 10;
+};
+
+/// A token of 128 random bits in 32 letters.
+std::string new_token();
+/// Whether two tokens are the same, in a time that does not depend on where they differ.
+bool same_token(std::string_view a, std::string_view b);
+
+struct ServeSummary {
+  uint64_t clients = 0;  ///< WebSocket connections in all
+  uint64_t connected = 0;
+  uint64_t refused = 0;  ///< wrong token, origin or host, too many, or no HTTP
+  uint64_t stalled = 0;  ///< closed since they did not read
+  uint64_t sent = 0;     ///< messages of topics
+  uint64_t dropped = 0;  ///< messages that a client had asked for and was too slow to get
+  uint64_t bytes = 0;    ///< of what was sent
+};
+std::string describe(const ServeSummary& summary);
+
+/// Serves on a thread of its own. Bounds: 16 clients and 16 more connections that are no clients yet; 8 KiB
+/// of a request's head, 10 s to send it; FoxgloveClient's of messages; 200 messages a second from a client,
+/// which is closed where it sends more; one frame and the texts in hand to a client that does not read, 256
+/// texts at most.
+class LiveServer {
+ public:
+  static constexpr size_t kMostClients = 16;
+
+  /// Listens when this returns. The hub outlives the server. Throws Error(Failure::Usage) for an address that
+  /// needs a token and has none, Error(Failure::Input) where the port is taken.
+  LiveServer(LiveHub& hub, ServeOptions options, std::vector<ServedRequest> requests);
+  ~LiveServer();
+  LiveServer(const LiveServer&) = delete;
+  LiveServer& operator=(const LiveServer&) = delete;
+
+  uint16_t port() const;
+  /// What to open in a browser, with the token.
+  std::string url() const;
+
+  /// Carries out the calls that have come, on the caller's thread. `handle`: from the number of the request
+  /// and its argument (JSON as it came) to an answer of JSON; an Error becomes the failure of the call.
+  void carry_out(const std::function<std::string(size_t request, const std::string& argument)>& handle);
+
+  ServeSummary summary() const;
+  /// Closes all connections; nothing happens where it is stopped already.
+  void stop();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace palpate
