@@ -143,6 +143,11 @@ FoxgloveClient::Answer FoxgloveClient::take_text(std::string_view text) {
       else
         refuse("no such subscription");
     }
+  } else if (op->text() == kReady) {
+    const Json* items = list("subscriptions");
+    for (size_t i = 0; items && i < items->size(); ++i)
+      if (const auto id = number_of(&items->begin()[i]); id && subscriptions_.contains(*id))
+        answer.ready.push_back(*id);
   } else {
     refuse("wanted subscribe or unsubscribe; found " + shown(op->text()));
   }

@@ -41,6 +41,11 @@ struct FoxgloveCall {
   std::string argument;  ///< text of JSON, as it came
 };
 
+/// Beyond the protocol: {"op": "palpate.ready", "subscriptions": [1, 2]}. Once a client has said so, each of
+/// these gets one message and no other until the client says it again. For browsers, which take what comes
+/// and let it wait for the page.
+inline constexpr std::string_view kReady = "palpate.ready";
+
 class FoxgloveClient {
  public:
   static constexpr size_t kMostSubscriptions = 64;
@@ -57,6 +62,7 @@ class FoxgloveClient {
     std::vector<std::string> texts;
     std::vector<FoxgloveCall> calls;
     bool subscriptions_changed = false;
+    std::vector<uint32_t> ready;  ///< subscriptions whose next message may be sent, see kReady
   };
   /// Never throws for what a client sends: what it cannot have is answered by a status.
   Answer take_text(std::string_view text);

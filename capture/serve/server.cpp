@@ -138,11 +138,13 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
     }
     for (size_t i = 0; i < turns_.size(); ++i) {
       Turn& turn = turns_[(next_turn_ + i) % turns_.size()];
+      if (turn.waits) continue;
       message_ = state_.hub.next(turn.topic, turn.sent);
       if (!message_) continue;
       next_turn_ = (next_turn_ + i + 1) % turns_.size();
       if (turn.sent != 0 && message_->number > turn.sent + 1) dropped(message_->number - turn.sent - 1);
       turn.sent = message_->number;
+      turn.waits = turn.paced;
       head_ = message_head(turn.subscription, message_->time_ns);
       ws_.binary(true);
       const std::array<net::const_buffer, 2> buffers = {net::buffer(head_), net::buffer(message_->bytes)};
@@ -158,6 +160,7 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
   uint64_t ready() const {
     uint64_t topics = 0;
     for (const Turn& turn : turns_) {
+      if (turn.waits) continue;
       if (!is_picture(state_.offer.topics[turn.topic].kind) || state_.hub.newest(turn.topic) == turn.sent)
         topics |= uint64_t{1} << turn.topic;
     }
@@ -180,6 +183,7 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
     uint32_t subscription = 0;
     size_t topic = 0;
     uint64_t sent = 0;
+    bool paced = false, waits = false;  ///< the client says when it is ready, and has not
   };
 
   void greet() {
@@ -225,6 +229,17 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
       const std::lock_guard lock(state_.mutex);
       for (FoxgloveCall& call : answer.calls) state_.calls.push_back({weak_from_this(), std::move(call)});
     }
+    for (const uint32_t id : answer.ready) {
+      const auto turn = std::ranges::find_if(turns_, [&](const Turn& t) { return t.subscription == id; });
+      // What went by meanwhile was not wanted.
+      if (turn->waits) turn->sent = std::max(turn->sent, state_.hub.newest(turn->topic) - 1);
+      turn->paced = true;
+      turn->waits = false;
+    }
+    if (!answer.ready.empty()) {
+      state_.update_wishes();
+      pump();
+    }
     if (!answer.subscriptions_changed) return;
     std::vector<Turn> turns;
     for (const auto& [id, topic] : protocol_.subscriptions()) {
@@ -232,7 +247,9 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
           std::ranges::find_if(turns_, [&, id = id](const Turn& t) { return t.subscription == id; });
       // What was there before somebody asked is not owed to them, but the newest picture is shown at once.
       const uint64_t newest = state_.hub.newest(topic);
-      turns.push_back(before != turns_.end() ? *before : Turn{id, topic, newest == 0 ? 0 : newest - 1});
+      turns.push_back(before != turns_.end()
+                          ? *before
+                          : Turn{.subscription = id, .topic = topic, .sent = newest == 0 ? 0 : newest - 1});
     }
     turns_ = std::move(turns);
     next_turn_ = 0;
