@@ -28,19 +28,11 @@ size_t end_of_stretch(const LogTable& log, size_t stretch) {
   return stretch + 1 < log.stretches.size() ? log.stretches[stretch + 1] : log.rows();
 }
 
-double median(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return kNaN;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// What to add to CLOCK_MONOTONIC to get the frames' time; NaN: not known.
 double frames_offset_s(const FrameClock& frames) {
   std::vector<double> offsets;
   for (size_t i = 0; i < frames.time_s.size(); ++i) offsets.push_back(frames.time_s[i] - frames.host_s[i]);
-  return median(std::move(offsets));
+  return median_known(std::move(offsets));
 }
 
 /// Whether any row lies within the frames' times, a second around them included.

@@ -70,13 +70,6 @@ std::optional<std::array<size_t, 2>> parted(const std::vector<CellColumn>& colum
   return std::nullopt;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return kNaN;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The unit that makes the stamps run as fast as the lines arrived; none where that is not clear.
 std::optional<double> unit_by_arrivals(std::span<const double> stamps, std::span<const double> arrived_s) {
   std::vector<double> ratios;
@@ -85,7 +78,7 @@ std::optional<double> unit_by_arrivals(std::span<const double> stamps, std::span
     const double came = arrived_s[i + half] - arrived_s[i], stamped = stamps[i + half] - stamps[i];
     if (came > 0 && stamped > 0) ratios.push_back(came / stamped);
   }
-  const double ratio = median(ratios);
+  const double ratio = median_known(std::move(ratios));
   for (const TimeUnit& unit : kTimeUnits)
     if (ratio > 0.5 * unit.s && ratio < 2 * unit.s) return unit.s;
   return std::nullopt;
@@ -97,12 +90,15 @@ std::optional<double> unit_of_date(double value) {
   return std::nullopt;
 }
 
-std::vector<double> known(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  return values;
-}
-
 }  // namespace
+
+double median_known(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  if (values.empty()) return kNaN;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 double date_s(const std::string& text) {
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, used = 0;
@@ -144,7 +140,7 @@ StampColumns find_stamps(const std::vector<CellColumn>& columns, std::span<const
     found.time_s = columns[seconds].values;
     const std::vector<double>& rest = columns[nanoseconds].values;
     for (size_t i = 0; i < rest.size(); ++i) found.time_s[i] += 1e-9 * rest[i];
-    found.kind = clock(median(known(found.time_s)));
+    found.kind = clock(median_known(found.time_s));
     return found;
   }
   const std::optional<Candidate> at = candidate(columns);
@@ -160,7 +156,7 @@ StampColumns find_stamps(const std::vector<CellColumn>& columns, std::span<const
     found.kind = LogStamps::Realtime;
     return found;
   }
-  const double typical = median(known(found.time_s));
+  const double typical = median_known(found.time_s);
   std::optional<double> unit = at->unit_s;
   if (!unit) unit = unit_of_date(typical);
   if (!unit) unit = unit_by_arrivals(found.time_s, arrived_s);

@@ -38,6 +38,9 @@ struct StampColumns {
 StampColumns find_stamps(const std::vector<CellColumn>& columns, std::span<const double> arrived_s,
                          const std::string& where);
 
+/// The middle one of those that are finite; NaN where there is none.
+double median_known(std::vector<double> values);
+
 /// Seconds since 1970 of "2026-03-14T15:16:17.25Z", with a blank for the T, with "+01:00" for the Z, or UTC
 /// where neither stands; NaN where the text is no such.
 double date_s(const std::string& text);

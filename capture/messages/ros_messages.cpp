@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "capture/files/images/images.h"
+#include "capture/files/images/jpeg_writer.h"
 #include "engine/base/numbers.h"
 
 namespace palpate {

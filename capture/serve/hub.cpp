@@ -29,7 +29,7 @@ LiveHub::LiveHub(std::vector<Publisher> publishers)
   }
   if (topics_.size() > kMostTopics) throw std::logic_error("more topics than can be served");
   kept_.resize(topics_.size());
-  numbers_.resize(topics_.size());
+  passed_ = std::make_unique<std::atomic<uint64_t>[]>(topics_.size());
 }
 
 int64_t LiveHub::date_of(const Frame& frame) const {
@@ -43,10 +43,12 @@ void LiveHub::publish(size_t publisher, const Frame& frame, const Result& result
   bool any = false;
   for (size_t topic = 0; topic < topics_.size(); ++topic) {
     const TopicKind kind = topics_[topic].kind;
-    if (publisher_of_[topic] != publisher || kind == TopicKind::Events || !wanted(topic)) continue;
+    if (publisher_of_[topic] != publisher || kind == TopicKind::Events) continue;
     const bool seen = touch.picture == PictureFault::None;
     const bool surface = kind == TopicKind::Depth || kind == TopicKind::Preview || kind == TopicKind::Cloud;
     if (surface && (!seen || !touch.surface)) continue;
+    if (is_picture(kind)) ++passed_[topic];
+    if (!wanted(topic)) continue;
     const MessageHeader header{date_of(frame), topic_name(p.sensor.name)};
     MessageBytes bytes;
     if (kind == TopicKind::Image) {
@@ -68,7 +70,7 @@ void LiveHub::publish(size_t publisher, const Frame& frame, const Result& result
     } else {
       bytes = bytes_of(touch_json(touch, p.columns, header.time_ns, zeroed));
     }
-    put(topic, header.time_ns, std::move(bytes));
+    put(topic, is_picture(kind) ? passed(topic) : ++passed_[topic], header.time_ns, std::move(bytes));
     any = true;
   }
   if (any && news_) news_();
@@ -78,15 +80,15 @@ void LiveHub::publish_event(size_t publisher, const EventMessage& event) {
   const int64_t now_ns = monotonic_ns() + wall_.ahead_ns;
   for (size_t topic = 0; topic < topics_.size(); ++topic)
     if (publisher_of_[topic] == publisher && topics_[topic].kind == TopicKind::Events)
-      put(topic, now_ns, bytes_of(event_json(event, now_ns)));
+      put(topic, ++passed_[topic], now_ns, bytes_of(event_json(event, now_ns)));
   if (news_) news_();
 }
 
-void LiveHub::put(size_t topic, int64_t time_ns, MessageBytes bytes) {
+void LiveHub::put(size_t topic, uint64_t number, int64_t time_ns, MessageBytes bytes) {
   LiveMessagePtr old;  // its memory goes back without the lock
   const std::lock_guard lock(mutex_);
   std::deque<LiveMessagePtr>& kept = kept_[topic];
-  kept.push_back(std::make_shared<LiveMessage>(LiveMessage{++numbers_[topic], time_ns, std::move(bytes)}));
+  kept.push_back(std::make_shared<LiveMessage>(LiveMessage{number, time_ns, std::move(bytes)}));
   if (kept.size() <= kept_of(topics_[topic].kind)) return;
   old = std::move(kept.front());
   kept.pop_front();
@@ -101,7 +103,7 @@ LiveMessagePtr LiveHub::next(size_t topic, uint64_t after) const {
 
 uint64_t LiveHub::newest(size_t topic) const {
   const std::lock_guard lock(mutex_);
-  return numbers_[topic];
+  return kept_[topic].empty() ? 0 : kept_[topic].back()->number;
 }
 
 }  // namespace palpate

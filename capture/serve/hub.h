@@ -21,7 +21,8 @@ namespace palpate {
 
 /// One message for all clients that want it; it does not change.
 struct LiveMessage {
-  uint64_t number = 0;  ///< of its topic, from 1
+  /// Of its topic, from 1; pictures count those too that were not made since nobody was ready.
+  uint64_t number = 0;
   int64_t time_ns = 0;  ///< of exposure, CLOCK_REALTIME
   MessageBytes bytes;
 };
@@ -58,12 +59,14 @@ class LiveHub {
   void want(uint64_t topics) { wanted_.store(topics, std::memory_order_relaxed); }
   /// The oldest message of a topic that is newer than `after`; null: none.
   LiveMessagePtr next(size_t topic, uint64_t after) const;
-  /// Number of the newest one; 0: none yet.
+  /// Number of the newest one that was made; 0: none yet.
   uint64_t newest(size_t topic) const;
+  /// How many there were or could have been.
+  uint64_t passed(size_t topic) const { return passed_[topic].load(std::memory_order_relaxed); }
 
  private:
   bool wanted(size_t topic) const { return (wanted_.load(std::memory_order_relaxed) >> topic & 1) != 0; }
-  void put(size_t topic, int64_t time_ns, MessageBytes bytes);
+  void put(size_t topic, uint64_t number, int64_t time_ns, MessageBytes bytes);
   int64_t date_of(const Frame& frame) const;
 
   std::vector<Publisher> publishers_;
@@ -74,7 +77,7 @@ class LiveHub {
   std::atomic<uint64_t> wanted_{0};
   mutable std::mutex mutex_;
   std::vector<std::deque<LiveMessagePtr>> kept_;
-  std::vector<uint64_t> numbers_;
+  std::unique_ptr<std::atomic<uint64_t>[]> passed_;
 };
 
 }  // namespace palpate

@@ -142,7 +142,7 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
       message_ = state_.hub.next(turn.topic, turn.sent);
       if (!message_) continue;
       next_turn_ = (next_turn_ + i + 1) % turns_.size();
-      if (turn.sent != 0 && message_->number > turn.sent + 1) dropped(message_->number - turn.sent - 1);
+      if (message_->number > turn.sent + 1) dropped(message_->number - turn.sent - 1);
       turn.sent = message_->number;
       turn.waits = turn.paced;
       head_ = message_head(turn.subscription, message_->time_ns);
@@ -161,7 +161,7 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
     uint64_t topics = 0;
     for (const Turn& turn : turns_) {
       if (turn.waits) continue;
-      if (!is_picture(state_.offer.topics[turn.topic].kind) || state_.hub.newest(turn.topic) == turn.sent)
+      if (!is_picture(state_.offer.topics[turn.topic].kind) || state_.hub.newest(turn.topic) <= turn.sent)
         topics |= uint64_t{1} << turn.topic;
     }
     return topics;
@@ -232,7 +232,7 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
     for (const uint32_t id : answer.ready) {
       const auto turn = std::ranges::find_if(turns_, [&](const Turn& t) { return t.subscription == id; });
       // What went by meanwhile was not wanted.
-      if (turn->waits) turn->sent = std::max(turn->sent, state_.hub.newest(turn->topic) - 1);
+      if (turn->waits) turn->sent = state_.hub.passed(turn->topic);
       turn->paced = true;
       turn->waits = false;
     }
@@ -245,11 +245,10 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
     for (const auto& [id, topic] : protocol_.subscriptions()) {
       const auto before =
           std::ranges::find_if(turns_, [&, id = id](const Turn& t) { return t.subscription == id; });
-      // What was there before somebody asked is not owed to them, but the newest picture is shown at once.
-      const uint64_t newest = state_.hub.newest(topic);
+      // What was there before somebody asked is not owed to them.
       turns.push_back(before != turns_.end()
                           ? *before
-                          : Turn{.subscription = id, .topic = topic, .sent = newest == 0 ? 0 : newest - 1});
+                          : Turn{.subscription = id, .topic = topic, .sent = state_.hub.passed(topic)});
     }
     turns_ = std::move(turns);
     next_turn_ = 0;
@@ -273,6 +272,7 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
       const auto self = weak.lock();
       if (error || !self || !self->writing_) return;
       self->state_.count(&ServeSummary::stalled);
+      for (const Turn& turn : self->turns_) self->dropped(self->state_.hub.passed(turn.topic) - turn.sent);
       self->cut();
     });
     ws_.async_write(buffers, [self = shared_from_this(), done, bytes](beast::error_code error, size_t) {

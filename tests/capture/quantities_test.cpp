@@ -10,6 +10,7 @@
 
 #include "capture/files/measurements.h"
 #include "capture/files/true_quantities.h"
+#include "capture/messages/touch_json.h"
 #include "capture/run/comparison.h"
 #include "palpate/options.h"
 #include "tests/support/csv_table.h"
@@ -249,6 +250,49 @@ std::string readme_table() {
 }
 
 // PALPATE_WRITE_TABLES=1 writes it anew.
+/// The text of a cell in a touch as JSON; "" where there is no value.
+std::string cell_of(const Json& field, const char* key) {
+  const Json& value = field.at(key);
+  if (value.is_null()) return "";
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_number_float() ? shortest(value.get<double>()) : value.dump();
+}
+
+TEST(Quantities, ATouchAsJsonHasTheCellsOfTheTable) {
+  constexpr MeasuredColumns kMeasured{Groups::Truth - 1};
+  Touch touch = distinct_touch();
+  const Json schema = parse_json(touch_json_schema(kMeasured)).at("properties");
+  for (const Validity state : {Validity::Valid, Validity::NoContact, Validity::PictureDamaged}) {
+    touch.force_N.validity = touch.skin->torsion_rad.validity = state;
+    touch.contact = state != Validity::NoContact;
+    const Table table(Measurements::header(kMeasured) + "\n" +
+                      Measurements::row(touch, kMeasured, Digits::All));
+    const Json parsed = parse_json(touch_json(touch, kMeasured, 1'700'000'000'000'000'005));
+    EXPECT_EQ(parsed["frame"], touch.sequence);
+    EXPECT_EQ(parsed["stamp"]["nanosec"], 5);
+    for (const auto& q : touch_quantities()) {
+      if (q.group == 0 || q.group == Groups::Contacts) continue;
+      const Json& field = parsed.at(q.name);
+      for (const auto& [key, value] : field.items())
+        EXPECT_TRUE(schema[q.name]["properties"].contains(key)) << q.name << ' ' << key;
+      if (*q.unit) {
+        EXPECT_EQ(field.at("unit"), q.unit);
+      }
+      EXPECT_EQ(cell_of(field, "value"), table.at(0, q.name)) << q.name;
+      if (q.kind != QuantityKind::Estimated) continue;
+      EXPECT_EQ(cell_of(field, "standard_error"), table.at(0, error_name(q))) << q.name;
+      if (q.state) {
+        EXPECT_EQ(cell_of(field, "state"), table.at(0, q.state)) << q.name;
+      }
+    }
+    EXPECT_EQ(parsed.at("contacts").size(), touch.contacts.size());
+    EXPECT_EQ(parsed["contacts"][0].at("id").at("value"), touch.contacts[0].id);
+  }
+  EXPECT_FALSE(contains(touch_json(touch, kMeasured, 0), "zeroed"));
+  EXPECT_TRUE(contains(touch_json(touch, kMeasured, 0, true), "\"zeroed\":true"));
+}
+
 TEST(Quantities, SlipSaysWhatShowsIt) {
   const auto all = touch_quantities();
   const auto by = std::ranges::find(all, std::string_view("slip_by"), &MeasuredQuantity<Touch>::name);

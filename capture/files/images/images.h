@@ -30,9 +30,6 @@ cv::Mat to_image(const Frame& frame);
 /// is ".png" or ".tif". Throws Error(Failure::Output).
 std::vector<uint8_t> encode_image(const Frame& frame, const std::string& ending);
 
-/// The frame as a JPEG file of 8 bits, the upper ones of more. `quality`: 1 to 100.
-std::vector<uint8_t> encode_jpeg(const Frame& frame, int quality);
-
 /// True when the name ends as an image's does (png, tif, tiff, pgm, ppm, pnm, jpg, jpeg, bmp).
 bool has_image_name(const std::filesystem::path& file);
 
