@@ -124,11 +124,15 @@ LineFile::~LineFile() {
 
 void LineFile::append(std::string_view line) {
   const std::string whole = std::string(line) + '\n';
-  if (const int code = write_all(file_, whole.data(), whole.size())) {
+  append_bytes({reinterpret_cast<const uint8_t*>(whole.data()), whole.size()});
+}
+
+void LineFile::append_bytes(std::span<const uint8_t> bytes) {
+  if (const int code = write_all(file_, bytes.data(), bytes.size())) {
     if (::ftruncate(file_, length_) == 0) ::lseek(file_, length_, SEEK_SET);
     fail(path_, code);
   }
-  length_ += static_cast<int64_t>(whole.size());
+  length_ += static_cast<int64_t>(bytes.size());
 }
 
 void LineFile::sync() {

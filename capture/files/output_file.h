@@ -51,6 +51,8 @@ class LineFile {
   LineFile& operator=(const LineFile&) = delete;
 
   void append(std::string_view line);  ///< without its line end
+  /// The same of bytes that are no line.
+  void append_bytes(std::span<const uint8_t> bytes);
   /// Makes the disk have what was appended; from any thread, before close.
   void sync();
   /// Hands everything to the disk and closes; throws where that fails.

@@ -112,8 +112,10 @@ std::string schema_text(const char* title, const Json& properties) {
 
 }  // namespace
 
-std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stamp_ns, bool zeroed) {
+std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stamp_ns, bool zeroed,
+                       std::string_view source) {
   std::string line = frame_json(touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), stamp_ns);
+  if (!source.empty()) line += ",\"source\":" + text_json(source);
   if (zeroed) line += ",\"zeroed\":true";
   add_quantities(line, touch_quantities(), touch, columns.with(MeasuredColumns::Contacts, false));
   const bool listed =
@@ -132,6 +134,7 @@ std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stam
 
 std::string touch_json_schema(MeasuredColumns columns) {
   Json all = frame_properties();
+  all["source"] = Json{{"type", "string"}, {"description", "File of the frame"}};
   all["zeroed"] = Json{{"type", "boolean"}};
   all.update(properties(touch_quantities(), columns.with(MeasuredColumns::Contacts, false)));
   if (columns.groups & MeasuredColumns::Contacts)

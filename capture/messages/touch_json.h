@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "engine/measure/measured_columns.h"
 #include "palpate/touch.h"
@@ -13,8 +14,10 @@ namespace palpate {
 /// "N", "standard_error": 0.01, "state": "valid"}, ..., "contacts": [...]}. Values with all digits, as
 /// sessions hold them; null: none. A quantity without an error or a state of its own has no such key.
 /// `stamp_ns`: time of exposure, CLOCK_REALTIME. `zeroed`: force and shear are less than they were measured
-/// by a zero that somebody took; then there is a key "zeroed": true.
-std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stamp_ns, bool zeroed = false);
+/// by a zero that somebody took; then there is a key "zeroed": true. `source`: file of the frame, where it
+/// has one of its own.
+std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stamp_ns, bool zeroed = false,
+                       std::string_view source = {});
 /// JSON schema of these lines.
 std::string touch_json_schema(MeasuredColumns columns);
 

@@ -8,6 +8,7 @@
 
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
+#include "capture/mcap/recording.h"
 #include "capture/run/input.h"
 #include "capture/run/logs_beside.h"
 #include "capture/run/rest_check.h"
@@ -67,6 +68,7 @@ class Recorder {
       contacts_.emplace(out / "contacts.csv", columns_, request.digits);
     if (request.rows && !out.empty() && rate_Hz_ > 0)
       logs_.emplace(request.input, request.logs, request.log_offset_s);
+    if (request.mcap) begin_mcap(context, source);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -101,7 +103,7 @@ class Recorder {
     const bool seen = touch.picture == PictureFault::None;
     const bool mesh_of_traction =
         std::ranges::find(request_.traction, TractionFormat::Ply) != request_.traction.end();
-    if (seen && touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction)) {
+    if (seen && touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction || mcap_)) {
       depth_mm_ = result.depth_mm();
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
@@ -128,6 +130,7 @@ class Recorder {
       request_.on_row(json_line(touch, columns_, request_.digits, known, depth_rms_error_mm, name));
     if (request_.on_result) request_.on_result(pipeline_, result, frame);
     if (contacts_) contacts_->add(touch, name);
+    if (mcap_) add_to_mcap(result, frame, touch, name);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth && seen) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (pictures_) draw(result, frame, touch);
@@ -144,6 +147,7 @@ class Recorder {
     if (contacts_) contacts_->close();
     if (logs_) summary_.logs = logs_->write(out_);
     if (pictures_) pictures_->finish();
+    if (mcap_) close_mcap();
     if (!request_.confidence.empty())
       write_whole(
           out_ / "confidence" / "confidence.json",
@@ -158,6 +162,45 @@ class Recorder {
   uint32_t map_width() const { return pipeline_.format().width; }
   uint32_t map_height() const { return pipeline_.format().height; }
   DepthView view() const { return {depth_mm_, map_width(), map_height(), sensor_.pitch_mm_per_px}; }
+
+  void begin_mcap(const gpu::Context& context, const Source& source) {
+    McapOptions options{sensor_, request_.outputs, columns_, request_.cloud, {}, {}};
+    options.facts = {{"input", request_.input}, {"device", context.report().name}};
+    if (session_folder()) options.session = session_text(*session_folder());
+    start_ns_ = session_started_ns(options.session);
+    options.facts["stamps"] = start_ns_ > 0 ? "since 1970, the session's beginning known to a second"
+                              : rate_Hz_ > 0 || source.live()
+                                  ? "since the recording began, its date is not known"
+                                  : "pictures without times, 0.1 s apart";
+    mcap_.emplace(out_, options);
+  }
+
+  void add_to_mcap(const Result& result, const Frame& frame, const Touch& touch, const std::string& name) {
+    std::optional<DepthMap> depth;
+    if (touch.surface && touch.picture == PictureFault::None) {
+      depth = DepthMap{depth_mm_, {}, map_width(), map_height(), sensor_.pitch_mm_per_px};
+      if (touch.confidence) depth->confidence = result.confidence();
+    }
+    mcap_->add(frame, touch, depth, start_ns_ + time_ns(touch), name);
+  }
+  int64_t time_ns(const Touch& touch) const {
+    return rate_Hz_ > 0 ? touch.time_ns
+                        : std::llround(static_cast<double>(touch.sequence) / kFolderRate_Hz * 1e9);
+  }
+
+  void close_mcap() {
+    if (session_folder())
+      for (const viz::Event& event : viz::read_events(*session_folder()))
+        if (request_.range.contains(event.frame))
+          mcap_->add(event, start_ns_ + std::llround(event.time_s * 1e9));
+    mcap_->close();
+  }
+  /// That is read.
+  std::optional<std::filesystem::path> session_folder() const {
+    const std::filesystem::path input = request_.input;
+    if (!is_session(input)) return std::nullopt;
+    return std::filesystem::is_directory(input) ? input : input.parent_path();
+  }
 
   void write_depths(uint64_t sequence) {
     for (const DepthFormat format : request_.depth) {
@@ -232,6 +275,8 @@ class Recorder {
   std::optional<Measurements> measurements_;
   std::optional<ContactRows> contacts_;
   std::optional<LogsBeside> logs_;
+  std::optional<McapRecording> mcap_;
+  int64_t start_ns_ = 0;  ///< of the recording, since 1970; 0: not known
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::span<const float> depth_mm_;  ///< of the result that is added
@@ -268,7 +313,8 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
 
   if (!out.empty()) {
     make_output_folder(out);
-    for (const char* stale : {"summary.json", "summary.csv", "recording.mp4", "contacts.csv"})
+    for (const char* stale :
+         {"summary.json", "summary.csv", "recording.mp4", "contacts.csv", kMcapFile, kMcapYaml})
       std::filesystem::remove(out / stale);
   }
   ProcessSummary summary;
@@ -287,8 +333,9 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   if (!request.images.empty()) write_image_setting(sensor, background, out);
   // Depth is each frame's own, except with contacts of a gel; what is followed from frame to frame is so from
   // the first one on.
-  const bool followed = !separate && (request.rows || request.on_row || request.pictures || request.video ||
-                                      (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
+  const bool followed =
+      !separate && (request.rows || request.mcap || request.on_row || request.pictures || request.video ||
+                    (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
   if (!followed && request.range.first > 0) {
     Frame first;  // shows flaws that a later one may hide
     if (!separate && source->next(first)) PipelineAccess::look_ahead(pipeline, first);

@@ -69,6 +69,8 @@ struct ProcessRequest : RunSettings {
   std::vector<TractionFormat> traction;  ///< the same, with Output::Traction
   bool pictures = false;                 ///< PNGs as the window would show the frames
   bool video = false;                    ///< the same as recording.mp4
+  bool mcap = false;                     ///< recording.mcap and metadata.yaml, see capture/mcap
+  bool cloud = false;                    ///< with points in it
   bool rows = true;  ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
   Digits digits = Digits::Deserved;  ///< of the rows
   std::function<void(const std::string& json)>
@@ -132,10 +134,10 @@ struct ProcessSummary {
 };
 
 /// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,
-/// depth/, pictures/, recording.mp4, NAME_log.csv of the logs of a session and of those that are given,
-/// images/ with the sensor.json and background.png that measure them again, and at the end summary.json.
-/// Without a folder nothing is written: the request may not ask for files. A damaged recording keeps the rows
-/// before the damage, writes a summary that says so, and throws.
+/// depth/, pictures/, recording.mp4, recording.mcap, NAME_log.csv of the logs of a session and of those that
+/// are given, images/ with the sensor.json and background.png that measure them again, and at the end
+/// summary.json. Without a folder nothing is written: the request may not ask for files. A damaged recording
+/// keeps the rows before the damage, writes a summary that says so, and throws.
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
                                  const std::filesystem::path& out, const RunWatch& watch);
 

@@ -42,10 +42,11 @@ void choose_outputs(const MeasuredInput& input, ProcessRequest& request) {
   if (!request.traction.empty() && !layer_of(input.sensor))
     throw Error(Failure::Usage, "an elastic layer for traction files", "a sensor without one",
                 "\"layer\" in the sensor file (young_MPa, poisson, thickness_mm)");
-  request.outputs = request.rows || request.video ? input.outputs : Output::Force;
+  request.outputs = request.rows || request.video || request.mcap ? input.outputs : Output::Force;
   if (input.session) {
     const SessionInfo& info = *input.session;
-    if (!info.outputs.empty() && request.rows && !request.video) request.outputs = info.outputs;
+    if (!info.outputs.empty() && (request.rows || request.mcap) && !request.video)
+      request.outputs = info.outputs;
     as_recorded(request, info);
   }
   if (!request.depth.empty()) {
@@ -64,6 +65,7 @@ std::string list_of_files(const ProcessRequest& request) {
   for (const TractionFormat format : request.traction)
     files += ", traction/*." + std::string(extension(format));
   if (request.video) files += ", recording.mp4";
+  if (request.mcap) files += ", recording.mcap, metadata.yaml";
   if (!request.images.empty()) files += ", images/*" + request.images + ", sensor.json, background.png";
   return files;
 }
@@ -75,9 +77,12 @@ Report run_export(const Common& common, const Options& options) {
   for (const auto& [format, wanted] : options.depth)
     if (wanted) request.depth.push_back(format);
   if (!request.rows && request.depth.empty() && !request.video && request.images.empty() &&
-      request.traction.empty())
-    throw Error(Failure::Usage, "what to export", "nothing asked for",
-                "some of --csv, --npy, --png16, --tiff, --ply, --obj, --traction npy, --mp4, --images png");
+      request.traction.empty() && !request.mcap)
+    throw Error(
+        Failure::Usage, "what to export", "nothing asked for",
+        "some of --csv, --npy, --png16, --tiff, --ply, --obj, --traction npy, --mp4, --mcap, --images png");
+  if (request.cloud && !request.mcap)
+    throw Error(Failure::Usage, "--mcap with --cloud", "--cloud alone", "--mcap --cloud, or --ply");
   request.range = chosen_frames(options);
   request.seed = common.seed;
   const MeasuredInput input = find_input(request);
@@ -132,6 +137,10 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
       ->delimiter(',')
       ->transform(one_of(kTractionFormats));
   command->add_flag("--mp4", request.video, "recording.mp4: each frame as the window shows it");
+  command->add_flag("--mcap", request.mcap,
+                    "recording.mcap: images, depth, wrench and all measurements with their times, as "
+                    "ROS 2 and Foxglove read them, with metadata.yaml, for `ros2 bag play`");
+  command->add_flag("--cloud", request.cloud, "With --mcap: the surface as points too, thrice the size");
   command
       ->add_option("--images", options->images,
                    "images/NNNNNN: the frames without loss, png or tiff, with sensor.json and "
@@ -149,16 +158,17 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
        {"solver", "Surface solver: live or best (default: the session's; best)"},
        {"rate_Hz"}});
   options->look.add(*command);
-  add_common(
-      *command, common,
-      "  palpate export out/press --out out/csv --csv\n"
-      "  palpate export out/press --out out/mesh --ply --frames 40:60:5\n"
-      "  palpate export out/press --out out/depth --tiff --npy --every 10\n"
-      "  palpate export out/press --out out/film --mp4 --view 30,40\n"
-      "  palpate export out/press --out out/raw --images png\n"
-      "  palpate process out/raw/images --sensor out/raw/sensor.json --out out/again\n"
-      "Shear, slip and shift are followed from frame to frame: with --csv and --mp4 all frames before\n"
-      "the first one are measured too. Numbered files of an earlier run are replaced.\n");
+  add_common(*command, common,
+             "  palpate export out/press --out out/csv --csv\n"
+             "  palpate export out/press --out out/mesh --ply --frames 40:60:5\n"
+             "  palpate export out/press --out out/depth --tiff --npy --every 10\n"
+             "  palpate export out/press --out out/film --mp4 --view 30,40\n"
+             "  palpate export out/press --out out/bag --mcap\n"
+             "  palpate export out/press --out out/raw --images png\n"
+             "  palpate process out/raw/images --sensor out/raw/sensor.json --out out/again\n"
+             "Shear, slip and shift are followed from frame to frame: with --csv, --mcap and --mp4 all "
+             "frames before\n"
+             "the first one are measured too. Numbered files of an earlier run are replaced.\n");
   command->runs(chosen, [&common, options] { return run_export(common, *options); });
 }
 

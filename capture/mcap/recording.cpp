@@ -1,0 +1,128 @@
+#include "capture/mcap/recording.h"
+
+#include <algorithm>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+
+#include "capture/files/output_file.h"
+#include "engine/base/clock.h"
+#include "engine/base/json.h"
+#include "palpate/version.h"
+
+namespace palpate {
+namespace {
+
+/// The description that rosbag2 keeps beside its files. Only its own messages are named: it would refuse to
+/// play others, which the file holds all the same.
+std::string rosbag_text(const std::vector<Topic>& topics, const std::map<TopicKind, uint16_t>& channels,
+                        const McapCounts& counts) {
+  const std::string start = std::to_string(counts.first_ns);
+  const std::string length = std::to_string(counts.last_ns - counts.first_ns);
+  std::string list;
+  uint64_t all = 0;
+  for (const Topic& topic : topics) {
+    if (topic.encoding != "cdr") continue;
+    const auto found = counts.messages.find(channels.at(topic.kind));
+    const uint64_t messages = found == counts.messages.end() ? 0 : found->second;
+    all += messages;
+    list += "    - topic_metadata:\n        name: " + topic.name + "\n        type: " + topic.schema_name +
+            "\n        serialization_format: cdr\n        offered_qos_profiles: \"\"\n      message_count: " +
+            std::to_string(messages) + "\n";
+  }
+  const std::string count = std::to_string(all);
+  return "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n"
+         "  duration:\n    nanoseconds: " +
+         length + "\n  starting_time:\n    nanoseconds_since_epoch: " + start +
+         "\n  message_count: " + count + "\n  topics_with_message_count:\n" + list +
+         "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - " + kMcapFile +
+         "\n  files:\n    - path: " + kMcapFile +
+         "\n      starting_time:\n        nanoseconds_since_epoch: " + start +
+         "\n      duration:\n        nanoseconds: " + length + "\n      message_count: " + count + "\n";
+}
+
+}  // namespace
+
+McapRecording::McapRecording(const std::filesystem::path& folder, const McapOptions& options)
+    : folder_(folder),
+      writer_(folder / kMcapFile, "ros2"),
+      sensor_(topic_name(options.sensor.name)),
+      columns_(options.columns),
+      topics_(topics_of(options.sensor, options.outputs, options.columns)) {
+  std::filesystem::remove(folder / kMcapYaml);  // of an earlier file
+  // What follows from another topic is left out, the points unless they were asked for.
+  std::erase_if(topics_, [&](const Topic& topic) {
+    return topic.kind == TopicKind::Compressed || topic.kind == TopicKind::Preview ||
+           (topic.kind == TopicKind::Cloud && !options.cloud);
+  });
+  for (const Topic& topic : topics_) channels_[topic.kind] = writer_.add_channel(topic);
+  std::map<std::string, std::string> facts = options.facts;
+  facts["sensor"] = options.sensor.name;
+  if (has_scale(options.sensor)) facts["mm_per_px"] = shortest(options.sensor.pitch_mm_per_px);
+  facts["program_version"] = PALPATE_VERSION_TEXT;
+  writer_.add_metadata("palpate", facts);
+  if (has_scale(options.sensor))
+    writer_.attach("sensor.json", "application/json", sensor_text(options.sensor));
+  if (!options.session.empty()) writer_.attach("session.json", "application/json", options.session);
+}
+
+void McapRecording::write(TopicKind kind, uint64_t sequence, int64_t stamp_ns) {
+  writer_.write(channels_.at(kind), static_cast<uint32_t>(sequence), stamp_ns, message_);
+}
+
+void McapRecording::add(const Frame& frame, const Touch& touch, const std::optional<DepthMap>& depth,
+                        int64_t stamp_ns, std::string_view source) {
+  const int64_t stamp = std::max<int64_t>(stamp_ns, 0);
+  const MessageHeader header{stamp, sensor_};
+  const auto wanted = [&](TopicKind kind) { return channels_.contains(kind); };
+  write_image(message_, header, frame);
+  write(TopicKind::Image, touch.sequence, stamp);
+  if (depth && wanted(TopicKind::Depth)) {
+    write_depth_image(message_, header, *depth);
+    write(TopicKind::Depth, touch.sequence, stamp);
+  }
+  if (depth && wanted(TopicKind::Cloud)) {
+    write_cloud(message_, header, *depth);
+    write(TopicKind::Cloud, touch.sequence, stamp);
+  }
+  if (const auto wrench = wrench_of(touch); wrench && wanted(TopicKind::Wrench)) {
+    write_wrench(message_, header, *wrench);
+    write(TopicKind::Wrench, touch.sequence, stamp);
+  }
+  const std::string text = touch_json(touch, columns_, stamp, false, source);
+  message_.assign(text.begin(), text.end());
+  write(TopicKind::Touch, touch.sequence, stamp);
+  writer_.end_chunk_if_due(monotonic_ns());
+}
+
+void McapRecording::add(const viz::Event& event, int64_t stamp_ns) {
+  const int64_t stamp = std::max<int64_t>(stamp_ns, 0);
+  const std::string text = event_json({event.frame, event.time_s, event.kind, event.text}, stamp);
+  message_.assign(text.begin(), text.end());
+  write(TopicKind::Events, event.frame, stamp);
+}
+
+void McapRecording::close() {
+  writer_.close();
+  write_whole(folder_ / kMcapYaml, std::string_view(rosbag_text(topics_, channels_, writer_.counts())));
+}
+
+std::string session_text(const std::filesystem::path& folder) {
+  std::ifstream in(folder / "session.json", std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+int64_t session_started_ns(std::string_view session_json) {
+  try {
+    const json::Value session = json::parse(session_json);
+    const json::Value* started = session.find("started");
+    std::tm utc{};
+    if (!started || !started->is_string() || !::strptime(started->text().c_str(), "%Y-%m-%dT%H:%M:%SZ", &utc))
+      return 0;
+    return int64_t{::timegm(&utc)} * 1'000'000'000;
+  } catch (const json::Error&) {
+    return 0;
+  }
+}
+
+}  // namespace palpate

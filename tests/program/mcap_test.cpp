@@ -1,0 +1,111 @@
+// `palpate export --mcap`, read by the libraries of the format's makers (tests/mcap) and compared with the
+// session to the last digit.
+#include <algorithm>
+#include <cstdlib>
+
+#include "capture/files/event_log.h"
+#include "tests/support/json.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+/// Folder with the reader and its libraries; empty where npm cannot get them.
+const fs::path& reader_folder() {
+  static const fs::path folder = [] {
+    const fs::path at = fs::path(PALPATE_PROGRAM).parent_path() / "mcap_reader";
+    fs::create_directories(at);
+    for (const char* name : {"package.json", "package-lock.json", ".npmrc", "read.mjs"})
+      fs::copy_file(fs::path(PALPATE_SOURCE_DIR) / "tests/mcap" / name, at / name,
+                    fs::copy_options::overwrite_existing);
+    const std::string libraries = (at / "node_modules/@mcap/core").string();
+    if (fs::exists(libraries)) return at;
+    const std::string command =
+        "cd '" + at.string() + "' && timeout 120 npm ci --ignore-scripts >npm.log 2>&1";
+    return std::system(command.c_str()) == 0 && fs::exists(libraries) ? at : fs::path();
+  }();
+  return folder;
+}
+
+class McapFile : public Program {
+ protected:
+  void SetUp() override {
+    Program::SetUp();
+    if (reader_folder().empty()) GTEST_SKIP() << "NOT CHECKED: npm brings no reader of MCAP here";
+  }
+  /// What the reader says of a file.
+  Json read(const fs::path& file, const std::string& arguments) {
+    const fs::path answer = folder_ / "answer.json";
+    const std::string command = "node '" + (reader_folder() / "read.mjs").string() + "' '" + file.string() +
+                                "' " + arguments + " >'" + answer.string() + "'";
+    EXPECT_EQ(std::system(command.c_str()), 0) << slurp(answer);
+    return parse_json(slurp(answer));
+  }
+  fs::path session(const std::string& scene, const std::vector<std::string>& more = {}) {
+    const fs::path at = folder_ / "session";
+    std::vector<std::string> arguments = {"record", "synthetic:" + scene, "--out", at, "--frames", "40"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ended ended = Program::run(arguments);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return at;
+  }
+};
+
+TEST_F(McapFile, SaysWhatTheSessionSays) {
+  const fs::path from =
+      session("press?mode=gel&size=320x240&skin=texture", {"--outputs", "surface,skin,traction"});
+  viz::append_event(from, {.frame = 7, .time_s = 0.25, .kind = "mark", .text = "a, \"b\""});
+  viz::append_event(from, {.frame = 400, .time_s = 9, .kind = "mark", .text = "behind the end"});
+  const fs::path out = folder_ / "out";
+  ASSERT_EQ(run({"export", from, "--out", out, "--mcap", "--cloud", "--csv"}).exit_code, 0);
+  const Json all = read(out / "recording.mcap", "'" + (from / "frames.csv").string() + "' --exact");
+  EXPECT_EQ(all.at("profile"), "ros2");
+  EXPECT_EQ(all.at("attachments"), (std::vector<std::string>{"sensor.json", "session.json"}));
+  EXPECT_GT(all.at("cells"), 40 * 20);
+  std::map<std::string, int> messages;
+  std::string sensor;
+  for (const auto& [topic, found] : all.at("topics").items()) {
+    const size_t slash = topic.find('/', 1);
+    sensor = topic.substr(1, slash - 1);
+    messages[topic.substr(slash + 1)] = found.at("messages");
+  }
+  for (const char* each : {"image", "depth", "cloud", "touch"}) EXPECT_EQ(messages[each], 40) << each;
+  EXPECT_EQ(messages["events"], 2);
+  EXPECT_GT(messages["wrench"], 0);
+  EXPECT_LT(messages["wrench"], 40);  // not before something touches
+  const std::string yaml = slurp(out / "metadata.yaml");
+  EXPECT_NE(yaml.find("name: /" + sensor + "/wrench\n"), std::string::npos) << yaml;
+  EXPECT_NE(yaml.find("message_count: " + std::to_string(120 + messages["wrench"]) + "\n"),
+            std::string::npos);
+  EXPECT_EQ(yaml.find("touch"), std::string::npos);  // rosbag2 plays its own messages only
+}
+
+TEST_F(McapFile, IsReadUpToItsLastWholeChunkWhereverItIsCut) {
+  // Frames that fill a chunk each.
+  const fs::path from = session("press?mode=gel&size=320x240");
+  const fs::path out = folder_ / "out";
+  ASSERT_EQ(run({"export", from, "--out", out, "--mcap", "--cloud", "--frames", "0:5"}).exit_code, 0);
+  const Json cut = read(out / "recording.mcap", "--cut 12");
+  EXPECT_GE(cut.at("chunks"), 5);
+  EXPECT_GE(cut.at("cuts"), 27);
+}
+
+TEST_F(McapFile, HoldsPicturesWithoutTimesAndThoseThatAreUncalibrated) {
+  const fs::path rec = recording(5), out = folder_ / "out";
+  const fs::path pictures = rec / "frames";
+  ASSERT_TRUE(fs::is_directory(pictures));
+  ASSERT_EQ(run({"export", pictures, "--out", out, "--mcap", "--csv"}).exit_code, 0);
+  const Json all = read(out / "recording.mcap", "'" + (out / "measurements.csv").string() + "'");
+  EXPECT_EQ(all.at("metadata").at("stamps"), "pictures without times, 0.1 s apart");
+  EXPECT_FALSE(all.at("metadata").contains("mm_per_px"));
+}
+
+TEST_F(Program, AnMcapFileThatDoesNotFitOnTheDiskIsOneLine) {
+  expect_refusal({"export", "synthetic:press?mode=gel&size=160x120", "--out", folder_ / "out", "--mcap"}, 7,
+                 {"recording.mcap", "file too large"}, {.largest_file_bytes = 300000});
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "metadata.yaml"));
+  expect_refusal({"export", "synthetic:press", "--out", folder_ / "out", "--cloud", "--csv"}, 2, {"--mcap"});
+}
+
+}  // namespace
+}  // namespace palpate
