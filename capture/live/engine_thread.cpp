@@ -56,6 +56,7 @@ void LiveEngine::deliver(Result result) {
   if (options_.presses && result.touch.picture == PictureFault::None)
     options_.presses->add(frame, result.touch);
   if (options_.on_result) options_.on_result(result.touch);
+  if (options_.on_frame) options_.on_frame(frame, result);
   while (options_.show_all && !session_.ending() && !session_.to_display.wait_empty(milliseconds(50))) {
   }
   if (auto displaced = session_.to_display.put({std::move(item), std::move(result), times})) {

@@ -63,6 +63,8 @@ struct LiveOptions : LoopSettings {
   PressMonitor* presses = nullptr;              ///< receives every measured frame; null: no block is pressed
   std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
+  /// The same with its maps.
+  std::function<void(const Frame&, const Result&)> on_frame;
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
                                                     ///< at a time
   /// A device that was lost and is to be opened anew, on the caller's thread.

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "capture/live/recorder.h"
+#include "capture/mcap/sink.h"
 #include "capture/run/run_settings.h"
 #include "capture/run/run_watch.h"
 #include "capture/session/session.h"
@@ -25,6 +27,7 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
 struct RecordRequest : RunSettings {
   MeasuredInput found;  ///< find_input() of the settings
   std::filesystem::path folder;
+  bool mcap = false;                                      ///< recording.mcap in the session's folder too
   bool outlive_device = true;                             ///< as LiveOptions has it
   std::function<void(const DeviceLost&)> on_device_lost;  ///< likewise
   /// Factory of the monitor of presses of a block of tissue, from the untouched image; may be null, and may
@@ -36,7 +39,8 @@ struct RecordRequest : RunSettings {
 
 struct RecordOutcome {
   LiveReport live;
-  Recording::Written session;  ///< its status has the error that ended it early
+  Recording::Written session;      ///< its status has the error that ended it early
+  std::optional<McapStatus> mcap;  ///< its error ends the run too
 };
 
 /// Measures and records each frame. A recording or a scene waits for engine and file, unless it is played at

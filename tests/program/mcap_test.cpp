@@ -1,9 +1,10 @@
 // `palpate export --mcap`, read by the libraries of the format's makers (tests/mcap) and compared with the
 // session to the last digit.
-#include <algorithm>
+#include <csignal>
 #include <cstdlib>
 
 #include "capture/files/event_log.h"
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -78,6 +79,29 @@ TEST_F(McapFile, SaysWhatTheSessionSays) {
   EXPECT_NE(yaml.find("message_count: " + std::to_string(120 + messages["wrench"]) + "\n"),
             std::string::npos);
   EXPECT_EQ(yaml.find("touch"), std::string::npos);  // rosbag2 plays its own messages only
+}
+
+TEST_F(McapFile, IsWrittenWhileRecording) {
+  const fs::path from = session("press?mode=gel&size=160x120", {"--mcap", "--json"});
+  const Json said = parse_json(slurp(folder_ / "stdout"));
+  EXPECT_EQ(said.at("mcap").at("written"), 40);
+  EXPECT_EQ(said["mcap"].at("dropped"), 0);
+  EXPECT_EQ(said["mcap"].at("bytes"), fs::file_size(from / "recording.mcap"));
+  const Json all = read(from / "recording.mcap", "'" + (from / "frames.csv").string() + "' --exact");
+  EXPECT_EQ(all.at("topics").at("/synthetic_gel/touch").at("messages"), 40);
+  EXPECT_EQ(all["topics"].at("/synthetic_gel/depth").at("messages"), 40);
+  EXPECT_LT(std::stol(all.at("metadata").at("clock_error_ns").get<std::string>()), 1'000'000'000);
+  EXPECT_EQ(run({"process", from, "--out", folder_ / "again", "--as-recorded"}).exit_code, 0);
+}
+
+TEST_F(McapFile, IsReadAfterAKill) {
+  const fs::path at = folder_ / "session" / "recording.mcap";
+  const pid_t child = start({"record", "synthetic:press?mode=gel&size=320x240&repeat=0", "--rate", "30",
+                             "--mcap", "--out", at.parent_path()});
+  EXPECT_TRUE(eventually([&] { return fs::exists(at) && fs::file_size(at) > 3'000'000; }));
+  kill(child, SIGKILL);
+  EXPECT_EQ(finish(child).exit_code, 1000 + SIGKILL);
+  EXPECT_GE(read(at, "--cut 3").at("chunks"), 2);
 }
 
 TEST_F(McapFile, IsReadUpToItsLastWholeChunkWhereverItIsCut) {

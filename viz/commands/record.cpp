@@ -56,10 +56,10 @@ Report record(const Common& common, const Options& options) {
     context = open_device(common);
     return *context;
   };
-  const auto [report, session] = record_session(device, request, run_watch(common));
+  const auto [report, session, mcap] = record_session(device, request, run_watch(common));
   for (const PressAnswer& press : report.presses)
     viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
-  const std::string& error = session.status.error;
+  const std::string& error = session.status.error.empty() && mcap ? mcap->error : session.status.error;
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
 
   json::Value value = {
@@ -70,6 +70,10 @@ Report record(const Common& common, const Options& options) {
     facts.say(served.text);
     facts.json.update(served.json);
   }
+  if (mcap)
+    facts.add("mcap", {{"written", mcap->written}, {"dropped", mcap->dropped}, {"bytes", mcap->bytes}},
+              "recording.mcap: " + std::to_string(mcap->written) + " frames, " +
+                  std::to_string(mcap->dropped) + " dropped\n");
   value.update(facts.json);
   value["complete"] = !report.interrupted && error.empty();
   return {facts.text, value,
@@ -108,6 +112,10 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
        {"patience_s"},
        {"logs"},
        {"no_drop"}});
+  command->add_flag(
+      "--mcap", request.mcap,
+      "recording.mcap in the session's folder too: images, depth, wrench and all measurements, as "
+      "ROS 2 and Foxglove read them");
   options->block.add_to(*command);
   options->serve.add_to(*command);
   options->trace.add_to(*command);
