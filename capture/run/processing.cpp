@@ -8,6 +8,7 @@
 
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
+#include "capture/hdf5/episode.h"
 #include "capture/mcap/recording.h"
 #include "capture/run/input.h"
 #include "capture/run/logs_beside.h"
@@ -68,7 +69,7 @@ class Recorder {
       contacts_.emplace(out / "contacts.csv", columns_, request.digits);
     if (request.rows && !out.empty() && rate_Hz_ > 0)
       logs_.emplace(request.input, request.logs, request.log_offset_s);
-    if (request.mcap) begin_mcap(context, source);
+    if (request.mcap || !request.episode.empty()) begin_files_for_others(context, source);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -103,7 +104,8 @@ class Recorder {
     const bool seen = touch.picture == PictureFault::None;
     const bool mesh_of_traction =
         std::ranges::find(request_.traction, TractionFormat::Ply) != request_.traction.end();
-    if (seen && touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction || mcap_)) {
+    if (seen && touch.surface &&
+        (!request_.depth.empty() || compare_depth || mesh_of_traction || mcap_ || episode_)) {
       depth_mm_ = result.depth_mm();
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
@@ -130,7 +132,7 @@ class Recorder {
       request_.on_row(json_line(touch, columns_, request_.digits, known, depth_rms_error_mm, name));
     if (request_.on_result) request_.on_result(pipeline_, result, frame);
     if (contacts_) contacts_->add(touch, name);
-    if (mcap_) add_to_mcap(result, frame, touch, name);
+    if (mcap_ || episode_) add_for_others(result, frame, touch, name);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth && seen) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (pictures_) draw(result, frame, touch);
@@ -148,6 +150,7 @@ class Recorder {
     if (logs_) summary_.logs = logs_->write(out_);
     if (pictures_) pictures_->finish();
     if (mcap_) close_mcap();
+    if (episode_ && summary_.complete) episode_->commit();
     if (!request_.confidence.empty())
       write_whole(
           out_ / "confidence" / "confidence.json",
@@ -163,25 +166,33 @@ class Recorder {
   uint32_t map_height() const { return pipeline_.format().height; }
   DepthView view() const { return {depth_mm_, map_width(), map_height(), sensor_.pitch_mm_per_px}; }
 
-  void begin_mcap(const gpu::Context& context, const Source& source) {
-    McapOptions options{sensor_, request_.outputs, columns_, request_.cloud, {}, {}};
-    options.facts = {{"input", request_.input}, {"device", context.report().name}};
-    if (session_folder()) options.session = session_text(*session_folder());
-    start_ns_ = session_started_ns(options.session);
-    options.facts["stamps"] = start_ns_ > 0 ? "since 1970, the session's beginning known to a second"
-                              : rate_Hz_ > 0 || source.live()
-                                  ? "since the recording began, its date is not known"
-                                  : "pictures without times, 0.1 s apart";
-    mcap_.emplace(out_, options);
+  /// MCAP and HDF5.
+  void begin_files_for_others(const gpu::Context& context, const Source& source) {
+    const std::string session = session_folder() ? session_text(*session_folder()) : "";
+    start_ns_ = session_started_ns(session);
+    std::map<std::string, std::string> facts = {{"input", request_.input}, {"device", context.report().name}};
+    facts["stamps"] = start_ns_ > 0 ? "since 1970, the session's beginning known to a second"
+                      : rate_Hz_ > 0 || source.live() ? "since the recording began, its date is not known"
+                                                      : "pictures without times, 0.1 s apart";
+    if (request_.mcap) {
+      McapOptions options{sensor_, request_.outputs, columns_, request_.cloud, facts, session};
+      mcap_.emplace(out_, options);
+    }
+    if (request_.episode.empty()) return;
+    facts["stamps"] = rate_Hz_ > 0 ? "time_s since the recording began" : facts["stamps"];
+    if (!session.empty()) facts["session"] = session;
+    const EpisodeOptions options{sensor_, pipeline_.format(), request_.outputs, columns_, facts};
+    episode_.emplace(request_.episode, options);
   }
 
-  void add_to_mcap(const Result& result, const Frame& frame, const Touch& touch, const std::string& name) {
+  void add_for_others(const Result& result, const Frame& frame, const Touch& touch, const std::string& name) {
     std::optional<DepthMap> depth;
     if (touch.surface && touch.picture == PictureFault::None) {
       depth = DepthMap{depth_mm_, {}, map_width(), map_height(), sensor_.pitch_mm_per_px};
       if (touch.confidence) depth->confidence = result.confidence();
     }
-    mcap_->add(frame, touch, depth, start_ns_ + time_ns(touch), name);
+    if (mcap_) mcap_->add(frame, touch, depth, start_ns_ + time_ns(touch), name);
+    if (episode_) episode_->add(frame, touch, depth, static_cast<double>(time_ns(touch)) / 1e9);
   }
   int64_t time_ns(const Touch& touch) const {
     return rate_Hz_ > 0 ? touch.time_ns
@@ -276,6 +287,7 @@ class Recorder {
   std::optional<ContactRows> contacts_;
   std::optional<LogsBeside> logs_;
   std::optional<McapRecording> mcap_;
+  std::optional<Episode> episode_;
   int64_t start_ns_ = 0;  ///< of the recording, since 1970; 0: not known
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
@@ -333,9 +345,9 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   if (!request.images.empty()) write_image_setting(sensor, background, out);
   // Depth is each frame's own, except with contacts of a gel; what is followed from frame to frame is so from
   // the first one on.
-  const bool followed =
-      !separate && (request.rows || request.mcap || request.on_row || request.pictures || request.video ||
-                    (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
+  const bool followed = !separate && (request.rows || request.mcap || !request.episode.empty() ||
+                                      request.on_row || request.pictures || request.video ||
+                                      (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor)));
   if (!followed && request.range.first > 0) {
     Frame first;  // shows flaws that a later one may hide
     if (!separate && source->next(first)) PipelineAccess::look_ahead(pipeline, first);

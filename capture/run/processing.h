@@ -71,6 +71,7 @@ struct ProcessRequest : RunSettings {
   bool video = false;                    ///< the same as recording.mp4
   bool mcap = false;                     ///< recording.mcap and metadata.yaml, see capture/mcap
   bool cloud = false;                    ///< with points in it
+  std::filesystem::path episode;         ///< file of HDF5, see capture/hdf5; also without a folder
   bool rows = true;  ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
   Digits digits = Digits::Deserved;  ///< of the rows
   std::function<void(const std::string& json)>
