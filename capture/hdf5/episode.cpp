@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "palpate/error.h"
 #include "palpate/version.h"
@@ -110,6 +111,29 @@ void Episode::add_values(std::span<const MeasuredQuantity<Of>> quantities, const
     writer_->append(values_.at(error_name(q)), &error);
     const Estimate* estimate = std::get_if<Estimate>(&value);
     if (q.state) writer_->append_text(values_.at(q.state), estimate ? to_string(estimate->validity) : "");
+  }
+}
+
+void Episode::add(const NumberTable& table) {
+  const auto plain = [](std::string name) {
+    for (char& c : name)
+      if (c == '/') c = '_';
+    return name == "." || name.empty() ? "_" : name;
+  };
+  const bool taken =
+      table.name == "frames" || table.name == "touch" || table.name == "depth" || table.name == "skin";
+  const std::string group = std::string("/") + (taken ? "log_" : "") + plain(table.name) + "/";
+  const auto add = [&](const std::string& name, const std::string& unit, const std::string& description,
+                       std::span<const double> values) {
+    const size_t dataset = writer_->add({group + name, Hdf5Type::F64, {}, unit, description});
+    for (const double value : values) writer_->append(dataset, &value);
+  };
+  std::set<std::string> names = {"time_s"};
+  add("time_s", "s", "Since the recording began; " + table.origin + ".", table.time_s);
+  for (const NumberColumn& column : table.columns) {
+    std::string name = plain(column.name);
+    while (!names.insert(name).second) name += '_';
+    add(name, column.unit, "Column '" + column.name + "' of the log.", column.values);
   }
 }
 

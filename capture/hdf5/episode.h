@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture/hdf5/module.h"
+#include "capture/messages/number_table.h"
 #include "capture/messages/ros_messages.h"
 #include "engine/measure/quantities.h"
 #include "palpate/sensor.h"
@@ -37,6 +38,8 @@ class Episode {
   /// A frame with what was measured of it. `depth`: none where it is not known; `time_s`: since the recording
   /// began.
   void add(const Frame& frame, const Touch& touch, const std::optional<DepthMap>& depth, double time_s);
+  /// A group of its own: `/NAME/time_s` and a dataset for each column.
+  void add(const NumberTable& table);
   void commit();
 
  private:

@@ -1,10 +1,11 @@
 #include "capture/mcap/recording.h"
 
 #include <algorithm>
-#include <ctime>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
+#include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "engine/base/clock.h"
 #include "engine/base/json.h"
@@ -102,6 +103,35 @@ void McapRecording::add(const viz::Event& event, int64_t stamp_ns) {
   write(TopicKind::Events, event.frame, stamp);
 }
 
+void McapRecording::add(const NumberTable& table, int64_t begun_ns) {
+  const auto kind = [](const char* type) { return json::Value{{"type", type}}; };
+  json::Value properties{{"time_s", kind("number")}, {"stamp", kind("object")}};
+  for (const NumberColumn& column : table.columns) {
+    properties[column.name] = kind("number");
+    properties[column.name]["description"] = column.unit;
+  }
+  const json::Value schema{{"title", "palpate.Log"},
+                           {"description", table.origin},
+                           {"type", "object"},
+                           {"properties", properties}};
+  const uint16_t channel = writer_.add_channel({.kind = TopicKind::Events,
+                                                .name = "/log/" + table.name,
+                                                .encoding = "json",
+                                                .schema_name = "palpate.Log",
+                                                .schema_encoding = "jsonschema",
+                                                .schema = schema.dump(-1, json::Utf8::Replace)});
+  for (size_t row = 0; row < table.time_s.size(); ++row) {
+    const int64_t stamp = std::max<int64_t>(begun_ns + std::llround(1e9 * table.time_s[row]), 0);
+    json::Value line{{"time_s", table.time_s[row]},
+                     {"stamp", {{"sec", stamp / 1'000'000'000}, {"nanosec", stamp % 1'000'000'000}}}};
+    for (const NumberColumn& column : table.columns) line[column.name] = column.values[row];
+    const std::string text = line.dump(-1, json::Utf8::Replace);
+    message_.assign(text.begin(), text.end());
+    writer_.write(channel, static_cast<uint32_t>(row), stamp, message_);
+    writer_.end_chunk_if_due(monotonic_ns());
+  }
+}
+
 void McapRecording::close() {
   writer_.close();
   write_whole(folder_ / kMcapYaml, std::string_view(rosbag_text(topics_, channels_, writer_.counts())));
@@ -110,19 +140,6 @@ void McapRecording::close() {
 std::string session_text(const std::filesystem::path& folder) {
   std::ifstream in(folder / "session.json", std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
-}
-
-int64_t session_started_ns(std::string_view session_json) {
-  try {
-    const json::Value session = json::parse(session_json);
-    const json::Value* started = session.find("started");
-    std::tm utc{};
-    if (!started || !started->is_string() || !::strptime(started->text().c_str(), "%Y-%m-%dT%H:%M:%SZ", &utc))
-      return 0;
-    return int64_t{::timegm(&utc)} * 1'000'000'000;
-  } catch (const json::Error&) {
-    return 0;
-  }
 }
 
 }  // namespace palpate

@@ -12,6 +12,7 @@
 
 #include "capture/files/event_log.h"
 #include "capture/mcap/writer.h"
+#include "capture/messages/number_table.h"
 #include "capture/messages/ros_messages.h"
 #include "capture/messages/topics.h"
 #include "capture/messages/touch_json.h"
@@ -47,6 +48,8 @@ class McapRecording {
   void add(const Frame& frame, const Touch& touch, const std::optional<DepthMap>& depth, int64_t stamp_ns,
            std::string_view source = {});
   void add(const viz::Event& event, int64_t stamp_ns);
+  /// Rows as JSON under `/log/NAME`. `begun_ns`: when the recording began, since 1970.
+  void add(const NumberTable& table, int64_t begun_ns);
   /// Makes the disk have all whole chunks.
   void sync() { writer_.sync(); }
   void close();
@@ -66,7 +69,5 @@ class McapRecording {
 
 /// session.json of a session's folder; empty where it cannot be read.
 std::string session_text(const std::filesystem::path& folder);
-/// When a session began, by its session.json, ns since 1970 to a second; 0 where it does not say.
-int64_t session_started_ns(std::string_view session_json);
 
 }  // namespace palpate

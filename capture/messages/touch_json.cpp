@@ -114,7 +114,7 @@ std::string schema_text(const char* title, const Json& properties) {
 
 std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stamp_ns, bool zeroed,
                        std::string_view source) {
-  std::string line = frame_json(touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), stamp_ns);
+  std::string line = frame_json(touch.sequence, static_cast<double>(touch.time_ns) / 1e9, stamp_ns);
   if (!source.empty()) line += ",\"source\":" + text_json(source);
   if (zeroed) line += ",\"zeroed\":true";
   add_quantities(line, touch_quantities(), touch, columns.with(MeasuredColumns::Contacts, false));

@@ -53,13 +53,9 @@ std::vector<AlignedLog> LogsBeside::take(std::vector<std::string>& problems) {
   return logs;
 }
 
-std::vector<std::string> LogsBeside::write(const std::filesystem::path& folder) {
-  std::vector<std::string> lines;
-  for (const AlignedLog& log : take(lines)) {
+void LogsBeside::write(const std::vector<AlignedLog>& logs, const std::filesystem::path& folder) const {
+  for (const AlignedLog& log : logs)
     write_log_at_frames(folder / (log.table.name + "_log.csv"), log, frames_, time_s_);
-    lines.push_back(describe(log));
-  }
-  return lines;
 }
 
 }  // namespace palpate

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// Collects the frames of a run, and writes NAME_log.csv with each log's columns at their times.
+/// Collects the frames of a run; NAME_log.csv has each log's columns at their times.
 class LogsBeside {
  public:
   /// `input`: of the run; `files`: given logs, as FILE or NAME=FILE, read at once; `offset_s`: to add to
@@ -23,8 +23,8 @@ class LogsBeside {
   /// All logs, aligned with the frames. Throws Error(Failure::Input) where a given one cannot be; `problems`:
   /// a line of each of a session's own that cannot.
   std::vector<AlignedLog> take(std::vector<std::string>& problems);
-  /// take(), and the files in `folder`; a line of each log for people. Throws Error(Failure::Output) too.
-  std::vector<std::string> write(const std::filesystem::path& folder);
+  /// NAME_log.csv of each. Throws Error(Failure::Output).
+  void write(const std::vector<AlignedLog>& logs, const std::filesystem::path& folder) const;
 
  private:
   FrameClock measured_clock() const;

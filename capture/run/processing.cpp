@@ -15,6 +15,7 @@
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "capture/series.h"
+#include "capture/session/info.h"
 #include "engine/base/clock.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/pipeline_access.h"
@@ -67,7 +68,7 @@ class Recorder {
     if (request.rows) measurements_.emplace(out / "measurements.csv", columns_, request.digits);
     if (request.rows && wants(request.outputs, Output::Contacts))
       contacts_.emplace(out / "contacts.csv", columns_, request.digits);
-    if (request.rows && !out.empty() && rate_Hz_ > 0)
+    if ((request.rows || request.mcap || !request.episode.empty()) && rate_Hz_ > 0)
       logs_.emplace(request.input, request.logs, request.log_offset_s);
     if (request.mcap || !request.episode.empty()) begin_files_for_others(context, source);
     if (has_truth_) summary.comparison.emplace();
@@ -147,7 +148,7 @@ class Recorder {
       write_whole(out_ / "summary.csv", std::string_view(touches_.csv(columns_)));
     if (measurements_) measurements_->close();
     if (contacts_) contacts_->close();
-    if (logs_) summary_.logs = logs_->write(out_);
+    if (logs_) write_logs();
     if (pictures_) pictures_->finish();
     if (mcap_) close_mcap();
     if (episode_ && summary_.complete) episode_->commit();
@@ -169,9 +170,10 @@ class Recorder {
   /// MCAP and HDF5.
   void begin_files_for_others(const gpu::Context& context, const Source& source) {
     const std::string session = session_folder() ? session_text(*session_folder()) : "";
-    start_ns_ = session_started_ns(session);
+    const std::optional<WallClock> clock = session_clock_of(session);
+    if (clock) date_ahead_ns_ = clock->ahead_ns;
     std::map<std::string, std::string> facts = {{"input", request_.input}, {"device", context.report().name}};
-    facts["stamps"] = start_ns_ > 0 ? "since 1970, the session's beginning known to a second"
+    facts["stamps"] = clock ? "time of exposure since 1970, by the offset of the date that the session kept"
                       : rate_Hz_ > 0 || source.live() ? "since the recording began, its date is not known"
                                                       : "pictures without times, 0.1 s apart";
     if (request_.mcap) {
@@ -191,6 +193,9 @@ class Recorder {
       depth = DepthMap{depth_mm_, {}, map_width(), map_height(), sensor_.pitch_mm_per_px};
       if (touch.confidence) depth->confidence = result.confidence();
     }
+    // Frames that know when they were exposed say when the recording began.
+    if (frame.exposed_ns > 0 && date_ahead_ns_)
+      start_ns_ = frame.exposed_ns + *date_ahead_ns_ - time_ns(touch);
     if (mcap_) mcap_->add(frame, touch, depth, start_ns_ + time_ns(touch), name);
     if (episode_) episode_->add(frame, touch, depth, static_cast<double>(time_ns(touch)) / 1e9);
   }
@@ -208,9 +213,24 @@ class Recorder {
   }
   /// That is read.
   std::optional<std::filesystem::path> session_folder() const {
-    const std::filesystem::path input = request_.input;
-    if (!is_session(input)) return std::nullopt;
-    return std::filesystem::is_directory(input) ? input : input.parent_path();
+    return is_session(request_.input) ? std::optional(palpate::session_folder(request_.input)) : std::nullopt;
+  }
+  static std::optional<WallClock> session_clock_of(const std::string& session) {
+    return session.empty() ? std::nullopt : session_from_text(session, kSessionJson).clock;
+  }
+
+  /// Logs of other instruments, at the frames and in the files for others.
+  void write_logs() {
+    std::vector<AlignedLog> logs = logs_->take(summary_.logs);
+    if (request_.rows && !out_.empty()) logs_->write(logs, out_);
+    for (const AlignedLog& log : logs) {
+      summary_.logs.push_back(describe(log));
+      NumberTable table{log.table.name, describe(log.clock), log.time_s, {}};
+      for (const LogColumn& column : log.table.columns)
+        table.columns.push_back({column.name, column.unit, column.values});
+      if (mcap_) mcap_->add(table, start_ns_);
+      if (episode_) episode_->add(table);
+    }
   }
 
   void write_depths(uint64_t sequence) {
@@ -288,7 +308,8 @@ class Recorder {
   std::optional<LogsBeside> logs_;
   std::optional<McapRecording> mcap_;
   std::optional<Episode> episode_;
-  int64_t start_ns_ = 0;  ///< of the recording, since 1970; 0: not known
+  std::optional<int64_t> date_ahead_ns_;  ///< of the clock that stamps frames
+  int64_t start_ns_ = 0;                  ///< of the recording, since 1970; 0: not known
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::span<const float> depth_mm_;  ///< of the result that is added

@@ -59,6 +59,9 @@ TEST_F(LogProgram, ATableOfItsOwnClockIsAlignedByTheForce) {
   // A session brings its log; the same table beside the bare film is aligned in the same way.
   ASSERT_EQ(run({"process", session, "--out", folder_ / "again"}).exit_code, 0);
   expect_times(folder_ / "again", 0.01);
+  const Ended others = run({"export", session, "--mcap", "--out", folder_ / "others"});
+  ASSERT_EQ(others.exit_code, 0) << others.err;
+  EXPECT_TRUE(contains(slurp(folder_ / "others" / "recording.mcap"), "/log/robot"));
   ASSERT_EQ(
       run({"process", scene_, "--frames", "360", "--log", robot, "--out", folder_ / "beside"}).exit_code, 0);
   expect_times(folder_ / "beside", 0.01);
