@@ -185,6 +185,11 @@ LiveReport run_captured(LiveSession& session, const OpenSource& open, const Live
   return report;
 }
 
+/// Frames that the device has measured.
+uint64_t measured(const LiveOptions& options, const LiveSession& session) {
+  return options.measured_on_device ? options.measured_on_device() : session.processed.load();
+}
+
 MakeViewer no_window(const LiveOptions& options) {
   return [&options](LiveSession& session, LatencyLog& latency, const Pipeline&) {
     return std::make_unique<NoWindow>(session, options, latency);
@@ -200,7 +205,7 @@ LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSo
                         gpu::Context* device = &context;
                         const Sensor sensor = for_rectified_frames(run.sensor);
                         Pending pending;
-                        uint64_t processed_before = 0;
+                        uint64_t measured_before = 0;
                         for (;;) {
                           {
                             Pipeline pipeline(*device, sensor, session.source()->format(), run.pipeline);
@@ -213,10 +218,10 @@ LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSo
                           const std::optional<DeviceLost> lost = session.take_device_error();
                           if (!lost || report.interrupted) break;
                           // A device that measures nothing before it is lost again is given up.
-                          const bool hopeless = session.processed == processed_before;
+                          const bool hopeless = measured(options, session) == measured_before;
                           const bool over = pending.empty() && session.to_engine.finished();
                           if (!options.outlive_device || hopeless || over) throw DeviceLost(*lost);
-                          processed_before = session.processed;
+                          measured_before = measured(options, session);
                           report.device_losses = ++session.device_losses;
                           if (options.on_device_lost) options.on_device_lost(*lost);
                           if (options.reopen_device)
@@ -230,6 +235,11 @@ LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSo
 LiveReport run_without_window(gpu::Context& context, const OpenSource& open, const MeasuredRun& run,
                               const LiveOptions& options) {
   LiveSession session(Patience(options.patience_s, options.input));
+  return run_without_window(session, context, open, run, options);
+}
+
+LiveReport run_without_window(LiveSession& session, gpu::Context& context, const OpenSource& open,
+                              const MeasuredRun& run, const LiveOptions& options) {
   return run_session(session, context, open, run, options, no_window(options));
 }
 

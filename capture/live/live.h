@@ -43,6 +43,10 @@ LiveReport run_session(LiveSession& session, gpu::Context& context, const OpenSo
 LiveReport run_without_window(gpu::Context& context, const OpenSource& open, const MeasuredRun& run,
                               const LiveOptions& options);
 
+/// On a session that the caller watches, and may end or tell of a lost device, meanwhile.
+LiveReport run_without_window(LiveSession& session, gpu::Context& context, const OpenSource& open,
+                              const MeasuredRun& run, const LiveOptions& options);
+
 /// On a pipeline with its background; a lost device is the caller's.
 LiveReport run_without_window(Pipeline& pipeline, const OpenSource& open, const LiveOptions& options);
 

@@ -58,12 +58,15 @@ struct LiveOptions : LoopSettings {
   /// Opens a lost device anew, once nothing of the session is left on it, and returns the one to go on with;
   /// unset: Context::reopen.
   std::function<gpu::Context&(gpu::Context&)> reopen_device;
+  /// Frames that all sessions on the device have measured, where it is shared; unset: this one's.
+  std::function<uint64_t()> measured_on_device;
   std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
   Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
   PressMonitor* presses = nullptr;              ///< receives every measured frame; null: no block is pressed
   std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
-  /// The same with its maps.
+  /// The same with the frame, whose memory is the session's, and the maps; a call that waits lets newer frames
+  /// pass.
   std::function<void(const Frame&, const Result&)> on_frame;
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
                                                     ///< at a time

@@ -18,7 +18,7 @@ struct Press {
   double own_N;
 
   explicit Press(const SyntheticOptions& o)
-      : scene(find_scene(o.scene)),
+      : scene(scene_of(o)),
         layer({o.pad_young_MPa, 0.5}, o.pad_thickness_mm),
         radius_mm(o.indenter_radius_mm > 0 ? o.indenter_radius_mm : scene.indenter_radius_mm),
         own_N(scene.largest_force_N()) {
@@ -32,6 +32,17 @@ struct Press {
 
 }  // namespace
 
+Scene scene_of(const SyntheticOptions& o) {
+  Scene scene = find_scene(o.scene);
+  if (!is_grip(o)) return scene;
+  // Each pad carries half of the weight: down in the left picture, up in the right one, whose camera hangs
+  // upside down.
+  const double limit_N = o.friction * (o.force_N > 0 ? o.force_N : scene.largest_force_N());
+  const double down = o.grip.side == SyntheticSide::Left ? 1 : -1;
+  scene.keyframes = grip_script(scene.largest_force_N(), down * o.grip.weight_N / 2 / limit_N);
+  return scene;
+}
+
 ScriptRules script_rules(const SyntheticOptions& o) {
   const Press press(o);
   const double reference_N = press.reference_N(), radius_mm = press.at(reference_N).summary().radius_mm;
@@ -44,7 +55,8 @@ ScriptRules script_rules(const SyntheticOptions& o) {
           o.friction,
           limit_rad,
           o.hysteresis,
-          press.own_N * press.force_scale};
+          press.own_N * press.force_scale,
+          1e-3 * skew_ms(o)};
 }
 
 PressedPad::PressedPad(const SyntheticOptions& o)
@@ -53,7 +65,7 @@ PressedPad::PressedPad(const SyntheticOptions& o)
       flat_(find_scene(o.scene).flat),
       radius_mm_(Press(o).radius_mm),
       layer_({o.pad_young_MPa, 0.5}, o.pad_thickness_mm) {
-  const Scene& scene = find_scene(o.scene);
+  const Scene scene = scene_of(o);
   const ScriptRules rules = script_rules(o);
   const auto count = static_cast<size_t>(std::max(1.0, std::round(scene.duration_s() * o.rate_Hz)));
   states_.push_back(play(scene.keyframes, count, rules));

@@ -65,6 +65,9 @@ class PressedPad {
   std::vector<std::vector<ScriptState>> states_;  // of each indenter
 };
 
+/// The scene of these options; that of a grip with the load of the object's weight.
+Scene scene_of(const SyntheticOptions& options);
+
 /// Stiffness for tangential loads of a scene's contact, and all else that turns its scripts into states.
 ScriptRules script_rules(const SyntheticOptions& options);
 

@@ -27,6 +27,20 @@ enum class SyntheticSkin {
   Texture,  ///< random, 20 % of the light, grains of about 0.2 mm
 };
 
+/// Finger of a gripper that the scene "grip" shows.
+enum class SyntheticSide { Left, Right };
+
+/// Object of the scene "grip", which both fingers hold.
+struct SyntheticGrip {
+  SyntheticSide side = SyntheticSide::Left;
+  double weight_N = 0.4;          ///< friction on both pads carries it while it is lifted
+  double stiffness_N_per_mm = 2;  ///< force over thickness lost
+  double thickness_mm = 20;       ///< without force
+  double skew_ms = 0;             ///< the right camera takes each frame so much later than the left one
+
+  bool operator==(const SyntheticGrip&) const = default;
+};
+
 /// Camera, pad and script. Ranges are checked; a bad value is Error(Failure::Input).
 struct SyntheticOptions {
   std::string scene = "palpation";  ///< one of synthetic_scenes()
@@ -49,9 +63,20 @@ struct SyntheticOptions {
   double hysteresis = 0;
   double drift_per_min = 0;  ///< Waveguide: fraction by which the touch light grows in a minute
 
+  SyntheticGrip grip = {};
+
   double pad_young_MPa = 0.2;
   double pad_thickness_mm = 6;
   double friction = 0.5;
 };
+
+/// Whether these show a finger of a grip.
+inline bool is_grip(const SyntheticOptions& options) {
+  return options.scene == "grip";
+}
+/// How much later than the left finger's the frames of this one are taken.
+inline double skew_ms(const SyntheticOptions& options) {
+  return is_grip(options) && options.grip.side == SyntheticSide::Right ? options.grip.skew_ms : 0;
+}
 
 }  // namespace palpate

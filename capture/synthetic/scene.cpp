@@ -106,7 +106,8 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
   for (size_t frame = 0; frame < frames; ++frame) {
     ScriptState& s = states[frame];
     for (int step = frame == 0 ? substeps : 1; step <= substeps; ++step) {
-      const double time_s = (static_cast<double>(frame) - 1 + static_cast<double>(step) / substeps) / rate_Hz;
+      const double time_s =
+          rules.begin_s + (static_cast<double>(frame) - 1 + static_cast<double>(step) / substeps) / rate_Hz;
       s.indenter = at(script, time_s);
       s.indenter.force_N *= rules.force_scale;
       s.slipping = false;
@@ -138,7 +139,7 @@ std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptR
         foot_y = s.indenter.y_mm - s.shear_y_N / stiffness;
       }
     }
-    s.indenter.time_s = static_cast<double>(frame) / rate_Hz;
+    s.indenter.time_s = rules.begin_s + static_cast<double>(frame) / rate_Hz;
     if (!touching) continue;
     const double limit_N = rules.friction * s.indenter.force_N,
                  load = std::min(std::hypot(s.shear_x_N, s.shear_y_N) / limit_N, 1.0);

@@ -43,6 +43,10 @@ const Scene& find_scene(const std::string& name);
 /// The scene "slides-N".
 Scene slides_scene(uint32_t seed);
 
+/// Script of one finger that grips an object, lifts it so that it takes a tangential load, and lets go;
+/// forces as fractions of the largest. `pull_y`: load of the weight while it is lifted, as Keyframe has it.
+Script grip_script(double largest_N, double pull_y);
+
 /// State of the scene at one frame.
 struct ScriptState {
   Keyframe indenter;
@@ -63,6 +67,7 @@ struct ScriptRules {
   double turn_limit_rad = 0;   ///< what friction holds at 1 N; grows with the cube root of the force
   double hysteresis = 0;       ///< see SyntheticOptions
   double largest_force_N = 0;  ///< full scale of the hysteresis, scaled
+  double begin_s = 0;          ///< script's time at frame 0
 };
 
 /// The states at `frames` frames of the script: a spring K from where the contact stuck to the pad, whose

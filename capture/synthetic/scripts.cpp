@@ -181,6 +181,11 @@ Scene stick_scene() {
   return scene;
 }
 
+Scene grip_scene() {
+  return {"grip", "one finger of two that grip an object, lift it, set it down and let go, 6 s", false, 8,
+          grip_script(1.5, 0)};
+}
+
 // Far enough apart that no two ever touch the same place.
 Scene fingers_scene() {
   Scene scene{"fingers", "five balls come, press, move and go, each in its own time, 10 s", false, 5, {}};
@@ -221,6 +226,22 @@ Scene fingers_scene() {
 }
 
 }  // namespace
+
+Script grip_script(double largest_N, double pull_y) {
+  const double half_N = largest_N / 2, full_N = largest_N;
+  return {{0, 0.5, -0.3, 0},
+          {0.4, 0.5, -0.3, 0},
+          {1.0, 0.5, -0.3, half_N},
+          {1.2, 0.5, -0.3, half_N},
+          {1.8, 0.5, -0.3, full_N},
+          {2.1, 0.5, -0.3, full_N},
+          {2.7, 0.5, -0.3, full_N, 0, pull_y},
+          {3.9, 0.5, -0.3, full_N, 0, pull_y},
+          {4.5, 0.5, -0.3, full_N},
+          {4.8, 0.5, -0.3, full_N},
+          {5.6, 0.5, -0.3, 0},
+          {6.0, 0.5, -0.3, 0}};
+}
 
 Scene slides_scene(uint32_t seed) {
   std::mt19937 random(seed);
@@ -280,9 +301,9 @@ Scene slides_scene(uint32_t seed) {
 }
 
 const std::vector<Scene>& scenes() {
-  static const std::vector<Scene> all = {still_scene(),     stairs_scene(), slide_scene(),  flat_scene(),
-                                         palpation_scene(), rig_scene(),    pull_scene(),   drag_scene(),
-                                         twist_scene(),     stick_scene(),  fingers_scene()};
+  static const std::vector<Scene> all = {still_scene(),     stairs_scene(), slide_scene(), flat_scene(),
+                                         palpation_scene(), rig_scene(),    pull_scene(),  drag_scene(),
+                                         twist_scene(),     stick_scene(),  grip_scene(),  fingers_scene()};
   return all;
 }
 

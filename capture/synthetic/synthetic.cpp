@@ -47,6 +47,13 @@ void validate(const SyntheticOptions& o) {
   check(glows || o.hysteresis == 0, "hysteresis only in mode waveguide", o.hysteresis, "mode=waveguide");
   check(glows || o.drift_per_min == 0, "drift only in mode waveguide", o.drift_per_min, "mode=waveguide");
   check(o.friction > 0 && o.friction <= 10, "a friction coefficient of 0 to 10", o.friction, "0.5");
+  const SyntheticGrip& g = o.grip;
+  check(g.weight_N >= 0 && g.weight_N <= 20, "a weight of 0 to 20 N", g.weight_N, "weight_N=0.4");
+  check(g.stiffness_N_per_mm >= 0.01 && g.stiffness_N_per_mm <= 1e6, "a stiffness of 0.01 to 1e6 N/mm",
+        g.stiffness_N_per_mm, "stiffness_N_per_mm=2");
+  check(g.thickness_mm > 0 && g.thickness_mm <= 1000, "a thickness of 0 to 1000 mm", g.thickness_mm,
+        "thickness_mm=20");
+  check(g.skew_ms >= 0 && g.skew_ms <= 1000, "a skew of 0 to 1000 ms", g.skew_ms, "skew_ms=5");
 }
 
 namespace {
@@ -367,7 +374,8 @@ bool SyntheticSensor::render(uint64_t sequence, Frame& frame) const {
   if (impl_->past_end(sequence)) return false;
   frame.reshape(impl_->format());
   frame.sequence = sequence;
-  frame.time_ns = std::llround(static_cast<double>(sequence) / impl_->options.rate_Hz * 1e9);
+  frame.time_ns = std::llround(static_cast<double>(sequence) / impl_->options.rate_Hz * 1e9 +
+                               1e6 * skew_ms(impl_->options));
   if (impl_->options.mode == SyntheticMode::Gel)
     impl_->render_gel(sequence, frame);
   else
@@ -432,7 +440,7 @@ std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
   const uint32_t w = impl_->options.width, h = impl_->options.height;
   Truth t;
   t.sequence = sequence;
-  t.time_s = static_cast<double>(sequence) / impl_->options.rate_Hz;
+  t.time_s = static_cast<double>(sequence) / impl_->options.rate_Hz + 1e-3 * skew_ms(impl_->options);
   t.contact = !contacts.empty();
   t.center_x_px = (w - 1) / 2.0 + first.indenter.x_mm / impl_->pitch_mm;
   t.center_y_px = (h - 1) / 2.0 + first.indenter.y_mm / impl_->pitch_mm;
@@ -480,6 +488,42 @@ std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
 
 double SyntheticSensor::noise_sd_gray(double gray) const {
   return impl_->noise_sd(gray);
+}
+
+namespace {
+
+SyntheticOptions left_finger(SyntheticOptions options) {
+  options.grip.side = SyntheticSide::Left;
+  return options;
+}
+
+}  // namespace
+
+struct GripScript::Impl {
+  explicit Impl(SyntheticOptions of) : options(std::move(of)) {}
+
+  SyntheticOptions options;
+  Scene scene = scene_of(options);
+  ScriptRules rules = script_rules(options);
+  PressedPad pad{options};
+};
+
+GripScript::GripScript(const SyntheticOptions& options)
+    : impl_(std::make_unique<Impl>(left_finger(options))) {}
+GripScript::~GripScript() = default;
+
+GripTruth GripScript::at(double time_s) const {
+  const auto& [options, scene, rules, pad] = *impl_;
+  const Keyframe k =
+      palpate::at(scene.keyframes, options.repeat == 1 ? time_s : std::fmod(time_s, scene.duration_s()));
+  GripTruth truth;
+  truth.force_N = k.force_N * rules.force_scale;
+  // More than friction holds slips through the fingers.
+  truth.load_z_N = -2 * std::clamp(k.pull_y, 0.0, 1.0) * rules.friction * truth.force_N;
+  truth.thickness_mm = options.grip.thickness_mm - truth.force_N / options.grip.stiffness_N_per_mm;
+  truth.opening_mm = truth.thickness_mm;
+  if (truth.force_N > 0) truth.opening_mm -= 2 * pad.press(truth.force_N).summary().indentation_mm;
+  return truth;
 }
 
 double shear_stiffness_N_per_mm(const SyntheticOptions& options) {

@@ -24,8 +24,9 @@ namespace palpate {
 
 /// "synthetic:SCENE?size=640x480&bits=8&mode=waveguide&seed=1&rate=30&..." with any of the keys size, bits,
 /// mode (waveguide, gel, lambert), response (linear, saturating), seed, rate, repeat, noise (on, off),
-/// falloff, force, radius, skin (none, markers,
-/// texture), hysteresis, drift. Throws Error(Failure::Input) that lists what exists.
+/// falloff, force, radius, skin (none, markers, texture), hysteresis, drift; of the scene grip side (left,
+/// right), weight_N, stiffness_N_per_mm, thickness_mm, skew_ms. Throws Error(Failure::Input) that lists what
+/// exists.
 SyntheticOptions parse_synthetic(const std::string& input);
 /// The inverse, with every key.
 std::string to_string(const SyntheticOptions& options);
@@ -46,6 +47,26 @@ void validate(const SyntheticOptions& options);
 double shear_stiffness_N_per_mm(const SyntheticOptions& options);
 /// Gray per MPa of contact pressure at the centre of the field (Waveguide, small pressures).
 double gray_per_MPa(const SyntheticOptions& options);
+
+/// Truth of a grip at one moment. The gripper closes along its x; its z points up.
+struct GripTruth {
+  double force_N = 0;   ///< normal force on each pad
+  double load_z_N = 0;  ///< on both pads: less than 0 while the object hangs
+  double thickness_mm = 0;
+  double opening_mm = 0;  ///< between the faces of both pads at rest
+};
+/// The same at many moments.
+class GripScript {
+ public:
+  /// Options of either finger.
+  explicit GripScript(const SyntheticOptions& options);
+  ~GripScript();
+  GripTruth at(double time_s) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 class SyntheticSensor : public Source {
  public:

@@ -18,7 +18,17 @@ namespace {
 constexpr const char* kSceneKeys =
     "size=WxH, bits=8..16, mode=waveguide|gel|lambert, response=linear|saturating, seed=N, rate=HZ, "
     "repeat=N, noise=on|off, "
-    "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN";
+    "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN; of "
+    "the scene grip, side=left|right, weight_N=N, stiffness_N_per_mm=N, thickness_mm=MM, skew_ms=MS";
+
+const std::map<std::string, SyntheticSide> kGripSides = {{"left", SyntheticSide::Left},
+                                                         {"right", SyntheticSide::Right}};
+/// Numbers of a grip's object by their keys.
+constexpr std::pair<const char*, double SyntheticGrip::*> kGripNumbers[] = {
+    {"weight_N", &SyntheticGrip::weight_N},
+    {"stiffness_N_per_mm", &SyntheticGrip::stiffness_N_per_mm},
+    {"thickness_mm", &SyntheticGrip::thickness_mm},
+    {"skew_ms", &SyntheticGrip::skew_ms}};
 
 template <class Number>
 Number parse_number(const std::string& key, const std::string& text) {
@@ -67,6 +77,21 @@ void set_size(SyntheticOptions& o, const std::string& text) {
                 "size=640x480 or size=1392x1042");
   o.width = parse_number<uint32_t>("size", text.substr(0, cross));
   o.height = parse_number<uint32_t>("size", text.substr(cross + 1));
+}
+
+/// Takes a key of a grip; false: it is none, or this is no grip.
+bool set_grip(SyntheticOptions& o, const std::string& key, const std::string& text) {
+  if (!is_grip(o)) return false;
+  if (key == "side") {
+    o.grip.side = choose(key, text, kGripSides);
+    return true;
+  }
+  for (const auto& [name, member] : kGripNumbers) {
+    if (key != name) continue;
+    o.grip.*member = parse_number<double>(key, text);
+    return true;
+  }
+  return false;
 }
 
 PhotometricCalibration gel_calibration() {
@@ -134,7 +159,7 @@ SyntheticOptions parse_synthetic(const std::string& input) {
       o.hysteresis = parse_number<double>(key, value);
     else if (key == "drift")
       o.drift_per_min = parse_number<double>(key, value);
-    else
+    else if (!set_grip(o, key, value))
       throw Error(Failure::Input, "an option of the synthetic sensor",
                   "'" + key + "'" + did_you_mean(key, names_before(kSceneKeys, '=')), kSceneKeys);
   }
@@ -152,6 +177,10 @@ std::string to_string(const SyntheticOptions& o) {
   if (o.skin != SyntheticSkin::None) s << "&skin=" << name_of(o.skin, kSkins);
   if (o.hysteresis != 0) s << "&hysteresis=" << o.hysteresis;
   if (o.drift_per_min != 0) s << "&drift=" << o.drift_per_min;
+  if (is_grip(o)) {
+    s << "&side=" << name_of(o.grip.side, kGripSides);
+    for (const auto& [name, member] : kGripNumbers) s << '&' << name << '=' << o.grip.*member;
+  }
   return s.str();
 }
 

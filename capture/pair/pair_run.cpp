@@ -1,0 +1,259 @@
+#include "capture/pair/pair_run.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "capture/live/session.h"
+#include "engine/base/trace.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// How far one recording may be ahead of the other.
+constexpr int64_t kMostAhead_ns = 500'000'000;
+
+/// Times of one side's frames on the clock of both.
+class FrameTime {
+ public:
+  int64_t of(const Frame& frame, bool live) {
+    // The driver's stamp is not believed in every frame: the others are as far from it as the last one was.
+    if (frame.exposed_ns != 0)
+      offset_ns_ = frame.exposed_ns - frame.time_ns;
+    else if (!offset_ns_)
+      offset_ns_ = live ? frame.delivered_ns - frame.time_ns : 0;
+    return frame.time_ns + *offset_ns_;
+  }
+
+ private:
+  std::optional<int64_t> offset_ns_;
+};
+
+/// The one device of both: opened anew when both have let go of it.
+class SharedDevice {
+ public:
+  /// `opened`: called while nobody uses it.
+  SharedDevice(gpu::Context& context, std::function<void()> opened)
+      : context_(context), on_open_(std::move(opened)) {}
+
+  gpu::Context& reopen() {
+    std::unique_lock lock(mutex_);
+    const uint64_t before = opened_;
+    ++waiting_;
+    if (waiting_ == users_) open();
+    changed_.wait(lock, [&] { return opened_ != before; });
+    if (error_) std::rethrow_exception(error_);
+    return context_;
+  }
+  /// A finger has ended.
+  void leave() {
+    const std::lock_guard lock(mutex_);
+    --users_;
+    if (users_ > 0 && waiting_ == users_) open();
+  }
+
+ private:
+  void open() {
+    try {
+      context_.reopen();
+    } catch (...) {
+      error_ = std::current_exception();
+    }
+    on_open_();
+    waiting_ = 0;
+    ++opened_;
+    changed_.notify_all();
+  }
+
+  gpu::Context& context_;
+  std::function<void()> on_open_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int users_ = 2, waiting_ = 0;
+  uint64_t opened_ = 0;
+  std::exception_ptr error_;
+};
+
+class PairRun {
+ public:
+  PairRun(gpu::Context& context, const std::array<PairFinger, 2>& fingers, const PairOptions& options)
+      : options_(options),
+        device_(context, [this] { forget_loss(); }),
+        in_step_(std::ranges::all_of(
+            fingers, [](const PairFinger& f) { return f.options.measure_all && f.options.unpaced; })),
+        matcher_(std::llround(0.5e9 * options.period_s), in_step_ ? SIZE_MAX : options.most_waiting) {
+    for (const Side side : kSides) {
+      const PairFinger& finger = fingers[index(side)];
+      sides_[index(side)].session.emplace(Patience(finger.options.patience_s, finger.options.input));
+    }
+    for (const Side side : kSides)
+      sides_[index(side)].thread =
+          std::thread([this, side, &context, &finger = fingers[index(side)]] { run(side, context, finger); });
+  }
+  ~PairRun() {
+    stop_ = true;
+    join();
+  }
+  PairRun(const PairRun&) = delete;
+  PairRun& operator=(const PairRun&) = delete;
+
+  PairReport wait() {
+    while (!ended(Side::Left) || !ended(Side::Right)) {
+      std::this_thread::sleep_for(milliseconds(10));
+      if (options_.interrupted && options_.interrupted()) stop_ = true;
+      if (options_.on_progress)
+        options_.on_progress(sides_[0].session->captured + sides_[1].session->captured);
+      for (const Side side : kSides) tell_state(side);
+      tell_loss();
+    }
+    join();
+    for (const Finger& finger : sides_)
+      if (finger.error) std::rethrow_exception(finger.error);
+    PairReport report{.fingers = {sides_[0].report, sides_[1].report},
+                      .skew = matcher_.skew(),
+                      .alone = {matcher_.alone(Side::Left), matcher_.alone(Side::Right)},
+                      .interrupted = stop_};
+    return report;
+  }
+
+ private:
+  struct Finger {
+    std::optional<LiveSession> session;
+    std::thread thread;
+    LiveReport report;
+    std::exception_ptr error;
+    std::string state;  ///< as told last
+    FrameTime time;     // of its engine's thread
+    // Under the pair's lock:
+    int64_t newest_ns = INT64_MIN;
+    bool ended = false;
+  };
+
+  bool ended(Side side) {
+    const std::lock_guard lock(mutex_);
+    return sides_[index(side)].ended;
+  }
+  void join() {
+    for (Finger& finger : sides_)
+      if (finger.thread.joinable()) finger.thread.join();
+  }
+
+  /// A finger's own thread.
+  void run(Side side, gpu::Context& context, const PairFinger& given) {
+    Finger& finger = sides_[index(side)];
+    name_trace_thread(to_string(side));
+    LiveOptions options = given.options;
+    options.interrupted = [this] { return stop_.load(); };
+    options.on_frame = [this, side](const Frame& frame, const Touch& touch) { take(side, frame, touch); };
+    options.measured_on_device = [this] {
+      return sides_[0].session->processed + sides_[1].session->processed;
+    };
+    options.on_device_lost = [this, side](const DeviceLost& lost) { tell_other(side, lost); };
+    options.reopen_device = [this](gpu::Context&) -> gpu::Context& { return device_.reopen(); };
+    try {
+      finger.report = run_without_window(*finger.session, context, given.open, given.run, options);
+    } catch (...) {
+      finger.error = std::current_exception();
+    }
+    device_.leave();
+    const std::lock_guard lock(mutex_);
+    finger.ended = true;
+    moved_.notify_all();
+    give(matcher_.leave(side));
+  }
+
+  /// Under the lock, so that one call comes at a time.
+  void give(const PairMatcher<FingerTouch>::Out& all) {
+    if (!options_.on_pair) return;
+    for (const Matched<FingerTouch>& one : all) options_.on_pair(one);
+  }
+
+  /// The engine's thread of a finger.
+  void take(Side side, const Frame& frame, const Touch& touch) {
+    Finger &here = sides_[index(side)], &there = sides_[index(other(side))];
+    const int64_t time_ns = here.time.of(frame, here.session->source()->live());
+    std::unique_lock lock(mutex_);
+    here.newest_ns = time_ns;
+    moved_.notify_all();
+    give(matcher_.add(side, time_ns, {touch, time_ns}));
+    // Two recordings keep step, so that what makes a pair does not depend on which is read faster.
+    const auto may_go = [&] {
+      return there.ended || here.session->ending() || stop_ || there.newest_ns > time_ns - kMostAhead_ns ||
+             (there.newest_ns == INT64_MIN && time_ns < kMostAhead_ns);
+    };
+    while (in_step_ && !may_go()) moved_.wait_for(lock, milliseconds(20));
+  }
+
+  /// The first finger that finds the device lost makes the other let go of it too.
+  void tell_other(Side side, const DeviceLost& lost) {
+    if (losing_.exchange(true)) return;
+    LiveSession& session = *sides_[index(other(side))].session;
+    if (!ended(other(side)) && !session.to_engine.finished()) session.lose_device(lost);
+    const std::lock_guard lock(mutex_);
+    loss_ = lost;
+  }
+  /// What a finger was told of the device before is not true of the one that was opened.
+  void forget_loss() {
+    for (Finger& finger : sides_) finger.session->take_device_error();
+    losing_ = false;
+  }
+
+  // The caller's thread.
+  void tell_loss() {
+    std::optional<DeviceLost> loss;
+    {
+      const std::lock_guard lock(mutex_);
+      loss.swap(loss_);
+    }
+    if (loss && options_.on_device_lost) options_.on_device_lost(*loss);
+  }
+  void tell_state(Side side) {
+    Finger& finger = sides_[index(side)];
+    std::string state;
+    if (ended(side)) {
+      try {
+        if (finger.error) std::rethrow_exception(finger.error);
+      } catch (const std::exception& error) {
+        state = error.what();
+      }
+    } else if (const std::shared_ptr<Source> source = finger.session->source()) {
+      state = source->state();
+    }
+    if (state == finger.state) return;
+    finger.state = state;
+    if (!state.empty()) {
+      const std::lock_guard lock(mutex_);
+      give(matcher_.leave(side));
+    }
+    if (options_.on_state) options_.on_state(side, state);
+  }
+
+  const PairOptions& options_;
+  SharedDevice device_;
+  const bool in_step_;
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> losing_{false};
+  std::mutex mutex_;
+  std::condition_variable moved_;
+  PairMatcher<FingerTouch> matcher_;
+  std::optional<DeviceLost> loss_;
+  std::array<Finger, 2> sides_;
+};
+
+}  // namespace
+
+PairReport run_pair(gpu::Context& context, const std::array<PairFinger, 2>& fingers,
+                    const PairOptions& options) {
+  return PairRun(context, fingers, options).wait();
+}
+
+}  // namespace palpate
