@@ -223,4 +223,22 @@ std::string json_line(const Touch& touch, MeasuredColumns columns, Digits digits
   return line + "}";
 }
 
+std::string grip_header() {
+  std::string line;
+  add_names(line, grip_quantities(), MeasuredColumns::kAll);
+  return line;
+}
+
+std::string grip_row(const GripFrame& frame, Digits digits) {
+  MeasurementRow row(MeasurementRow::Form::CsvLine, {}, digits);
+  row.add(grip_quantities(), &frame);
+  return row.line();
+}
+
+std::string grip_json_line(const GripFrame& frame, Digits digits) {
+  MeasurementRow row(MeasurementRow::Form::JsonObject, {}, digits);
+  row.add(grip_quantities(), &frame);
+  return "{" + row.line() + "}";
+}
+
 }  // namespace palpate

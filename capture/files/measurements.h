@@ -9,6 +9,7 @@
 
 #include "capture/files/output_file.h"
 #include "capture/truth.h"
+#include "engine/grip/grip_quantities.h"
 #include "engine/measure/quantities.h"
 #include "palpate/options.h"
 #include "palpate/touch.h"
@@ -73,6 +74,12 @@ class ContactRows {
 std::string json_line(const Touch& touch, MeasuredColumns columns, Digits digits = Digits::Deserved,
                       const Truth* truth = nullptr, std::optional<double> depth_rms_error_mm = std::nullopt,
                       const std::string& source = {});
+
+/// Header and rows of pairs.csv: the frames of two fingers and what both hold, as Measurements writes them.
+std::string grip_header();
+std::string grip_row(const GripFrame& frame, Digits digits = Digits::Deserved);
+/// The same as one line of JSON, as json_line.
+std::string grip_json_line(const GripFrame& frame, Digits digits = Digits::Deserved);
 
 /// The shortest text that reads back as the same number.
 std::string shortest(double value);

@@ -1,5 +1,6 @@
 // palpate process: from a recording to measurements.
 
+#include "capture/files/measurements.h"
 #include "capture/run/input.h"
 #include "capture/run/processing.h"
 #include "engine/base/json.h"
@@ -8,6 +9,7 @@
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
 #include "viz/commands/option_groups/look_options.h"
+#include "viz/commands/option_groups/pair_options.h"
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
@@ -29,8 +31,34 @@ struct Options {
   TraceOption trace;
 };
 
+/// A recorded pair of fingers, as it was recorded.
+Report process_fingers(const Common& common, const ProcessRequest& asked) {
+  const std::filesystem::path folder = asked.input;
+  if (!asked.sensor.empty() || !asked.background.empty() || !asked.chosen_outputs.empty() || asked.solver ||
+      !asked.depth.empty() || !asked.confidence.empty() || asked.pictures || asked.video ||
+      asked.max_frames != 0)
+    throw Error(Failure::Usage, "two fingers as they were recorded", "options for one of them",
+                finger_folder(folder, Side::Left).string() + " with these options");
+  std::function<void(const GripFrame&)> on_row;
+  if (common.jsonl) on_row = [](const GripFrame& row) { print_line(grip_json_line(row)); };
+  std::unique_ptr<gpu::Context> context;
+  const PairOutcome outcome = process_pair(
+      [&]() -> gpu::Context& {
+        context = open_device(common);
+        return *context;
+      },
+      folder, common.out, on_row, run_watch(common));
+  Facts facts = facts_of(outcome, common.out);
+  facts.json["complete"] = !outcome.run.interrupted;
+  return {facts.text, facts.json,
+          outcome.run.interrupted      ? kInterrupted
+          : validation_clean(*context) ? 0
+                                       : kInternalError};
+}
+
 Report process(const Common& common, Options options) {
   ProcessRequest& request = options.request;
+  if (is_pair_session(request.input)) return process_fingers(common, request);
   request.input = options.camera.input(request.input);
   if (request.input.empty())
     throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
@@ -141,6 +169,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       "  palpate process press.avi --sensor gel.json --out out/press --depth png16 --depth ply --video\n"
       "  palpate process press.avi --sensor gel.json --out out/press --confidence png16\n"
       "  palpate process --camera /dev/video0 --sensor pad.json --out out/press     until Ctrl-C\n"
+      "  palpate process out/grip --out out/again                   both fingers of a recorded pair\n"
       "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
       "Rows of measurements.csv are whole as they are written; summary.json appears at the end and states\n"
       "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"

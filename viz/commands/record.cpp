@@ -11,6 +11,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/camera_options.h"
+#include "viz/commands/option_groups/pair_options.h"
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/option_groups/serve_options.h"
 #include "viz/commands/support/options.h"
@@ -23,15 +24,51 @@ namespace {
 
 struct Options {
   CameraChoice camera;
+  PairChoice pair;
   RecordRequest request;
   BlockChoice block;
   ServeChoice serve;
   TraceOption trace;
 };
 
+Report record_fingers(const Common& common, const Options& options, std::array<RunSettings, 2> fingers) {
+  PairRequest request;
+  request.fingers = std::move(fingers);
+  request.grip = options.pair.grip;
+  request.out = common.out;
+  request.on_device_lost = [](const DeviceLost& lost) {
+    spdlog::warn("{}; opened anew, the recording goes on", lost.what());
+  };
+  request.on_state = [](Side side, const std::string& state) {
+    if (state.empty())
+      spdlog::info("{}: frames come again", to_string(side));
+    else
+      spdlog::warn("{}: {}; the other finger goes on", to_string(side), state);
+  };
+  std::unique_ptr<gpu::Context> context;
+  const PairOutcome outcome = record_pair(
+      [&]() -> gpu::Context& {
+        context = open_device(common);
+        return *context;
+      },
+      request, run_watch(common));
+  const std::string error = recording_error({outcome.sessions.begin(), outcome.sessions.end()});
+  if (!error.empty()) spdlog::error("the recording ended early: {}", error);
+  Facts facts = facts_of(outcome, common.out);
+  facts.json["device"] = context->report().name;
+  facts.json["complete"] = !outcome.run.interrupted && error.empty();
+  return {facts.text, facts.json,
+          !error.empty()               ? static_cast<int>(Failure::Output)
+          : outcome.run.interrupted    ? kInterrupted
+          : validation_clean(*context) ? 0
+                                       : kInternalError};
+}
+
 Report record(const Common& common, const Options& options) {
   RecordRequest request = options.request;
   request.seed = common.seed;
+  if (auto fingers = options.pair.fingers(request, options.camera))
+    return record_fingers(common, options, std::move(*fingers));
   request.folder = common.out;
   request.input = options.camera.input(request.input);
   if (request.input.empty())
@@ -116,6 +153,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       "--mcap", request.mcap,
       "recording.mcap in the session's folder too: images, depth, wrench and all measurements, as "
       "ROS 2 and Foxglove read them");
+  options->pair.add_to(*command);
   options->block.add_to(*command);
   options->serve.add_to(*command);
   options->trace.add_to(*command);
@@ -124,6 +162,9 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       "  palpate record --camera /dev/video0 --sensor pad.json --out out/press1     until Ctrl-C\n"
       "  palpate record --camera /dev/video0 --seconds 20 --out out/grid            uncalibrated\n"
       "  palpate record synthetic:palpation --out out/session\n"
+      "  palpate record --camera left=1-2 --camera right=1-3 --sensor pad.json --grip grip.json --out "
+      "out/grip\n"
+      "  palpate record --left synthetic:grip?side=left --right synthetic:grip?side=right --out out/grip\n"
       "A session is whole after every crash but its last second; `palpate process`, `replay` and `export`\n"
       "take it without any other file. See capture/session/README.md.\n");
   command->runs(chosen, [&common, options] { return record(common, *options); });

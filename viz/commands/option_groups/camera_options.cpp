@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "capture/camera/camera_options.h"
+#include "capture/v4l2/camera_name.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"
 
@@ -11,6 +12,10 @@ namespace {
 
 constexpr const char* kGroup = "Camera";
 
+bool side_of(const std::string& node) {
+  return node.starts_with("left=") || node.starts_with("right=");
+}
+
 }  // namespace
 
 void CameraChoice::add_to(CommandLine& command) {
@@ -18,7 +23,13 @@ void CameraChoice::add_to(CommandLine& command) {
   const auto add = [&](const char* name, std::string& value, const char* about) {
     command.add_option(name, value, about)->group(kGroup);
   };
-  add("--camera", node, "Take frames from this camera: /dev/videoN, N or genicam:ID (see palpate cameras)");
+  command
+      .add_option("--camera", nodes,
+                  "Take frames from this camera: /dev/videoN, N or genicam:ID (see palpate cameras); two "
+                  "fingers: left=NAME and right=NAME, port or serial number")
+      ->expected(1)
+      ->take_all()
+      ->group(kGroup);
   add("--format", format,
       "Pixel format: GREY, Y10, Y12, Y16, YUYV, UYVY, NV12, RGB8, RGGB8 and its kin, MJPEG, "
       "packed ones as Mono12p "
@@ -35,7 +46,7 @@ void CameraChoice::add_to(CommandLine& command) {
   add("--camera-buffers", buffers, "Frames that the driver keeps, 3 to 32 (default 8)");
 }
 
-std::string CameraChoice::input(const std::string& input) const {
+std::string CameraChoice::composed(const std::string& node) const {
   const std::pair<const char*, const std::string*> options[] = {
       {"format", &format},     {"size", &size},       {"fps", &rate},
       {"exposure", &exposure}, {"gain", &gain},       {"white_balance", &white_balance},
@@ -51,13 +62,39 @@ std::string CameraChoice::input(const std::string& input) const {
   for (const std::string& control : controls)
     add("control." + control.substr(0, control.find('=')),
         control.find('=') == std::string::npos ? "" : control.substr(control.find('=') + 1));
-  if (node.empty() && mark == '?') return input;
+  if (node.empty() && mark == '?') return {};
   if (node.empty())
     throw Error(Failure::Usage, "--camera NODE for the options of a camera", "none", "--camera /dev/video0");
+  return to_string(parse_camera(composed));
+}
+
+std::string CameraChoice::input(const std::string& input) const {
+  if (nodes.size() > 1 || (!nodes.empty() && side_of(nodes.front())))
+    throw Error(Failure::Usage, "one camera", std::to_string(nodes.size()) + " with --camera",
+                "--camera left=NAME --camera right=NAME with palpate record, for two fingers");
+  const std::string node = nodes.empty() ? "" : nodes.front(), camera = composed(node);
+  if (camera.empty()) return input;
   const CommandOption* positional = command_ ? command_->get_option("INPUT") : nullptr;
   if (positional && positional->count() > 0)
     throw Error(Failure::Usage, "one input", "--camera " + node + " and '" + input + "'", "either of them");
-  return to_string(parse_camera(composed));
+  return camera;
+}
+
+std::string CameraChoice::finger(const std::string& side) const {
+  std::string name;
+  bool sides = false;
+  for (const std::string& node : nodes) {
+    sides = sides || side_of(node);
+    if (!node.starts_with(side + "=")) continue;
+    if (!name.empty()) throw Error(Failure::Usage, "one --camera " + side + "=NAME", "two", "either of them");
+    name = node.substr(side.size() + 1);
+  }
+  for (const std::string& node : nodes)
+    if (sides && !side_of(node))
+      throw Error(Failure::Usage, "--camera left=NAME and --camera right=NAME", "--camera " + node,
+                  "a side for each");
+  if (name.empty()) return {};
+  return composed(name.starts_with("genicam:") ? name : v4l2::find_camera(name, v4l2::named_cameras()));
 }
 
 }  // namespace palpate

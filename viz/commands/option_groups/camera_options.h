@@ -10,7 +10,7 @@ class CommandLine;
 
 /// Requested settings of a camera; texts as capture/camera/camera_options.h reads them.
 struct CameraChoice {
-  std::string node;
+  std::vector<std::string> nodes;  ///< one, or left=NAME and right=NAME of two fingers
   std::string format;
   std::string size;
   std::string rate;
@@ -29,8 +29,15 @@ struct CameraChoice {
   /// options of a camera come without one, or a value makes no sense. An `input` that is a camera itself
   /// takes no options with it.
   std::string input(const std::string& input) const;
+  /// "camera:..." of --camera SIDE=NAME, which names a camera by its port or serial number; empty: there is
+  /// none. Throws Error(Failure::Usage) where a side is named twice, or something without a side beside it;
+  /// Error(Failure::Device) where there is no such camera.
+  std::string finger(const std::string& side) const;
 
  private:
+  /// "camera:..." of this node, or, with an empty one, nothing where no option of a camera was given.
+  std::string composed(const std::string& node) const;
+
   CommandLine* command_ = nullptr;
 };
 

@@ -1,0 +1,51 @@
+// Two fingers measured together: a session of both that is recorded, or a recorded one that is measured
+// again.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "capture/live/recorder.h"
+#include "capture/pair/pair_files.h"
+#include "capture/pair/pair_run.h"
+#include "capture/run/run_settings.h"
+#include "capture/run/run_watch.h"
+
+namespace palpate {
+
+/// Settings of both fingers; what RunSettings has once for each is in `fingers`, limits and the like are
+/// equal.
+struct PairRequest {
+  std::array<RunSettings, 2> fingers;
+  /// grip.json; empty: of two fingers of the scene grip its own, otherwise grip force and imbalance, load and
+  /// turn are not known.
+  std::filesystem::path grip;
+  std::filesystem::path out;                                     ///< folder to make
+  std::function<void(Side, const std::string& state)> on_state;  ///< as PairOptions has it
+  std::function<void(const DeviceLost&)> on_device_lost;         ///< likewise
+  std::function<void(const GripFrame&)> on_row;                  ///< each row of pairs.csv
+};
+
+struct PairOutcome {
+  PairReport run;
+  std::array<std::string, 2> inputs, sensors;
+  std::array<Recording::Written, 2> sessions;  ///< of a recording
+  uint64_t rows = 0;                           ///< of pairs.csv
+};
+
+/// Measures and records both fingers into `out`: left/ and right/, each a session, pair.json and pairs.csv. A
+/// run that is killed leaves what each session leaves, and the rows up to then. `context`: made once all that
+/// needs no device is there. Throws Error.
+PairOutcome record_pair(const std::function<gpu::Context&()>& context, const PairRequest& request,
+                        const RunWatch& watch);
+
+/// Measures a recorded pair again with its own sensors and settings into `out`: pairs.csv, equal to the
+/// recorded one where every frame was measured then, and left/ and right/ with measurements.csv. Throws
+/// Error.
+PairOutcome process_pair(const std::function<gpu::Context&()>& context, const std::filesystem::path& folder,
+                         const std::filesystem::path& out,
+                         const std::function<void(const GripFrame&)>& on_row, const RunWatch& watch);
+
+}  // namespace palpate
