@@ -9,6 +9,7 @@
 #include "capture/camera/camera_picture.h"
 #include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/stream.h"
+#include "capture/v4l2/usb_budget.h"
 #include "engine/base/clock.h"
 #include "palpate/error.h"
 
@@ -40,6 +41,7 @@ struct Camera::Impl : CameraLoop {
   const Sensor sensor;
   v4l2::Identity identity;
   std::shared_ptr<v4l2::Device> device;
+  std::optional<v4l2::UsbShare> share;
   std::shared_ptr<Stream> stream;  // null while the camera is away
   CameraSetup setup;
   std::optional<CameraPicture> picture;
@@ -63,7 +65,33 @@ struct Camera::Impl : CameraLoop {
     start();
   }
 
+  /// The bus must carry it beside the cameras that stream already.
+  void take_share() {
+    share.reset();
+    const std::optional<v4l2::UsbPlace> place = v4l2::usb_place(device->identity().path);
+    // How much a compressed stream takes, the camera alone knows.
+    if (!place || setup.format->layout == PixelLayout::Jpeg) return;
+    const auto bytes_per_px =
+        static_cast<double>(setup.image.image_bytes) / (double{1} * setup.image.width * setup.image.height);
+    const auto mode = [&](uint32_t width, uint32_t height, double rate_Hz) {
+      return v4l2::UsbMode{
+          "--size " + std::to_string(width) + "x" + std::to_string(height) + " --fps " + rate_text(rate_Hz),
+          bytes_per_px * width * height * rate_Hz};
+    };
+    const auto offers = [&] {
+      std::vector<v4l2::UsbMode> modes;
+      for (const v4l2::SizeRange& size : device->sizes(setup.format->fourcc))
+        for (const v4l2::RateRange& rate :
+             device->rates(setup.format->fourcc, size.most_width, size.most_height))
+          modes.push_back(mode(size.most_width, size.most_height, rate.most_Hz));
+      return modes;
+    };
+    share.emplace(*place, identity.card + " at " + device->identity().path,
+                  mode(setup.image.width, setup.image.height, rate_Hz()), offers);
+  }
+
   void start() {
+    take_share();
     stream = Stream::start(device, options.buffers);
     stride_bytes = setup.image.stride_bytes;
     log.note_start();
@@ -104,6 +132,7 @@ struct Camera::Impl : CameraLoop {
   void close() override {
     stream->stop();
     stream.reset();
+    share.reset();
     device.reset();
   }
 
