@@ -132,20 +132,15 @@ class PairMatcher {
     const Side first = waiting_[0].front().time_ns <= waiting_[1].front().time_ns ? Side::Left : Side::Right;
     const Queue &earlier = waiting_[index(first)], &later = waiting_[index(other(first))];
     const int64_t apart_ns = later.front().time_ns - earlier.front().time_ns;
-    if (apart_ns > window_ns_) {
+    // At once where they are close: no camera takes two frames within its half period.
+    const bool close = 2 * apart_ns <= window_ns_, next_known = earlier.size() > 1;
+    const bool next_nearer = next_known && std::abs(earlier[1].time_ns - later.front().time_ns) < apart_ns;
+    if (apart_ns > window_ns_ || (!close && next_nearer))
       release(first, out);
-    } else if (2 * apart_ns <= window_ns_) {
-      pair(out);  // at once: no camera takes two frames within its half period
-    } else if (earlier.size() > 1) {
-      if (std::abs(earlier[1].time_ns - later.front().time_ns) < apart_ns)
-        release(first, out);
-      else
-        pair(out);
-    } else if (absent_[index(first)] || later.size() > most_waiting_) {
+    else if (close || next_known || absent_[index(first)] || later.size() > most_waiting_)
       pair(out);
-    } else {
+    else
       return false;
-    }
     return true;
   }
 

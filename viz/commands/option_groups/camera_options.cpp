@@ -72,7 +72,8 @@ std::string CameraChoice::input(const std::string& input) const {
   if (nodes.size() > 1 || (!nodes.empty() && side_of(nodes.front())))
     throw Error(Failure::Usage, "one camera", std::to_string(nodes.size()) + " with --camera",
                 "--camera left=NAME --camera right=NAME with palpate record, for two fingers");
-  const std::string node = nodes.empty() ? "" : nodes.front(), camera = composed(node);
+  const std::string node = nodes.empty() ? "" : nodes.front();
+  std::string camera = composed(node);
   if (camera.empty()) return input;
   const CommandOption* positional = command_ ? command_->get_option("INPUT") : nullptr;
   if (positional && positional->count() > 0)
