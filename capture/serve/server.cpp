@@ -349,6 +349,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void run() {
     stream_.expires_after(kForRequest);
     http::async_read(stream_, in_, parser_, [self = shared_from_this()](beast::error_code error, size_t) {
+      // Browsers open connections that they may not need.
+      if (error == http::error::end_of_stream || error == beast::error::timeout) return;
       if (error) return self->state_.count(&ServeSummary::refused);
       self->answer();
     });

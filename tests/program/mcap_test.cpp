@@ -1,9 +1,10 @@
-// `palpate export --mcap`, read by the libraries of the format's makers (tests/mcap) and compared with the
+// `palpate export --mcap`, read by the libraries of the format's makers (tests/clients) and compared with the
 // session to the last digit.
 #include <csignal>
 #include <cstdlib>
 
 #include "capture/files/event_log.h"
+#include "tests/support/clients.h"
 #include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -11,33 +12,16 @@
 namespace palpate {
 namespace {
 
-/// Folder with the reader and its libraries; empty where npm cannot get them.
-const fs::path& reader_folder() {
-  static const fs::path folder = [] {
-    const fs::path at = fs::path(PALPATE_PROGRAM).parent_path() / "mcap_reader";
-    fs::create_directories(at);
-    for (const char* name : {"package.json", "package-lock.json", ".npmrc", "read.mjs"})
-      fs::copy_file(fs::path(PALPATE_SOURCE_DIR) / "tests/mcap" / name, at / name,
-                    fs::copy_options::overwrite_existing);
-    const std::string libraries = (at / "node_modules/@mcap/core").string();
-    if (fs::exists(libraries)) return at;
-    const std::string command =
-        "cd '" + at.string() + "' && timeout 120 npm ci --ignore-scripts >npm.log 2>&1";
-    return std::system(command.c_str()) == 0 && fs::exists(libraries) ? at : fs::path();
-  }();
-  return folder;
-}
-
 class McapFile : public Program {
  protected:
   void SetUp() override {
     Program::SetUp();
-    if (reader_folder().empty()) GTEST_SKIP() << "NOT CHECKED: npm brings no reader of MCAP here";
+    if (clients_folder().empty()) GTEST_SKIP() << "NOT CHECKED: npm brings no reader of MCAP here";
   }
   /// What the reader says of a file.
   Json read(const fs::path& file, const std::string& arguments) {
     const fs::path answer = folder_ / "answer.json";
-    const std::string command = "node '" + (reader_folder() / "read.mjs").string() + "' '" + file.string() +
+    const std::string command = "node '" + (clients_folder() / "mcap.mjs").string() + "' '" + file.string() +
                                 "' " + arguments + " >'" + answer.string() + "'";
     EXPECT_EQ(std::system(command.c_str()), 0) << slurp(answer);
     return parse_json(slurp(answer));

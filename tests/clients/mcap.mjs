@@ -1,64 +1,17 @@
 // Reads every message of an MCAP file with the libraries of its makers and compares it with a table.
-//   node read.mjs FILE TABLE [--exact]     numbers of TABLE have all digits with --exact, else their own places
-//   node read.mjs FILE --cut N             reads what is left of the file where N cuts end it
+//   node mcap.mjs FILE TABLE [--exact]     numbers of TABLE have all digits with --exact, else their own places
+//   node mcap.mjs FILE --cut N             reads what is left of the file where N cuts end it
 // What is found goes to stdout as JSON; the exit code is 1 where something differs.
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { decompress } from "fzstd";
 import { readFileSync } from "node:fs";
+import { check, compareTouch, problems, rowsOf } from "./table.mjs";
 
 const [file, table, ...rest] = process.argv.slice(2);
 const bytes = new Uint8Array(readFileSync(file));
 const decompressHandlers = { zstd: (packed, size) => decompress(packed, new Uint8Array(Number(size))) };
-const problems = [];
-const check = (right, what) => {
-  if (!right && problems.length < 20) problems.push(what);
-};
-
-function rowsOf(path) {
-  const lines = readFileSync(path, "utf8").trimEnd().split("\n");
-  const names = lines[0].split(",");
-  return new Map(
-    lines.slice(1).map((line) => {
-      const cells = line.split(",");
-      check(cells.length === names.length, `row of ${cells.length} cells`);
-      const row = Object.fromEntries(names.map((name, i) => [name, cells[i]]));
-      return [Number(row.frame), row];
-    }),
-  );
-}
-
-function same(value, cell, exact) {
-  if (cell === "") return value === undefined || value === null;
-  if (typeof value === "boolean") return cell === (value ? "1" : "0");
-  if (typeof value !== "number") return value === cell;
-  if (exact) return Number(cell) === value;
-  return Math.abs(value - Number(cell)) <= 0.5000001 * 10 ** -(cell.split(".")[1] ?? "").length;
-}
-
-function compareTouch(touch, rows, exact, found) {
-  const row = rows.get(touch.frame);
-  check(row !== undefined, `frame ${touch.frame} has no row`);
-  if (row === undefined) return;
-  for (const [name, field] of Object.entries(touch)) {
-    if (!(name in row)) continue;
-    if (field === null || typeof field !== "object") {
-      check(same(field, row[name], exact), `frame ${row.frame}: ${name} is ${field}, not ${row[name]}`);
-      ++found.cells;
-      continue;
-    }
-    if (!("value" in field)) continue;  // a list
-    check(same(field.value, row[name], exact), `frame ${row.frame}: ${name} is ${field.value}, not ${row[name]}`);
-    ++found.cells;
-    const unit = (field.unit ?? "").replace(" ", "");
-    const error = unit && name.endsWith(unit) ? name.slice(0, -unit.length) + "sd_" + unit : name + "_sd";
-    if (error !== name && error in row && "state" in field) {
-      check(same(field.standard_error, row[error], exact), `frame ${row.frame}: ${error} is ${field.standard_error}`);
-      ++found.cells;
-    }
-  }
-}
 
 function checkMessage(topic, message, log, last) {
   if (message.header) {

@@ -1,0 +1,79 @@
+// `palpate serve` with the client of the protocol's makers (tests/clients), and what it refuses.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/support/clients.h"
+#include "tests/support/json.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+/// A port that was free a moment ago.
+std::string free_port() {
+  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  EXPECT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), length), 0);
+  EXPECT_EQ(::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length), 0);
+  ::close(fd);
+  return std::to_string(ntohs(address.sin_port));
+}
+
+TEST_F(Program, ServesWhatItWritesToTheProtocolsOwnClient) {
+  if (clients_folder().empty())
+    GTEST_SKIP() << "NOT CHECKED: npm brings no client of Foxglove's protocol here";
+  const std::string port = free_port();
+  const fs::path out = folder_ / "out", answer = folder_ / "answer.json";
+  const pid_t server = start({"serve", "synthetic:palpation?size=160x120&rate=30&repeat=0", "--seconds", "8",
+                              "--port", port, "--out", out, "--json"});
+  const std::string command = "node '" + (clients_folder() / "live.mjs").string() + "' " + port + " '" +
+                              (out / "measurements.csv").string() + "' >'" + answer.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << slurp(answer);
+  const Ended ended = finish(server);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "serving at http://localhost:" + port + "/")) << ended.err;
+  const Json found = parse_json(slurp(answer));
+  EXPECT_EQ(found["topics"].size(), 8u) << found;
+  for (const auto& [topic, messages] : found["topics"].items()) EXPECT_GT(messages, 0) << topic;
+  EXPECT_GT(found["touches"], 20);
+  EXPECT_GT(found["cells"], 1000);
+  EXPECT_EQ(found["services"].size(), 4u);
+  EXPECT_EQ(found["events"][0]["event"], "mark");
+  EXPECT_EQ(found["events"][0]["text"], "here");
+  EXPECT_TRUE(contains(found["answers"]["4"], "a session to stop")) << found["answers"];
+  EXPECT_TRUE(contains(slurp(out / "events.csv"), "mark,here"));
+  const Json report = parse_json(ended.out);
+  EXPECT_EQ(report["served"]["clients"], 1);
+  EXPECT_GT(report["served"]["messages"], 100);
+}
+
+TEST_F(Program, ServesAPageThatDrawsAndComesBack) {
+  const char* chromium = "/usr/bin/chromium";
+  if (clients_folder().empty() || !fs::exists(chromium))
+    GTEST_SKIP() << "NOT CHECKED: no Chromium here, or npm brings no WebSocket";
+  const fs::path answer = folder_ / "answer.json";
+  const std::string command = "node '" + (clients_folder() / "browser.mjs").string() + "' '" +
+                              program_.string() + "' " + chromium + " " + free_port() + " '" +
+                              folder_.string() + "' >'" + answer.string() + "'";
+  const int status = std::system(command.c_str());
+  if (WEXITSTATUS(status) == 2) GTEST_SKIP() << "NOT CHECKED: Chromium does not start here";
+  EXPECT_EQ(status, 0) << slurp(answer);
+}
+
+TEST_F(Program, ServesNobodyWhoMayNotConnect) {
+  expect_refusal({"serve", "--address", "0.0.0.0", "--frames", "1"}, 2,
+                 {"a token, to serve others", "--token"});
+  expect_refusal({"serve", "--address", "nowhere", "--frames", "1"}, 2, {"an address of this machine"});
+  expect_refusal({"serve", "--token", "short", "--frames", "1"}, 2, {"a token of at least 16 letters"});
+  expect_refusal({"serve", "--port", "70000"}, 2, {"--port"});
+  expect_refusal({"serve", "--record"}, 2, {"--out DIR"});
+}
+
+}  // namespace
+}  // namespace palpate
