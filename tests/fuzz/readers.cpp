@@ -24,8 +24,10 @@
 #include "capture/log/log_table.h"
 #include "capture/run/modulus/modulus_frames.h"
 #include "capture/sensors/nominal_sensors.h"
+#include "capture/serve/foxglove.h"
 #include "capture/session/info.h"
 #include "capture/video/session_video.h"
+#include "engine/base/json.h"
 #include "engine/lump/network/network.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -114,6 +116,32 @@ void read_any_gauge(const fs::path& file) {
     } catch (const Error&) {
       if (wanted == GaugeColumns::Both) throw;
     }
+  }
+}
+
+/// What a client of the server sends, a message a line; what begins with the opcode of a call is bytes.
+void read_client(const fs::path& file) {
+  ServedOffer offer{.name = "pad",
+                    .session = "1",
+                    .topics = std::vector<Topic>(3),
+                    .requests = {{"/pad/zero", "Zero", "{}"}}};
+  FoxgloveClient client(offer);
+  const std::string all = slurp(file);
+  for (size_t from = 0, to = 0; from <= all.size(); from = to + 1) {
+    to = std::min(all.find('\n', from), all.size());
+    const std::string line = all.substr(from, to - from);
+    const bool binary = !line.empty() && line[0] == 2;
+    const FoxgloveClient::Answer answer =
+        binary ? client.take_binary({reinterpret_cast<const uint8_t*>(line.data()), line.size()})
+               : client.take_text(line);
+    expect(client.subscriptions().size() <= FoxgloveClient::kMostSubscriptions, "subscriptions are bounded");
+    for (const auto& [id, topic] : client.subscriptions())
+      expect(topic < offer.topics.size(), "of channels that exist");
+    for (const FoxgloveCall& call : answer.calls)
+      expect(call.service < offer.requests.size(), "calls of requests that exist");
+    for (const uint32_t id : answer.ready)
+      expect(client.subscriptions().contains(id), "ready for subscriptions that exist");
+    for (const std::string& text : answer.texts) static_cast<void>(json::parse(text));
   }
 }
 
@@ -367,6 +395,7 @@ constexpr std::array kReaders{
     Reader{"npy", "array.npy", read_numbers},
     Reader{"table", "table.csv", read_cells},
     Reader{"gauge", "gauge.csv", read_any_gauge},
+    Reader{"client", "client.txt", read_client},
     Reader{"log", "log.csv", read_any_log},
     Reader{"log_lines", "log.lines", read_any_log},
     Reader{"points", "points.csv", read_set},
