@@ -65,8 +65,8 @@ struct LiveOptions : LoopSettings {
   PressMonitor* presses = nullptr;              ///< receives every measured frame; null: no block is pressed
   std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
-  /// The same with the frame, whose memory is the session's, and the maps; a call that waits lets newer frames
-  /// pass.
+  /// The same with the frame, whose memory is the session's, and the maps; a call that waits lets newer
+  /// frames pass.
   std::function<void(const Frame&, const Result&)> on_frame;
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
                                                     ///< at a time

@@ -153,7 +153,9 @@ class PairRun {
     name_trace_thread(to_string(side));
     LiveOptions options = given.options;
     options.interrupted = [this] { return stop_.load(); };
-    options.on_frame = [this, side](const Frame& frame, const Result& result) { take(side, frame, result.touch); };
+    options.on_frame = [this, side](const Frame& frame, const Result& result) {
+      take(side, frame, result.touch);
+    };
     options.measured_on_device = [this] {
       return sides_[0].session->processed + sides_[1].session->processed;
     };
