@@ -110,7 +110,7 @@ std::optional<ShapeMatch> by_shape(const LogTable& log, std::span<const double> 
   std::vector<const LogColumn*> columns;
   for (const LogColumn& column : log.columns)
     if (!forces_alone || is_force(column)) columns.push_back(&column);
-  std::ranges::stable_partition(columns, [](const LogColumn* c) { return is_force(*c); });
+  std::stable_partition(columns.begin(), columns.end(), [](const LogColumn* c) { return is_force(*c); });
   if (columns.size() > kMostCompared) columns.resize(kMostCompared);
   const double step_s = (row_time_s.back() - row_time_s.front()) / kMostRows;
   std::optional<ShapeMatch> best;
