@@ -166,8 +166,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       "  palpate record --camera /dev/video0 --sensor pad.json --out out/press1     until Ctrl-C\n"
       "  palpate record --camera /dev/video0 --seconds 20 --out out/grid            uncalibrated\n"
       "  palpate record synthetic:palpation --out out/session\n"
-      "  palpate record --camera left=1-2 --camera right=1-3 --sensor pad.json --grip grip.json --out "
-      "out/grip\n"
+      "  palpate record --camera left=1-2 --camera right=1-3 --grip grip.json --out out/two\n"
       "  palpate record --left synthetic:grip?side=left --right synthetic:grip?side=right --out out/grip\n"
       "A session is whole after every crash but its last second; `palpate process`, `replay` and `export`\n"
       "take it without any other file. See capture/session/README.md.\n");

@@ -85,7 +85,7 @@ void add_serve(CommandLine& program, Common& common, Command& chosen) {
                 {"loop"}});
   options->trace.add_to(*command);
   add_common(*command, common,
-             "  palpate serve                                        a simulated palpation at "
+             "  palpate serve                                       a simulated palpation at "
              "http://localhost:8765\n"
              "  palpate serve --camera /dev/video0 --sensor pad.json\n"
              "  palpate serve press.avi --sensor gel.json --loop --port 9000\n"

@@ -113,7 +113,7 @@ struct SimulatedTouch {
   const char* options;
   const char* pad;
 };
-constexpr std::array<SimulatedTouch, 18> kSimulatedTouches{{
+constexpr std::array<SimulatedTouch, 19> kSimulatedTouches{{
     {"palpation", "", "waveguide"},
     {"press", "mode=gel&", "gel"},
     {"press", "", "waveguide"},
@@ -124,6 +124,7 @@ constexpr std::array<SimulatedTouch, 18> kSimulatedTouches{{
     {"twist", "mode=gel&skin=markers&", "gel, markers"},
     {"pull", "", "waveguide"},
     {"fingers", "", "waveguide"},
+    {"grip", "", "waveguide"},
     {"fingers", "mode=gel&", "gel"},
     {"palpation", "mode=gel&", "gel"},
     {"rig", "hysteresis=0.04&", "waveguide"},
