@@ -54,6 +54,9 @@ void order_rows(LogTable& table, const std::string& where) {
     }
     order.push_back(i);
   }
+  if (order.empty())
+    throw Error(Failure::Input, "times in column " + printable(table.time_column) + " of " + where,
+                "no row with one", "a time in each row");
   if (order.size() < table.rows())
     table.notes.push_back(std::to_string(table.rows() - order.size()) + " rows without a time left out");
   for (size_t s = 0; s < table.stretches.size(); ++s) {
