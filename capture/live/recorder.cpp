@@ -33,9 +33,10 @@ Recording::~Recording() {
 
 void Recording::log(const std::string& name, std::string_view line) {
   const std::lock_guard lock(logs_mutex_);
-  auto at = std::ranges::find_if(logs_, [&](const auto& log) { return log->name() == name; });
+  const std::string plain = plain_log_name(name);
+  auto at = std::ranges::find_if(logs_, [&](const auto& log) { return log->name() == plain; });
   if (at == logs_.end()) {
-    logs_.push_back(LogInput::of_program(name));
+    logs_.push_back(LogInput::of_program(plain));
     at = std::prev(logs_.end());
     const std::lock_guard session(mutex_);
     if (current_) (*at)->write_to(current_->folder / kLogFolder);

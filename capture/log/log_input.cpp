@@ -60,16 +60,6 @@ constexpr auto kDrain = std::chrono::seconds(2);  // of what comes faster than i
 constexpr size_t kRead_B = 64 << 10;
 constexpr int kPortQueue_B = 4 << 20;
 
-/// Letters that a file and a topic may have.
-std::string plain_name(const std::string& text) {
-  std::string name;
-  for (const char c : text) {
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-    name += letter ? c : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : '_';
-  }
-  return name.empty() ? "log" : name.substr(0, 60);
-}
-
 [[noreturn]] void refuse(const std::string& what, const std::string& found) {
   throw Error(Failure::Input, "a log to read", what + ": " + found, "another path, - or udp:PORT");
 }
@@ -105,17 +95,26 @@ LogDescriptor open_port(const std::string& what, uint16_t& port) {
 
 }  // namespace
 
+std::string plain_log_name(const std::string& text) {
+  std::string name;
+  for (const char c : text) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+    name += letter ? c : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : '_';
+  }
+  return name.empty() ? "log" : name.substr(0, 60);
+}
+
 LogName log_name(const std::string& given) {
   LogName log{{}, given};
   const size_t equals = given.find('=');
   if (equals != std::string::npos && given.find('/') > equals)
-    log = {plain_name(given.substr(0, equals)), given.substr(equals + 1)};
+    log = {plain_log_name(given.substr(0, equals)), given.substr(equals + 1)};
   if (log.what.empty())
     throw Error(Failure::Usage, "FILE, - or udp:PORT for --log", "'" + given + "'", "--log robot.csv");
   if (log.name.empty())
     log.name = log.what == "-"  ? "stdin"
                : !log.is_file() ? "udp"
-                                : plain_name(fs::path(log.what).stem().string());
+                                : plain_log_name(fs::path(log.what).stem().string());
   return log;
 }
 
@@ -343,7 +342,7 @@ LogInput::LogInput(const std::string& given) : LogInput() {
 std::unique_ptr<LogInput> LogInput::of_program(const std::string& name) {
   std::unique_ptr<LogInput> log(new LogInput);
   log->impl_->kind = LogKind::Program;
-  log->impl_->status.name = log->impl_->name = plain_name(name);
+  log->impl_->status.name = log->impl_->name = plain_log_name(name);
   log->impl_->wake = LogDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   log->start();
   return log;

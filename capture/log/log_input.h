@@ -11,10 +11,14 @@
 
 namespace palpate {
 
+/// The letters of a text that files and topics may have: small ones, digits and underscores, for others too;
+/// at most 60.
+std::string plain_log_name(const std::string& text);
+
 /// A log as somebody names it: FILE, - or udp:PORT, with "NAME=" before it for another name than the file's,
 /// stdin or udp.
 struct LogName {
-  std::string name;  ///< small letters, digits and underscores
+  std::string name;  ///< as plain_log_name() has it
   std::string what;
   bool is_file() const { return what != "-" && !what.starts_with("udp:"); }
 };
@@ -36,7 +40,7 @@ class LogInput {
   /// `given`: as log_name() takes it. Throws Error(Failure::Usage) for what is none of these,
   /// Error(Failure::Input) for what cannot be opened.
   explicit LogInput(const std::string& given);
-  /// A log of this program's own, of lines that add() gives. `name`: as LogName::name.
+  /// A log of this program's own, of lines that add() gives. `name`: plain_log_name() of it is the log's.
   static std::unique_ptr<LogInput> of_program(const std::string& name);
   ~LogInput();
   LogInput(const LogInput&) = delete;

@@ -336,6 +336,7 @@ def test_a_log_is_kept_beside_what_is_recorded(tmp_path):
     folder = tmp_path / "session"
     with pp.open("synthetic:press?size=64x48&rate=60", record=folder) as stream:
         for t in stream:
+            stream.log("Robot 1", x=t.sequence)
             stream.log("axis", z_mm=np.float32(0.5) * t.sequence, q_rad=np.array([1.0, 2.0]), on=True)
             if t.sequence > 20:
                 break
@@ -344,6 +345,7 @@ def test_a_log_is_kept_beside_what_is_recorded(tmp_path):
     rows = (folder / "log" / "axis.csv").read_text().splitlines()
     assert rows[0] == "time_s,z_mm,q_rad.0,q_rad.1,on"
     assert len(rows) > 10
+    assert len((folder / "log" / "robot_1.csv").read_text().splitlines()) == len(rows)
     assert json.loads((folder / "log" / "axis.json").read_text())["aligned_by"] == "monotonic"
     with pytest.raises(pp.ExpiredError):
         stream.log("axis", z_mm=1)
