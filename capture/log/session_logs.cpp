@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -15,6 +13,7 @@
 #include "engine/base/json.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
+#include "engine/calibrate/time_series.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -23,16 +22,6 @@ namespace palpate {
 namespace {
 
 constexpr double kMargin_s = 1;  // of a log before and after the frames
-constexpr double kGap_intervals = 5, kGap_s = 0.02;
-
-double usual_interval(const std::vector<double>& time_s) {
-  std::vector<double> steps;
-  for (size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
-  if (steps.empty()) return 0;
-  const auto middle = steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
 
 double half_turn(const LogColumn& column) {
   return column.unit == "rad"   ? std::numbers::pi
@@ -110,15 +99,12 @@ json::Value json_of(const AlignedLog& log) {
 
 std::optional<double> AlignedLog::at(const LogColumn& column, double when_s) const {
   if (time_s.empty() || !(when_s >= time_s.front() && when_s <= time_s.back())) return std::nullopt;
-  const auto after = std::ranges::lower_bound(time_s, when_s);
-  const auto i = static_cast<size_t>(after - time_s.begin());
-  const auto known = [](double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; };
-  if (time_s[i] == when_s) return known(column.values[i]);
-  const double width_s = time_s[i] - time_s[i - 1], share = (when_s - time_s[i - 1]) / width_s;
-  if (width_s > widest_gap_s_) return std::nullopt;
-  const double before = column.values[i - 1], next = column.values[i];
-  if (std::abs(next - before) > half_turn(column)) return known(share < 0.5 ? before : next);
-  return known(before + share * (next - before));
+  const SeriesPlace at = place_in(time_s, when_s);
+  if (time_s[at.to] - time_s[at.from] > widest_gap_s_) return std::nullopt;
+  const double before = column.values[at.from], next = column.values[at.to];
+  const bool turned = std::abs(next - before) > half_turn(column);
+  const double value = turned ? (at.share < 0.5 ? before : next) : at.of(column.values);
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 AlignedLog align_log(LogTable table, const FrameClock& frames, std::optional<double> told_offset_s) {
@@ -140,7 +126,7 @@ AlignedLog align_log(LogTable table, const FrameClock& frames, std::optional<dou
   pick_rows(table, kept);
   log.table = std::move(table);
   log.time_s = std::move(times);
-  log.widest_gap_s_ = std::max(kGap_intervals * usual_interval(log.time_s), kGap_s);
+  log.widest_gap_s_ = longest_step(log.time_s);
   return log;
 }
 
@@ -184,8 +170,7 @@ FrameClock session_clock(const fs::path& session) {
     throw Error(Failure::Input, "frames in " + (session / kSessionRows).string(), "none", "another session");
   host_times_by_delivery(frames, delivered_s);
   frames.signals = strongest_signals(std::move(signals));
-  std::ifstream in(session / kSessionJson, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string text = session_json(session);
   if (!text.empty()) {
     const SessionText read = session_from_text(text, (session / kSessionJson).string());
     frames.wall = read.clock;
@@ -239,7 +224,7 @@ void write_log_at_frames(const fs::path& file, const AlignedLog& log, std::span<
 }
 
 std::string describe(const AlignedLog& log) {
-  const double interval_s = usual_interval(log.time_s);
+  const double interval_s = usual_step(log.time_s);
   std::string line =
       text("%s: %zu rows of %zu columns", log.table.name.c_str(), log.table.rows(), log.table.columns.size());
   if (interval_s > 0) line += text(" at %.3g Hz", 1 / interval_s);

@@ -7,6 +7,7 @@
 #include "capture/files/tables/csv_table.h"
 #include "capture/session/session.h"
 #include "engine/base/json.h"
+#include "engine/calibrate/time_series.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -92,11 +93,7 @@ OpeningSeries::OpeningSeries(const OpeningSource& source) : fixed_mm_(source.fix
 Estimate OpeningSeries::at(double time_s) const {
   if (fixed_mm_) return {*fixed_mm_, sd_mm_, Validity::Valid};
   if (times_s_.empty() || time_s < times_s_.front() || time_s > times_s_.back()) return {};
-  const auto after = std::ranges::lower_bound(times_s_, time_s);
-  const auto i = static_cast<size_t>(after - times_s_.begin());
-  if (i == 0) return {openings_mm_[0], sd_mm_, Validity::Valid};
-  const double share = (time_s - times_s_[i - 1]) / (times_s_[i] - times_s_[i - 1]);
-  return {openings_mm_[i - 1] + share * (openings_mm_[i] - openings_mm_[i - 1]), sd_mm_, Validity::Valid};
+  return {place_in(times_s_, time_s).of(openings_mm_), sd_mm_, Validity::Valid};
 }
 
 void write_opening_log(const fs::path& file, const std::vector<double>& times_s,

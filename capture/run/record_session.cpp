@@ -4,6 +4,7 @@
 
 #include "capture/live/live.h"
 #include "capture/open_source.h"
+#include "capture/session/info.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/version.h"
@@ -38,7 +39,7 @@ std::unique_ptr<McapSink> begin_mcap(const RecordRequest& request, const Pipelin
   options.outputs = pipeline.outputs;
   options.columns = MeasuredColumns::of(options.sensor, pipeline.outputs, pipeline.separate);
   options.facts = {{"input", request.found.input}, {"device", device.report().name}};
-  options.session = session_text(request.folder);
+  options.session = session_json(request.folder);
   McapSinkOptions how;
   if (wait) how.wait_unless = [&watch] { return watch.stopped(); };
   return std::make_unique<McapSink>(request.folder, std::move(options), std::move(how));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
+#include <iterator>
 #include <tuple>
 
 #include "engine/base/json.h"
@@ -176,6 +178,11 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const Sessio
     if (end.clock) json["end"]["clock"] = clock_json(*end.clock);
   }
   return json.dump(2, json::Utf8::Replace) + "\n";
+}
+
+std::string session_json(const std::filesystem::path& folder) {
+  std::ifstream in(folder / kSessionJson, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 SessionText session_from_text(const std::string& text, const std::string& where) {

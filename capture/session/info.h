@@ -42,6 +42,8 @@ struct SessionText {
 };
 
 std::string to_text(const SessionInfo& info, const SessionEnd& end, const SessionStart& start);
+/// session.json of a session's folder as it stands; empty where it cannot be read.
+std::string session_json(const std::filesystem::path& folder);
 /// `where` names the text in messages. Keys that this version does not know are ignored, those it needs must
 /// be there. Throws Error(Failure::Input), of a newer version too; Error(Failure::Sensor) for its sensor.
 SessionText session_from_text(const std::string& text, const std::string& where);

@@ -8,6 +8,7 @@
 
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
+#include "engine/calibrate/time_series.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -28,13 +29,6 @@ std::string number(double value, const char* format = "%.4g") {
 struct Series {
   std::vector<double> time_s, value;
 };
-
-double usual_step(std::span<const double> time_s) {
-  std::vector<double> steps;
-  for (size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
-  std::nth_element(steps.begin(), steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
-}
 
 bool varies(std::span<const double> values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());

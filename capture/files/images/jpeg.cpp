@@ -2,7 +2,6 @@
 
 #include <csetjmp>
 #include <cstdio>  // jpeglib.h needs FILE
-#include <cstdlib>
 #include <opencv2/core.hpp>
 
 #include <jpeglib.h>

@@ -8,13 +8,12 @@
 #include "capture/files/tables/csv_table.h"
 #include "capture/files/tables/units.h"
 #include "engine/base/text.h"
+#include "engine/calibrate/time_series.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kGap_intervals = 5;
-constexpr double kGap_s = 0.02;
 constexpr double kNegative = 2;  // times the largest force above 0
 
 std::string gauge_number(double value) {
@@ -119,11 +118,7 @@ class GaugeTable {
 
   void find_gaps() {
     if (gauge_.by_frame()) return;
-    std::vector<double> steps;
-    for (size_t i = 1; i < gauge_.time_s.size(); ++i)
-      steps.push_back(gauge_.time_s[i] - gauge_.time_s[i - 1]);
-    std::nth_element(steps.begin(), steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2), steps.end());
-    const double longest_s = std::max(kGap_intervals * steps[steps.size() / 2], kGap_s);
+    const double longest_s = longest_step(gauge_.time_s);
     for (size_t i = 1; i < gauge_.time_s.size(); ++i)
       if (gauge_.time_s[i] - gauge_.time_s[i - 1] > longest_s)
         gauge_.gaps.push_back({gauge_.time_s[i - 1], gauge_.time_s[i]});
@@ -176,11 +171,7 @@ std::optional<double> gauge_at(const Gauge& gauge, const std::vector<double>& co
     return std::nullopt;
   for (const GaugeGap& gap : gauge.gaps)
     if (time_s > gap.from_s && time_s < gap.to_s) return std::nullopt;
-  const auto after = std::lower_bound(t.begin(), t.end(), time_s);
-  const auto i = static_cast<size_t>(after - t.begin());
-  if (t[i] == time_s) return column[i];
-  const double fraction = (time_s - t[i - 1]) / (t[i] - t[i - 1]);
-  return column[i - 1] + fraction * (column[i] - column[i - 1]);
+  return place_in(t, time_s).of(column);
 }
 
 std::optional<double> gauge_at_frame(const Gauge& gauge, const std::vector<double>& column, uint64_t frame) {
