@@ -193,7 +193,7 @@ TEST_F(Layers, TheInstrumentKnowsNoLaboratory) {
     for (const std::string& other : included)
       EXPECT_FALSE(other.starts_with(lab)) << file << " includes " << other;
     EXPECT_EQ(includes_lab_library(fs::path(PALPATE_SOURCE_DIR) / file),
-              file == "capture/hdf5/module/writer.cpp")
+              file == "capture/hdf5/module/handle.h")
         << file << ": HDF5 is for perf/lab and a module of capture's, MPI for perf/lab alone";
   }
   EXPECT_EQ(inside, 2u) << "data sets and processes";

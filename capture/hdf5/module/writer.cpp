@@ -1,41 +1,13 @@
 // Files of HDF5, by its C library.
-#include <hdf5.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "capture/hdf5/module.h"
+#include "capture/hdf5/module/handle.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
-
-/// A handle, closed by its own function.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*by)(hid_t)) : id_(id), close_(by) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  /// False where the library refuses.
-  bool close() { return id_ < 0 || close_(std::exchange(id_, -1)) >= 0; }
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as C's functions want it
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-Handle text_type() {
-  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  return type;
-}
 
 /// The type of a value in memory, which is that in the file: little endian.
 hid_t number_type(Hdf5Type type) {
@@ -57,8 +29,8 @@ hid_t number_type(Hdf5Type type) {
 constexpr hsize_t kRowsOfChunk = 1024;
 
 struct Column {
-  Handle set;
-  Handle type;
+  Hdf5 set;
+  Hdf5 type;
   std::vector<hsize_t> row;  ///< sides of the next row, the first 1
   hsize_t written = 0;
 };
@@ -87,17 +59,16 @@ class Writer : public Hdf5Writer {
     if (row.size() == 1) chunk[0] = kRowsOfChunk;
     const int rank = static_cast<int>(row.size());
     const bool is_text = dataset.type == Hdf5Type::Text;
-    const Handle space(H5Screate_simple(rank, none.data(), most.data()), H5Sclose);
-    const Handle how(H5Pcreate(H5P_DATASET_CREATE), H5Pclose), groups(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+    const Hdf5 space(H5Screate_simple(rank, none.data(), most.data()), H5Sclose);
+    const Hdf5 how(H5Pcreate(H5P_DATASET_CREATE), H5Pclose), groups(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     need(H5Pset_obj_track_times(how, false) >= 0 && H5Pset_chunk(how, rank, chunk.data()) >= 0 &&
          H5Pset_create_intermediate_group(groups, 1) >= 0);
     if (!is_text)
       need(H5Pset_shuffle(how) >= 0 && H5Pset_deflate(how, 1) >= 0 && H5Pset_fletcher32(how) >= 0);
-    Handle type = is_text ? text_type() : Handle(H5Tcopy(number_type(dataset.type)), H5Tclose);
-    Handle set(H5Dcreate2(file_, dataset.path.c_str(), type, space, groups, how, H5P_DEFAULT), H5Dclose);
+    Hdf5 type = is_text ? text_type() : Hdf5(H5Tcopy(number_type(dataset.type)), H5Tclose);
+    Hdf5 set(H5Dcreate2(file_, dataset.path.c_str(), type, space, groups, how, H5P_DEFAULT), H5Dclose);
     need(set >= 0);
-    put_attribute(set, "unit", dataset.unit);
-    put_attribute(set, "description", dataset.description);
+    need(put_attribute(set, "unit", dataset.unit) && put_attribute(set, "description", dataset.description));
     columns_.push_back({std::move(set), std::move(type), std::move(row)});
     return columns_.size() - 1;
   }
@@ -108,9 +79,8 @@ class Writer : public Hdf5Writer {
     begin[0] = column.written;
     size[0] = column.written + 1;
     need(H5Dset_extent(column.set, size.data()) >= 0);
-    const Handle space(H5Dget_space(column.set), H5Sclose);
-    const Handle memory(H5Screate_simple(static_cast<int>(size.size()), column.row.data(), nullptr),
-                        H5Sclose);
+    const Hdf5 space(H5Dget_space(column.set), H5Sclose);
+    const Hdf5 memory(H5Screate_simple(static_cast<int>(size.size()), column.row.data(), nullptr), H5Sclose);
     need(H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, column.row.data(), nullptr) >= 0 &&
          H5Dwrite(column.set, column.type, memory, space, H5P_DEFAULT, values) >= 0);
     ++column.written;
@@ -122,7 +92,7 @@ class Writer : public Hdf5Writer {
   }
 
   void attribute(const std::string& name, const std::string& text) override {
-    put_attribute(file_, name.c_str(), text);
+    need(put_attribute(file_, name.c_str(), text));
   }
 
   void close() override {
@@ -131,21 +101,9 @@ class Writer : public Hdf5Writer {
   }
 
  private:
-  void put_attribute(hid_t object, const char* name, const std::string& text) const {
-    const Handle type = text_type(), space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    const char* const value = text.c_str();
-    need(attribute >= 0 && H5Awrite(attribute, type, static_cast<const void*>(&value)) >= 0);
-  }
-
   void need(bool good) const {
     if (good) return;
-    std::string reason = "no reason from HDF5";
-    const auto keep = [](unsigned, const H5E_error2_t* error, void* to) -> herr_t {
-      if (error->desc != nullptr) *static_cast<std::string*>(to) = error->desc;
-      return 0;
-    };
-    H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &reason);
+    std::string reason = hdf5_reason();
     std::ranges::replace(reason, '\n', ' ');
     throw Error(Failure::Output, "to write '" + path_.string() + "'", reason,
                 "another place, or freeing disk space");
@@ -153,7 +111,7 @@ class Writer : public Hdf5Writer {
 
   std::filesystem::path path_;
   bool quiet_;
-  Handle file_;
+  Hdf5 file_;
   std::vector<Column> columns_;
 };
 

@@ -13,27 +13,6 @@ Hdf5Quiet::~Hdf5Quiet() {
   H5Eset_auto2(H5E_DEFAULT, print_, data_);
 }
 
-std::string hdf5_reason() {
-  std::string reason;
-  const auto keep = [](unsigned, const H5E_error2_t* error, void* to) -> herr_t {
-    if (error->desc != nullptr) *static_cast<std::string*>(to) = error->desc;
-    return 0;
-  };
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &reason);
-  return reason.empty() ? "no reason from HDF5" : reason;
-}
-
-bool put_attribute(hid_t object, const char* name, const std::string& text) {
-  const Hdf5 kind(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
-  // Strings of variable length: other readers take those of a fixed one for bytes without an encoding.
-  if (!kind.good() || !space.good() || H5Tset_size(kind, H5T_VARIABLE) < 0 ||
-      H5Tset_cset(kind, H5T_CSET_UTF8) < 0)
-    return false;
-  const Hdf5 attribute(H5Acreate2(object, name, kind, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  const char* const value = text.c_str();
-  return attribute.good() && H5Awrite(attribute, kind, static_cast<const void*>(&value)) >= 0;
-}
-
 std::string text_attribute(hid_t object, const char* name) {
   if (H5Aexists(object, name) <= 0) return {};
   const Hdf5 attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);

@@ -1,34 +1,16 @@
-// HDF5's handles as values that close themselves, its failures as our errors.
+// HDF5 for data sets: kinds of numbers, silence, attributes that are read.
 #pragma once
 
 #include <hdf5.h>
 
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "capture/hdf5/module/handle.h"
 
 namespace palpate::lump {
 
-/// A handle that an H5...open or H5...create returned, closed by its own function.
-class Hdf5 {
- public:
-  Hdf5(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  Hdf5(Hdf5&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Hdf5& operator=(Hdf5&& other) noexcept {
-    std::swap(id_, other.id_);
-    std::swap(close_, other.close_);
-    return *this;
-  }
-  ~Hdf5() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as C's functions want it
-  bool good() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
+using palpate::Hdf5;
 
 /// Kind of a stored number: little endian whatever the machine.
 template <typename Number>
@@ -67,11 +49,6 @@ class Hdf5Quiet {
   void* data_ = nullptr;
 };
 
-/// Innermost error of the last call that failed.
-std::string hdf5_reason();
-
-/// A text as attribute of a file or a dataset. False where it failed.
-bool put_attribute(hid_t object, const char* name, const std::string& text);
 /// Empty where there is none.
 std::string text_attribute(hid_t object, const char* name);
 
