@@ -1,8 +1,6 @@
 // palpate live: the surface and the measurements in real time.
-#include <spdlog/spdlog.h>
 
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "capture/live/live.h"
@@ -50,23 +48,7 @@ Report live(const Common& common, const Options& options) {
   request.shown.title = "palpate: " + opened.measured.input;
   if (common.jsonl) request.on_row = print_line;
   const LiveRunReport run = run_live_input(*context, std::move(request), std::move(opened));
-  const MeasuredInput& input = run.measured;
-  const auto& [report, sessions] = std::tie(run.live, run.sessions);
-  if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);
-
-  json::Value value = {{"input", input.input},
-                       {"sensor", input.sensor.name},
-                       {"device", context->report().name},
-                       {"width_px", run.format.width},
-                       {"height_px", run.format.height}};
-  const Facts facts = facts_of(report, sessions);
-  value.update(facts.json);
-  value.update(run.served.json);
-  return {facts.text + run.served.text, value,
-          report.interrupted                   ? kInterrupted
-          : !recording_error(sessions).empty() ? static_cast<int>(Failure::Output)
-          : validation_clean(*context)         ? 0
-                                               : kInternalError};
+  return report_of(run, *context, false, {{"width_px", run.format.width}, {"height_px", run.format.height}});
 }
 
 }  // namespace

@@ -78,16 +78,7 @@ Report replay(const Common& common, const Options& options) {
   request.shown.title = "palpate: " + request.input;
   if (common.jsonl) request.on_row = print_line;
   const LiveRunReport run = run_live_input(*context, std::move(request), std::move(opened));
-  json::Value value = {{"input", run.measured.input},
-                       {"sensor", run.measured.sensor.name},
-                       {"device", context->report().name}};
-  const Facts facts = facts_of(run.live, {});
-  value.update(facts.json);
-  value.update(run.served.json);
-  return {facts.text + run.served.text, value,
-          run.live.interrupted         ? kInterrupted
-          : validation_clean(*context) ? 0
-                                       : kInternalError};
+  return report_of(run, *context);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // palpate serve: touch, depth and pictures live for browsers, Foxglove and other programs, without a window.
-#include <spdlog/spdlog.h>
 
 #include "capture/live/live_report.h"
 #include "engine/base/json.h"
@@ -35,19 +34,8 @@ Report serve(const Common& common, const Options& options) {
   const std::unique_ptr<gpu::Context> context = open_device(common);
   if (common.jsonl) request.on_row = print_line;
   const LiveRunReport run = run_live_input(*context, std::move(request), std::move(opened));
-  const std::string error = recording_error(run.sessions);
-  if (!error.empty()) spdlog::error("{}", error);
-  json::Value value = {{"input", run.measured.input},
-                       {"sensor", run.measured.sensor.name},
-                       {"device", context->report().name}};
-  const Facts facts = facts_of(run.live, run.sessions);
-  value.update(facts.json);
-  value.update(run.served.json);
-  // A server that is ended by Ctrl-C has done what it was for.
-  return {facts.text + run.served.text, value,
-          !error.empty()               ? static_cast<int>(Failure::Output)
-          : validation_clean(*context) ? 0
-                                       : kInternalError};
+  // Who serves until Ctrl-C has done what it was for.
+  return report_of(run, *context, true);
 }
 
 }  // namespace

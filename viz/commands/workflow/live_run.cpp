@@ -170,4 +170,20 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
   return report;
 }
 
+Report report_of(const LiveRunReport& run, const gpu::Context& context, bool ends_by_ctrl_c,
+                 const json::Value& more) {
+  const std::string error = recording_error(run.sessions);
+  if (!error.empty()) spdlog::error("{}", error);
+  json::Value value = {{"input", run.measured.input},
+                       {"sensor", run.measured.sensor.name},
+                       {"device", context.report().name}};
+  const Facts facts = facts_of(run.live, run.sessions);
+  for (const json::Value& part : {more, facts.json, run.served.json}) value.update(part);
+  const int ended = run.live.interrupted && !ends_by_ctrl_c ? kInterrupted
+                    : !error.empty()                        ? static_cast<int>(Failure::Output)
+                    : validation_clean(context)             ? 0
+                                                            : kInternalError;
+  return {facts.text + run.served.text, value, ended};
+}
+
 }  // namespace palpate
