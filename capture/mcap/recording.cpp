@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
@@ -51,7 +49,7 @@ McapRecording::McapRecording(const std::filesystem::path& folder, const McapOpti
       columns_(options.columns),
       topics_(topics_of(options.sensor, options.outputs, options.columns)) {
   std::filesystem::remove(folder / kMcapYaml);  // of an earlier file
-  // What follows from another topic is left out, the points unless they were asked for.
+  // Topics that follow from another one are left out, the points unless they were asked for.
   std::erase_if(topics_, [&](const Topic& topic) {
     return topic.kind == TopicKind::Compressed || topic.kind == TopicKind::Preview ||
            (topic.kind == TopicKind::Cloud && !options.cloud);
@@ -135,11 +133,6 @@ void McapRecording::add(const NumberTable& table, int64_t begun_ns) {
 void McapRecording::close() {
   writer_.close();
   write_whole(folder_ / kMcapYaml, std::string_view(rosbag_text(topics_, channels_, writer_.counts())));
-}
-
-std::string session_text(const std::filesystem::path& folder) {
-  std::ifstream in(folder / "session.json", std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace palpate

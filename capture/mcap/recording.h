@@ -67,7 +67,4 @@ class McapRecording {
   MessageBytes message_;
 };
 
-/// session.json of a session's folder; empty where it cannot be read.
-std::string session_text(const std::filesystem::path& folder);
-
 }  // namespace palpate

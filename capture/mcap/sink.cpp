@@ -66,13 +66,9 @@ void McapSink::add(const Frame& frame, const Result& result) {
   item->touch = result.touch;
   item->depth_mm.clear();
   item->confidence.clear();
-  if (result.touch.surface && result.touch.picture == PictureFault::None) {
-    const std::span<const float> depth_mm = result.depth_mm();
-    item->depth_mm.assign(depth_mm.begin(), depth_mm.end());
-    if (result.touch.confidence) {
-      const std::span<const uint16_t> confidence = result.confidence();
-      item->confidence.assign(confidence.begin(), confidence.end());
-    }
+  if (const auto depth = depth_map_of(result, result.touch, frame.format, pitch_mm_per_px_)) {
+    item->depth_mm.assign(depth->depth_mm.begin(), depth->depth_mm.end());
+    item->confidence.assign(depth->confidence.begin(), depth->confidence.end());
   }
   {
     const std::lock_guard lock(mutex_);

@@ -91,6 +91,14 @@ constexpr std::array kSchemas = {
 
 }  // namespace
 
+std::optional<DepthMap> depth_map_of(const Result& result, const Touch& touch, const FrameFormat& format,
+                                     double pitch_mm_per_px) {
+  if (!touch.surface || touch.picture != PictureFault::None) return std::nullopt;
+  const std::span<const uint16_t> confidence =
+      touch.confidence ? result.confidence() : std::span<const uint16_t>();
+  return DepthMap{result.depth_mm(), confidence, format.width, format.height, pitch_mm_per_px};
+}
+
 void write_image(MessageBytes& out, const MessageHeader& header, const Frame& frame) {
   const FrameFormat& f = frame.format;
   CdrWriter cdr(out);

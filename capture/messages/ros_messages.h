@@ -8,6 +8,7 @@
 
 #include "capture/messages/cdr.h"
 #include "palpate/frame.h"
+#include "palpate/pipeline.h"
 #include "palpate/touch.h"
 
 namespace palpate {
@@ -25,6 +26,10 @@ struct DepthMap {
   uint32_t width = 0, height = 0;
   double pitch_mm_per_px = 0;
 };
+
+/// That of a frame; none where it has no surface, or its picture is damaged. The result outlives it.
+std::optional<DepthMap> depth_map_of(const Result& result, const Touch& touch, const FrameFormat& format,
+                                     double pitch_mm_per_px);
 
 /// sensor_msgs/msg/Image: mono8, mono16 (values in the low bits) or rgb8.
 void write_image(MessageBytes& out, const MessageHeader& header, const Frame& frame);

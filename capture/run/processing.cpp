@@ -105,8 +105,7 @@ class Recorder {
     const bool seen = touch.picture == PictureFault::None;
     const bool mesh_of_traction =
         std::ranges::find(request_.traction, TractionFormat::Ply) != request_.traction.end();
-    if (seen && touch.surface &&
-        (!request_.depth.empty() || compare_depth || mesh_of_traction || mcap_ || episode_)) {
+    if (seen && touch.surface && (!request_.depth.empty() || compare_depth || mesh_of_traction)) {
       depth_mm_ = result.depth_mm();
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
@@ -169,7 +168,7 @@ class Recorder {
 
   /// MCAP and HDF5.
   void begin_files_for_others(const gpu::Context& context, const Source& source) {
-    const std::string session = session_folder() ? session_text(*session_folder()) : "";
+    const std::string session = session_folder() ? session_json(*session_folder()) : "";
     const std::optional<WallClock> clock = session_clock_of(session);
     if (clock) date_ahead_ns_ = clock->ahead_ns;
     std::map<std::string, std::string> facts = {{"input", request_.input}, {"device", context.report().name}};
@@ -188,11 +187,8 @@ class Recorder {
   }
 
   void add_for_others(const Result& result, const Frame& frame, const Touch& touch, const std::string& name) {
-    std::optional<DepthMap> depth;
-    if (touch.surface && touch.picture == PictureFault::None) {
-      depth = DepthMap{depth_mm_, {}, map_width(), map_height(), sensor_.pitch_mm_per_px};
-      if (touch.confidence) depth->confidence = result.confidence();
-    }
+    const std::optional<DepthMap> depth =
+        depth_map_of(result, touch, pipeline_.format(), sensor_.pitch_mm_per_px);
     // Frames that know when they were exposed say when the recording began.
     if (frame.exposed_ns > 0 && date_ahead_ns_)
       start_ns_ = frame.exposed_ns + *date_ahead_ns_ - time_ns(touch);

@@ -40,40 +40,49 @@ int64_t LiveHub::date_of(const Frame& frame) const {
 void LiveHub::publish(size_t publisher, const Frame& frame, const Result& result, const Touch& touch,
                       bool zeroed) {
   const Publisher& p = publishers_[publisher];
-  bool any = false;
+  const bool measured = touch.surface && touch.picture == PictureFault::None;
+  const uint64_t wanted = wanted_.load(std::memory_order_relaxed);
+  std::optional<MessageHeader> header;  // of all messages of this frame
   for (size_t topic = 0; topic < topics_.size(); ++topic) {
     const TopicKind kind = topics_[topic].kind;
     if (publisher_of_[topic] != publisher || kind == TopicKind::Events) continue;
-    const bool seen = touch.picture == PictureFault::None;
     const bool surface = kind == TopicKind::Depth || kind == TopicKind::Preview || kind == TopicKind::Cloud;
-    if (surface && (!seen || !touch.surface)) continue;
+    if (surface && !measured) continue;
     if (is_picture(kind)) ++passed_[topic];
-    if (!wanted(topic)) continue;
-    const MessageHeader header{date_of(frame), topic_name(p.sensor.name)};
+    if ((wanted >> topic & 1) == 0) continue;
+    if (!header) header = MessageHeader{date_of(frame), topic_name(p.sensor.name)};
     MessageBytes bytes;
-    if (kind == TopicKind::Image) {
-      write_image(bytes, header, frame);
-    } else if (surface) {
-      const DepthMap map{result.depth_mm(),
-                         touch.confidence ? result.confidence() : std::span<const uint16_t>(),
-                         frame.format.width, frame.format.height, p.sensor.pitch_mm_per_px};
-      const auto write = kind == TopicKind::Depth     ? write_depth_image
-                         : kind == TopicKind::Preview ? write_depth_preview
-                                                      : write_cloud;
-      write(bytes, header, map);
-    } else if (kind == TopicKind::Compressed) {
-      write_compressed(bytes, header, frame);
-    } else if (kind == TopicKind::Wrench) {
-      const std::optional<MessageWrench> wrench = wrench_of(touch);
-      if (!wrench) continue;
-      write_wrench(bytes, header, *wrench);
-    } else {
-      bytes = bytes_of(touch_json(touch, p.columns, header.time_ns, zeroed));
+    switch (kind) {
+      case TopicKind::Image:
+        write_image(bytes, *header, frame);
+        break;
+      case TopicKind::Compressed:
+        write_compressed(bytes, *header, frame);
+        break;
+      case TopicKind::Depth:
+      case TopicKind::Preview:
+      case TopicKind::Cloud: {
+        const auto write = kind == TopicKind::Depth     ? write_depth_image
+                           : kind == TopicKind::Preview ? write_depth_preview
+                                                        : write_cloud;
+        write(bytes, *header, *depth_map_of(result, touch, frame.format, p.sensor.pitch_mm_per_px));
+        break;
+      }
+      case TopicKind::Wrench: {
+        const std::optional<MessageWrench> wrench = wrench_of(touch);
+        if (!wrench) continue;
+        write_wrench(bytes, *header, *wrench);
+        break;
+      }
+      case TopicKind::Touch:
+        bytes = bytes_of(touch_json(touch, p.columns, header->time_ns, zeroed));
+        break;
+      case TopicKind::Events:
+        continue;
     }
-    put(topic, is_picture(kind) ? passed(topic) : ++passed_[topic], header.time_ns, std::move(bytes));
-    any = true;
+    put(topic, is_picture(kind) ? passed(topic) : ++passed_[topic], header->time_ns, std::move(bytes));
   }
-  if (any && news_) news_();
+  if (header && news_) news_();
 }
 
 void LiveHub::publish_event(size_t publisher, const EventMessage& event) {

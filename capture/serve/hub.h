@@ -65,7 +65,6 @@ class LiveHub {
   uint64_t passed(size_t topic) const { return passed_[topic].load(std::memory_order_relaxed); }
 
  private:
-  bool wanted(size_t topic) const { return (wanted_.load(std::memory_order_relaxed) >> topic & 1) != 0; }
   void put(size_t topic, uint64_t number, int64_t time_ns, MessageBytes bytes);
   int64_t date_of(const Frame& frame) const;
 
