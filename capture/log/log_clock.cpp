@@ -28,14 +28,14 @@ size_t end_of_stretch(const LogTable& log, size_t stretch) {
   return stretch + 1 < log.stretches.size() ? log.stretches[stretch + 1] : log.rows();
 }
 
-/// What to add to CLOCK_MONOTONIC to get the frames' time; NaN: not known.
+/// Seconds to add to CLOCK_MONOTONIC for the frames' time; NaN: not known.
 double frames_offset_s(const FrameClock& frames) {
   std::vector<double> offsets;
   for (size_t i = 0; i < frames.time_s.size(); ++i) offsets.push_back(frames.time_s[i] - frames.host_s[i]);
   return median_known(std::move(offsets));
 }
 
-/// Whether any row lies within the frames' times, a second around them included.
+/// True where a row lies within the frames' times, a second around them included.
 bool overlaps(const LogTable& log, const LogClock& clock, const FrameClock& frames) {
   if (frames.time_s.empty()) return false;
   const double first = clock.time_s(log, 0), last = clock.time_s(log, log.rows() - 1);
@@ -149,7 +149,7 @@ std::vector<double> row_times(const LogTable& log, const LogClock& clock) {
   return times;
 }
 
-/// What is left of a lag where stamps have aligned the two: an instrument's own delay, or a wrong stamp.
+/// The lag that is left where stamps have aligned the two: an instrument's own delay, or a wrong stamp.
 void check_by_shape(const LogTable& log, const FrameClock& frames, LogClock& clock) {
   const std::optional<ShapeMatch> match = by_shape(log, row_times(log, clock), frames, true);
   if (!match || match->found.correlation < kCheck) return;

@@ -49,7 +49,7 @@ class LogReader {
 
   /// `arrived_ns`: CLOCK_MONOTONIC; 0: not known.
   void add(std::string_view line, int64_t arrived_ns);
-  /// What was read. Throws Error(Failure::Input) where no line fits, more than half of them do not, no column
+  /// The lines read so far, as a table. Throws Error(Failure::Input) where no line fits, more than half of them do not, no column
   /// holds numbers, a column of times has no unit that can be told, or times go back by more than a second in
   /// a log whose lines came at unknown times.
   LogTable take();

@@ -7,39 +7,25 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
 #include <chrono>
-#include <deque>
 #include <mutex>
-#include <set>
 #include <thread>
 
+#include "capture/serve/served_client.h"
 #include "engine/base/clock.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/base/trace.h"
 #include "palpate/error.h"
 
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-namespace net = boost::asio;
-
 namespace palpate {
 
 using Tcp = net::ip::tcp;
-using Request = http::request<http::empty_body>;
 
 namespace {
 
-constexpr std::chrono::seconds kForRequest{10};
 constexpr size_t kMostHead_B = 8 << 10;
 constexpr size_t kMostWaiting = 16;  // connections that are no clients yet
-constexpr size_t kMostTexts = 256;
-constexpr double kMostPerSecond = 200;
 
 std::string_view view(beast::string_view text) {
   return {text.data(), text.size()};
@@ -58,7 +44,7 @@ bool is_this_machine(std::string_view host) {
 }
 
 /// The token of "/path?token=..." or of "Authorization: Bearer ...".
-std::string_view token_of(const Request& request) {
+std::string_view token_of(const HttpRequest& request) {
   constexpr std::string_view kBearer = "Bearer ";
   const std::string_view header = view(request[http::field::authorization]);
   if (header.starts_with(kBearer)) return header.substr(kBearer.size());
@@ -76,265 +62,6 @@ std::string session_name() {
 }
 
 }  // namespace
-
-/// What connections share; all of it belongs to the server's thread, but for what says otherwise.
-struct ServerState {
-  LiveHub& hub;
-  ServeOptions options;
-  ServedOffer offer;
-  bool loopback = true;
-  std::set<class ServedClient*> clients;
-  size_t waiting = 0;  ///< connections that are no clients yet
-
-  struct Call {
-    std::weak_ptr<ServedClient> client;
-    FoxgloveCall call;
-  };
-  mutable std::mutex mutex;  ///< of what follows
-  std::vector<Call> calls;
-  ServeSummary summary;
-
-  void count(uint64_t ServeSummary::*what, uint64_t more = 1) {
-    const std::lock_guard lock(mutex);
-    summary.*what += more;
-  }
-  void update_wishes();
-};
-
-/// One client: reads its wishes, writes one message at a time.
-class ServedClient : public std::enable_shared_from_this<ServedClient> {
- public:
-  ServedClient(Tcp::socket socket, ServerState& state)
-      : state_(state), ws_(std::move(socket)), stalled_(ws_.get_executor()), protocol_(state.offer) {
-    allowance_at_ = std::chrono::steady_clock::now();
-  }
-  ~ServedClient() {
-    if (!greeted_) return;
-    state_.clients.erase(this);
-    state_.update_wishes();
-    const std::lock_guard lock(state_.mutex);
-    --state_.summary.connected;
-  }
-
-  void accept(const Request& request) {
-    const std::string chosen(chosen_protocol(view(request[http::field::sec_websocket_protocol])));
-    ws_.set_option(websocket::stream_base::timeout{kForRequest, std::chrono::seconds(30), true});
-    ws_.set_option(websocket::stream_base::decorator([chosen](websocket::response_type& answer) {
-      if (!chosen.empty()) answer.set(http::field::sec_websocket_protocol, chosen);
-    }));
-    ws_.read_message_max(FoxgloveClient::kLongestMessage_B);
-    ws_.auto_fragment(false);
-    ws_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
-      if (!error) self->greet();
-    });
-  }
-
-  /// Writes the next message, where none is being written.
-  void pump() {
-    if (writing_ || closing_ || !greeted_) return;
-    if (!texts_.empty()) {
-      ws_.binary(texts_.front().binary);
-      return write(net::buffer(texts_.front().bytes), [this] { texts_.pop_front(); });
-    }
-    for (size_t i = 0; i < turns_.size(); ++i) {
-      Turn& turn = turns_[(next_turn_ + i) % turns_.size()];
-      if (turn.waits) continue;
-      message_ = state_.hub.next(turn.topic, turn.sent);
-      if (!message_) continue;
-      next_turn_ = (next_turn_ + i + 1) % turns_.size();
-      if (message_->number > turn.sent + 1) dropped(message_->number - turn.sent - 1);
-      turn.sent = message_->number;
-      turn.waits = turn.paced;
-      head_ = message_head(turn.subscription, message_->time_ns);
-      ws_.binary(true);
-      const std::array<net::const_buffer, 2> buffers = {net::buffer(head_), net::buffer(message_->bytes)};
-      state_.count(&ServeSummary::sent);
-      return write(buffers, [this] { message_.reset(); });
-    }
-  }
-
-  void say(std::string text) { put({{text.begin(), text.end()}, false}); }
-  void say(std::vector<uint8_t> bytes) { put({std::move(bytes), true}); }
-
-  /// Topics that it is ready for, one bit each.
-  uint64_t ready() const {
-    uint64_t topics = 0;
-    for (const Turn& turn : turns_) {
-      if (turn.waits) continue;
-      if (!is_picture(state_.offer.topics[turn.topic].kind) || state_.hub.newest(turn.topic) <= turn.sent)
-        topics |= uint64_t{1} << turn.topic;
-    }
-    return topics;
-  }
-
-  void end(websocket::close_code code, const char* why) {
-    if (std::exchange(closing_, true)) return;
-    if (writing_ || code == websocket::close_code::none) return cut();
-    ws_.async_close({code, why}, [self = shared_from_this()](beast::error_code) { self->cut(); });
-  }
-
- private:
-  struct Text {
-    std::vector<uint8_t> bytes;
-    bool binary = false;
-  };
-  /// A subscription, and the last message that was sent for it.
-  struct Turn {
-    uint32_t subscription = 0;
-    size_t topic = 0;
-    uint64_t sent = 0;
-    bool paced = false, waits = false;  ///< the client says when it is ready, and has not
-  };
-
-  void greet() {
-    greeted_ = true;
-    state_.clients.insert(this);
-    {
-      const std::lock_guard lock(state_.mutex);
-      ++state_.summary.clients;
-      ++state_.summary.connected;
-    }
-    for (std::string& text : protocol_.greeting()) say(std::move(text));
-    read();
-  }
-
-  void read() {
-    ws_.async_read(in_, [self = shared_from_this()](beast::error_code error, size_t) {
-      if (error || self->closing_) return self->cut();
-      if (!self->allowed()) return self->end(websocket::close_code::policy_error, "too many messages");
-      const auto bytes = static_cast<const uint8_t*>(self->in_.data().data());
-      self->take({bytes, self->in_.size()});
-      self->in_.consume(self->in_.size());
-      self->read();
-    });
-  }
-
-  bool allowed() {
-    const auto now = std::chrono::steady_clock::now();
-    allowance_ =
-        std::min(kMostPerSecond,
-                 allowance_ + kMostPerSecond * std::chrono::duration<double>(now - allowance_at_).count());
-    allowance_at_ = now;
-    if (allowance_ < 1) return false;
-    allowance_ -= 1;
-    return true;
-  }
-
-  void take(std::span<const uint8_t> bytes) {
-    FoxgloveClient::Answer answer =
-        ws_.got_text() ? protocol_.take_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()})
-                       : protocol_.take_binary(bytes);
-    for (std::string& text : answer.texts) say(std::move(text));
-    if (!answer.calls.empty()) {
-      const std::lock_guard lock(state_.mutex);
-      for (FoxgloveCall& call : answer.calls) state_.calls.push_back({weak_from_this(), std::move(call)});
-    }
-    for (const uint32_t id : answer.ready) {
-      const auto turn = std::ranges::find_if(turns_, [&](const Turn& t) { return t.subscription == id; });
-      // What went by meanwhile was not wanted.
-      if (turn->waits) turn->sent = state_.hub.passed(turn->topic);
-      turn->paced = true;
-      turn->waits = false;
-    }
-    if (!answer.ready.empty()) {
-      state_.update_wishes();
-      pump();
-    }
-    if (!answer.subscriptions_changed) return;
-    std::vector<Turn> turns;
-    for (const auto& [id, topic] : protocol_.subscriptions()) {
-      const auto before =
-          std::ranges::find_if(turns_, [&, id = id](const Turn& t) { return t.subscription == id; });
-      // What was there before somebody asked is not owed to them.
-      turns.push_back(before != turns_.end()
-                          ? *before
-                          : Turn{.subscription = id, .topic = topic, .sent = state_.hub.passed(topic)});
-    }
-    turns_ = std::move(turns);
-    next_turn_ = 0;
-    state_.update_wishes();
-    pump();
-  }
-
-  void put(Text text) {
-    if (texts_.size() == kMostTexts) return end(websocket::close_code::policy_error, "answers are not read");
-    texts_.push_back(std::move(text));
-    pump();
-  }
-
-  template <typename Buffers, typename Done>
-  void write(const Buffers& buffers, Done done) {
-    writing_ = true;
-    const uint64_t bytes = net::buffer_size(buffers);
-    stalled_.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(
-        std::chrono::duration<double>(state_.options.stall_s)));
-    stalled_.async_wait([weak = weak_from_this()](beast::error_code error) {
-      const auto self = weak.lock();
-      if (error || !self || !self->writing_) return;
-      self->state_.count(&ServeSummary::stalled);
-      for (const Turn& turn : self->turns_) self->dropped(self->state_.hub.passed(turn.topic) - turn.sent);
-      self->cut();
-    });
-    ws_.async_write(buffers, [self = shared_from_this(), done, bytes](beast::error_code error, size_t) {
-      self->writing_ = false;
-      self->stalled_.cancel();
-      if (error || self->closing_) return self->cut();
-      done();
-      self->state_.count(&ServeSummary::bytes, bytes);
-      self->tell_drops();
-      self->pump();
-      self->state_.update_wishes();
-    });
-  }
-
-  void dropped(uint64_t count) {
-    drops_ += count;
-    state_.count(&ServeSummary::dropped, count);
-  }
-
-  /// Once a second at most, so that a slow client is not slower for it.
-  void tell_drops() {
-    const auto now = std::chrono::steady_clock::now();
-    if (drops_ == drops_told_ || now - drops_told_at_ < std::chrono::seconds(1)) return;
-    drops_told_at_ = now;
-    drops_told_ = drops_;
-    texts_.push_back(
-        {bytes_of(status_text(StatusLevel::Warning, std::to_string(drops_) +
-                                                        " messages dropped: this client reads slower "
-                                                        "than they come; the newest go on")),
-         false});
-  }
-  static std::vector<uint8_t> bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
-
-  void cut() {
-    closing_ = true;
-    stalled_.cancel();
-    beast::error_code ignored;
-    beast::get_lowest_layer(ws_).socket().close(ignored);
-  }
-
-  ServerState& state_;
-  websocket::stream<beast::tcp_stream> ws_;
-  net::steady_timer stalled_;
-  FoxgloveClient protocol_;
-  beast::flat_buffer in_;
-  std::deque<Text> texts_;
-  std::vector<Turn> turns_;
-  size_t next_turn_ = 0;
-  LiveMessagePtr message_;
-  std::array<uint8_t, 13> head_{};
-  bool greeted_ = false, writing_ = false, closing_ = false;
-  double allowance_ = kMostPerSecond;
-  std::chrono::steady_clock::time_point allowance_at_;
-  uint64_t drops_ = 0, drops_told_ = 0;
-  std::chrono::steady_clock::time_point drops_told_at_{};
-};
-
-void ServerState::update_wishes() {
-  uint64_t topics = 0;
-  for (const ServedClient* client : clients) topics |= client->ready();
-  hub.want(topics);
-}
 
 /// A connection until it is a client: one request, one answer.
 class Connection : public std::enable_shared_from_this<Connection> {
@@ -358,7 +85,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
  private:
   void answer() {
-    const Request& request = parser_.get();
+    const HttpRequest& request = parser_.get();
     const std::string_view host = view(request[http::field::host]);
     if (state_.loopback && !is_this_machine(host))
       return refuse(http::status::forbidden,
@@ -374,7 +101,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     send(http::status::not_found, "text/plain; charset=utf-8", "There is nothing here; the page is at /.\n");
   }
 
-  void upgrade(const Request& request, std::string_view host) {
+  void upgrade(const HttpRequest& request, std::string_view host) {
     const std::string_view origin = view(request[http::field::origin]);
     const size_t behind = origin.find("://");
     const bool own = behind != std::string_view::npos && origin.substr(behind + 3) == host;
