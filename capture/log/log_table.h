@@ -49,9 +49,9 @@ class LogReader {
 
   /// `arrived_ns`: CLOCK_MONOTONIC; 0: not known.
   void add(std::string_view line, int64_t arrived_ns);
-  /// The lines read so far, as a table. Throws Error(Failure::Input) where no line fits, more than half of them do not, no column
-  /// holds numbers, a column of times has no unit that can be told, or times go back by more than a second in
-  /// a log whose lines came at unknown times.
+  /// The lines read so far, as a table. Throws Error(Failure::Input) where no line fits, more than half of
+  /// them do not, no column holds numbers, a column of times has no unit that can be told, or times go back
+  /// by more than a second in a log whose lines came at unknown times.
   LogTable take();
 
  private:

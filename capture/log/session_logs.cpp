@@ -149,8 +149,10 @@ FrameClock session_clock(const fs::path& session) {
              contact = column("contact");
   constexpr std::array kSignals = {"force_N", "wrench_fz_N", "depth_max_mm", "gray_sum"};
   std::vector<std::optional<size_t>> columns;
+  columns.reserve(kSignals.size());
   for (const char* name : kSignals) columns.push_back(column(name));
   std::vector<FrameClock::Signal> signals;
+  signals.reserve(kSignals.size());
   for (const char* name : kSignals) signals.push_back({name, {}});
   std::vector<double> delivered_s;
   const size_t width = table.columns().size();

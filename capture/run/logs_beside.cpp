@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-LogsBeside::LogsBeside(std::string input, const std::vector<std::string>& files,
+LogsBeside::LogsBeside(const std::string& input, const std::vector<std::string>& files,
                        std::optional<double> offset_s)
     : offset_s_(offset_s) {
   if (is_session(input)) session_ = session_folder(input);

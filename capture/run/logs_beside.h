@@ -17,7 +17,7 @@ class LogsBeside {
   /// `input`: of the run; `files`: given logs, as FILE or NAME=FILE, read at once; `offset_s`: to add to
   /// their times, instead of finding it. Throws Error(Failure::Usage) for what is no file,
   /// Error(Failure::Input) for one that cannot be read.
-  LogsBeside(std::string input, const std::vector<std::string>& files, std::optional<double> offset_s);
+  LogsBeside(const std::string& input, const std::vector<std::string>& files, std::optional<double> offset_s);
 
   void add(const Touch& touch);
   /// All logs, aligned with the frames. Throws Error(Failure::Input) where a given one cannot be; `problems`:

@@ -174,9 +174,8 @@ Report report_of(const LiveRunReport& run, const gpu::Context& context, bool end
                  const json::Value& more) {
   const std::string error = recording_error(run.sessions);
   if (!error.empty()) spdlog::error("{}", error);
-  json::Value value = {{"input", run.measured.input},
-                       {"sensor", run.measured.sensor.name},
-                       {"device", context.report().name}};
+  json::Value value = {
+      {"input", run.measured.input}, {"sensor", run.measured.sensor.name}, {"device", context.report().name}};
   const Facts facts = facts_of(run.live, run.sessions);
   for (const json::Value& part : {more, facts.json, run.served.json}) value.update(part);
   const int ended = run.live.interrupted && !ends_by_ctrl_c ? kInterrupted

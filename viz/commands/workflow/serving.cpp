@@ -31,6 +31,7 @@ constexpr size_t kLongestMark = 200;
 
 std::vector<ServedRequest> requests_of(const std::string& sensor) {
   std::vector<ServedRequest> requests;
+  requests.reserve(kRequests.size());
   for (const KnownRequest& known : kRequests)
     requests.push_back({"/" + topic_name(sensor) + "/" + known.name, known.type, known.argument});
   return requests;
@@ -53,7 +54,7 @@ std::string dumped(const Json& json) {
 
 }  // namespace
 
-Serving::Serving(ServeOptions options, LiveHub::Publisher sensor, std::filesystem::path notes)
+Serving::Serving(ServeOptions options, const LiveHub::Publisher& sensor, std::filesystem::path notes)
     : hub_({sensor}), notes_(std::move(notes)), open_(!options.token.empty()) {
   options.page = web_page();
   options.name = "palpate: " + sensor.sensor.name;

@@ -22,7 +22,7 @@ namespace palpate {
 class Serving {
  public:
   /// `notes`: folder of events while nothing is recorded; empty: none. Throws as LiveServer does.
-  Serving(ServeOptions options, LiveHub::Publisher sensor, std::filesystem::path notes);
+  Serving(ServeOptions options, const LiveHub::Publisher& sensor, std::filesystem::path notes);
   ~Serving();
   Serving(const Serving&) = delete;
   Serving& operator=(const Serving&) = delete;
