@@ -84,8 +84,9 @@ struct LiveRunReport {
 /// Main thread. Throws Error.
 LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened);
 
-/// What is said of a run at its end, with the exit code; the error of a session is a line in the log too. `more`:
-/// facts for programs, behind those of input and device. `ends_by_ctrl_c`: that is how it is meant to end.
+/// What is said of a run at its end, with the exit code; the error of a session is a line in the log too.
+/// `more`: facts for programs, behind those of input and device. `ends_by_ctrl_c`: that is how it is meant to
+/// end.
 Report report_of(const LiveRunReport& run, const gpu::Context& context, bool ends_by_ctrl_c = false,
                  const json::Value& more = json::Value::object());
 
