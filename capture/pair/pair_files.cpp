@@ -1,13 +1,11 @@
 #include "capture/pair/pair_files.h"
 
-#include <algorithm>
+#include <fstream>
+#include <iterator>
 
-#include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
-#include "capture/files/tables/csv_table.h"
 #include "capture/session/session.h"
 #include "engine/base/json.h"
-#include "engine/calibrate/time_series.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -74,34 +72,6 @@ PairInfo read_pair_info(const fs::path& folder) {
                 "one of its sessions alone: " + finger_folder(folder, Side::Left).string());
   }
   return info;
-}
-
-OpeningSeries::OpeningSeries(const OpeningSource& source) : fixed_mm_(source.fixed_mm), sd_mm_(source.sd_mm) {
-  if (source.log.empty()) return;
-  CsvTable table(source.log, "a log of the gripper's opening");
-  const std::vector<size_t> columns = table.require({"time_s", source.column});
-  while (table.next()) {
-    const double time_s = table.number(columns[0]);
-    if (!times_s_.empty() && time_s <= times_s_.back())
-      throw Error(Failure::Input, "times that rise in a log of the gripper's opening", table.where(),
-                  "sorting it by time_s");
-    times_s_.push_back(time_s);
-    openings_mm_.push_back(table.number(columns[1]));
-  }
-}
-
-Estimate OpeningSeries::at(double time_s) const {
-  if (fixed_mm_) return {*fixed_mm_, sd_mm_, Validity::Valid};
-  if (times_s_.empty() || time_s < times_s_.front() || time_s > times_s_.back()) return {};
-  return {place_in(times_s_, time_s).of(openings_mm_), sd_mm_, Validity::Valid};
-}
-
-void write_opening_log(const fs::path& file, const std::vector<double>& times_s,
-                       const std::vector<double>& openings_mm) {
-  std::string text = "time_s,opening_mm\n";
-  for (size_t i = 0; i < times_s.size(); ++i)
-    text += shortest(times_s[i]) + ',' + shortest(openings_mm[i]) + '\n';
-  write_whole(file, text);
 }
 
 }  // namespace palpate

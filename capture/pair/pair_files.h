@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "capture/pair/known_grip.h"
 #include "capture/pair/pair_matcher.h"
 #include "engine/grip/geometry.h"
 #include "engine/grip/grip_quantities.h"
@@ -17,7 +17,6 @@ namespace palpate {
 
 inline constexpr const char* kPairJson = "pair.json";
 inline constexpr const char* kPairRows = "pairs.csv";
-inline constexpr const char* kOpeningLog = "opening.csv";
 
 /// What pair.json says.
 struct PairInfo {
@@ -36,26 +35,5 @@ std::filesystem::path finger_folder(const std::filesystem::path& folder, Side si
 void write_pair_info(const std::filesystem::path& folder, const PairInfo& info);
 /// Throws Error(Failure::Input).
 PairInfo read_pair_info(const std::filesystem::path& folder);
-
-/// Opening of a gripper over time.
-class OpeningSeries {
- public:
-  OpeningSeries() = default;
-  /// Reads the log, if there is one. Its times are seconds since the first row of pairs.csv and rise. Throws
-  /// Error(Failure::Input).
-  explicit OpeningSeries(const OpeningSource& source);
-
-  /// Between two lines of the log on the straight way; not calibrated where it is not known.
-  Estimate at(double time_s) const;
-
- private:
-  std::optional<double> fixed_mm_;
-  double sd_mm_ = 0;
-  std::vector<double> times_s_, openings_mm_;
-};
-
-/// Log of an opening, with all digits.
-void write_opening_log(const std::filesystem::path& file, const std::vector<double>& times_s,
-                       const std::vector<double>& openings_mm);
 
 }  // namespace palpate

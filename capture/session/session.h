@@ -47,6 +47,8 @@ struct SessionOptions {
 /// Progress of a recording.
 struct SessionStatus {
   uint64_t recorded = 0;       ///< frames accepted by record()
+  /// Numbers of the first and the last of them.
+  uint64_t first_frame = 0, last_frame = 0;
   uint64_t written = 0;        ///< of those, handed to the file
   uint64_t dropped = 0;        ///< frames refused by record(): no room, or the recording has failed
   uint64_t measured = 0;       ///< recorded frames with measurements

@@ -376,7 +376,8 @@ bool SessionWriter::record(const Frame& frame) {
   m.next_sequence = frame.sequence + 1;
   m.rows.push_back({.stamp = stamp_of(frame), .cells = std::nullopt});
   m.queue.push_back({std::move(copy), taken});
-  ++m.status.recorded;
+  if (m.status.recorded++ == 0) m.status.first_frame = frame.sequence;
+  m.status.last_frame = frame.sequence;
   m.work.notify_one();
   return true;
 }

@@ -1,0 +1,46 @@
+#include "capture/pair/finger.h"
+
+#include <utility>
+
+#include "capture/open_source.h"
+#include "palpate/error.h"
+
+namespace palpate {
+
+OpenFinger::OpenFinger(RunSettings settings, bool again, const RunWatch& watch)
+    : found(find_input(settings)) {
+  if (again) {
+    as_recorded(settings, found.session.value());
+    found.outputs = found.session->outputs;
+  }
+  source = open_source(found.input, found.sensor);
+  source->watch([&watch] { return watch.stopped(); });
+  background = load_background(found.input, found.sensor, *source);
+  pipeline = pipeline_options(settings, found.outputs, *source);
+  if (pipeline.separate)
+    throw Error(Failure::Usage, "frames with times, to be paired",
+                "'" + settings.input + "': pictures without a rate", "--rate, the rate they were taken at");
+  static_cast<LoopSettings&>(live) = settings;
+  live.input = found.input;
+  live.unpaced = live.measure_all = !source->live() && live.rate_Hz <= 0;
+}
+
+PairFinger OpenFinger::pair() const {
+  return {
+      [first = source]() mutable { return std::move(first); }, {found.sensor, background, pipeline}, live};
+}
+
+PairInfo pair_info(const std::array<OpenFinger, 2>& fingers) {
+  constexpr double kUsual_Hz = 30;
+  PairInfo info;
+  double slowest_Hz = 0;
+  for (size_t i = 0; i < 2; ++i) {
+    info.inputs[i] = fingers[i].found.input;
+    if (const double Hz = fingers[i].rate_Hz(); Hz > 0 && (slowest_Hz == 0 || Hz < slowest_Hz))
+      slowest_Hz = Hz;
+  }
+  info.period_s = 1 / (slowest_Hz > 0 ? slowest_Hz : kUsual_Hz);
+  return info;
+}
+
+}  // namespace palpate
