@@ -18,6 +18,7 @@
 #include "viz/live/history.h"
 #include "viz/live/tare.h"
 #include "viz/panels/charts/calibration_chart.h"
+#include "viz/panels/charts/chart.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/section.h"
 #include "viz/panels/sensor.h"

@@ -268,19 +268,7 @@ void CompareView::charts(const CompareState& state) {
     chart.title("B (dashed)", colour_of(1));
     chart.frame();
   }
-  const Chart time(list, {left, bottom}, {right, bottom + axis}, to_s_, length, scale);
-  const char* title = "time [s]";
-  const float title_left = right - ImGui::CalcTextSize(title).x;
-  list->AddText({title_left, bottom + 3 * scale}, ink(theme().faint), title);
-  const double step =
-      nice_ceiling(length / std::max(2.0, (right - left) / (70.0 * static_cast<double>(scale))));
-  for (double t = std::ceil(from_s_ / step) * step; t <= to_s_ + 1e-9; t += step) {
-    const std::string label = tick_text(t, step);
-    const float x = time.at(t, 0).x, width = ImGui::CalcTextSize(label.c_str()).x;
-    list->AddLine({x, bottom}, {x, bottom + 3 * scale}, ink(theme().frame));
-    if (x + width / 2 < title_left - 6 * scale)
-      list->AddText({x - width / 2, bottom + 3 * scale}, ink(theme().faint), label.c_str());
-  }
+  Chart(list, {left, bottom}, {right, bottom + axis}, to_s_, length, scale).time_ticks("time [s]");
 }
 
 void CompareView::record(VkCommandBuffer cmd, VkExtent2D extent, CompareState& state,

@@ -16,6 +16,7 @@
 #include "viz/panels/actions/actions.h"
 #include "viz/panels/actions/palette.h"
 #include "viz/panels/actions/text_field.h"
+#include "viz/panels/drag_view.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/start/thumbnails.h"
 #include "viz/render/drawing.h"
@@ -34,13 +35,6 @@ double seconds_between(std::chrono::steady_clock::time_point a, std::chrono::ste
 }
 
 }  // namespace
-
-double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
-  marks_.push_back({now, count});
-  while (marks_.size() > 2 && seconds_between(marks_.front().at, now) > 2) marks_.pop_front();
-  const double span_s = seconds_between(marks_.front().at, now);
-  return span_s > 0.2 ? static_cast<double>(count - marks_.front().count) / span_s : 0;
-}
 
 Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
                  const WindowRun& shown, LiveSession& session, LatencyLog& latency)
@@ -132,25 +126,7 @@ bool Display::draw(bool is_new, bool still) {
 void Display::handle_input() {
   ViewState& state = scene_.state();
   const ImGuiIO& io = ImGui::GetIO();
-  Camera& camera = state.camera;
-  if (!io.WantCaptureMouse && !state.mouse_taken) {
-    const double height = std::max(1.0, static_cast<double>(scene_.layout().surface.height));
-    // In the picture of the click itself the mouse may have come from anywhere.
-    const auto held = [&](int button) {
-      return io.MouseDownDuration[button] > 0 && inside(scene_.layout().surface, io.MouseClickedPos[button]);
-    };
-    const bool left = held(0), right = held(1) || held(2);
-    if (left && !io.KeyShift) {
-      camera.orbit(-0.008 * io.MouseDelta.x, 0.008 * io.MouseDelta.y);
-    } else if (left || right) {
-      const Eye& eye = scene_.eye();
-      const double mm_per_px = eye.mm_per_px(height);
-      camera.target =
-          camera.target - eye.right * (io.MouseDelta.x * mm_per_px) + eye.up * (io.MouseDelta.y * mm_per_px);
-    }
-    if (io.MouseWheel != 0 && inside(scene_.layout().surface, io.MousePos))
-      camera.magnify(std::pow(1.12, io.MouseWheel));
-  }
+  if (!state.mouse_taken) drag_view(scene_.eye(), scene_.layout().surface, state.camera);
   // In the order of the presses, which ImGui does not keep: it sees only keys that are down when a picture
   // begins, and says of a text that is closed for one picture more that it is typed.
   const bool field = state.labelling || state.palette, closed = std::exchange(field_, field) && !field;

@@ -17,23 +17,10 @@
 #include "viz/display/depth_strip.h"
 #include "viz/display/scene.h"
 #include "viz/display/window_run.h"
+#include "viz/live/rate.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {
-
-/// Events a second over the last second or two.
-class Rate {
- public:
-  /// `count`: events so far.
-  double update(uint64_t count, std::chrono::steady_clock::time_point now);
-
- private:
-  struct Mark {
-    std::chrono::steady_clock::time_point at;
-    uint64_t count;
-  };
-  std::deque<Mark> marks_;
-};
 
 /// The measurements, for display.
 struct DisplayedSensor {

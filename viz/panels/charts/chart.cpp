@@ -2,9 +2,38 @@
 
 #include <cmath>
 
+#include "engine/measure/quantities.h"
 #include "viz/render/format.h"
+#include "viz/render/view_state.h"
 
 namespace palpate::viz {
+
+double tick_step(double least, double most, int ticks) {
+  double step = nice_ceiling((most - least) / std::max(ticks, 1));
+  while (step > std::max(most, -least)) step = nice_ceiling(step / 2.5);
+  return step;
+}
+
+std::optional<std::pair<double, double>> interval(const Estimate& e) {
+  if (!has_value(e) || !std::isfinite(e.value)) return std::nullopt;
+  return Chart::Ends{e.value - 2 * e.standard_error, e.value + 2 * e.standard_error};
+}
+
+void AxisRange::take(double value) {
+  if (!std::isfinite(value)) return;
+  least = std::min(least, value);
+  most = std::max(most, value);
+}
+
+double AxisRange::round(double smallest, int ticks) {
+  const double length = std::max(most - least, smallest);
+  most = scale_ceiling(std::max(1.05 * most, least < 0 ? 0.1 * length : length));
+  const double step = tick_step(least, most, ticks);
+  // Noise below zero does not cost a whole tick of room.
+  least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
+  if (most - least < smallest) most = least + smallest;
+  return step;
+}
 
 void Chart::paper(double step) const {
   list_->AddRectFilled(low_, high_, ink(theme().chart));
@@ -47,50 +76,20 @@ void Chart::level(double value, ImU32 colour) const {
     list_->AddLine({x, y}, {std::min(x + 5 * scale_, high_.x), y}, colour);
 }
 
-void Chart::line(const std::deque<Sample>& samples,
-                 const std::function<std::optional<double>(const Sample&)>& value, ImU32 colour,
-                 LineStyle line_style) const {
-  StyledLine drawn(list_, colour, line_style, scale_);
-  ImVec2 last{};
-  bool joined = false, alone = false;
-  const auto end_piece = [&] {
-    if (alone) list_->AddCircleFilled(last, 1.5f * scale_, colour);
-    joined = alone = false;
+void Chart::time_ticks(const char* title, Ends covered) const {
+  const auto is_covered = [&](float left, float right) {
+    return left < static_cast<float>(covered.second) && static_cast<float>(covered.first) < right;
   };
-  for (const Sample& s : samples) {
-    const std::optional<double> v = visible(s.time) ? value(s) : std::nullopt;
-    if (!v || !std::isfinite(*v)) {
-      end_piece();
-      continue;
-    }
-    const ImVec2 p = at(s.time, *v);
-    if (s.gap) end_piece();
-    if (joined && p.x - last.x < 1 && std::abs(p.y - last.y) < 1) continue;
-    if (joined) drawn.piece(last, p);
-    alone = !joined;
-    last = p;
-    joined = true;
-  }
-  end_piece();
-}
-
-void Chart::band(const std::deque<Sample>& samples,
-                 const std::function<std::optional<Ends>(const Sample&)>& ends, ImU32 colour) const {
-  ImVec2 low{}, high{};
-  bool joined = false;
-  for (const Sample& s : samples) {
-    const std::optional<Ends> both = visible(s.time) ? ends(s) : std::nullopt;
-    if (!both) {
-      joined = false;
-      continue;
-    }
-    const ImVec2 a = at(s.time, both->first), b = at(s.time, both->second);
-    if (s.gap) joined = false;
-    if (joined && a.x - low.x < 1) continue;
-    if (joined) list_->AddQuadFilled(high, b, a, low, colour);
-    low = a;
-    high = b;
-    joined = true;
+  const float title_left = high_.x - ImGui::CalcTextSize(title).x, y = low_.y + 4 * scale_;
+  if (!is_covered(title_left, high_.x)) list_->AddText({title_left, y}, ink(theme().faint), title);
+  const double step = nice_ceiling(span_s_ / std::max(2.0, double(high_.x - low_.x) / (70.0 * scale_)));
+  for (double t = std::ceil((end_s_ - span_s_) / step) * step; t <= end_s_ + 1e-9; t += step) {
+    const float x = at(t, 0).x;
+    list_->AddLine({x, low_.y}, {x, low_.y + 3 * scale_}, ink(theme().frame));
+    const std::string label = tick_text(t, step);
+    const float half = ImGui::CalcTextSize(label.c_str()).x / 2;
+    if (x + half > title_left - 6 * scale_ || is_covered(x - half, x + half)) continue;
+    list_->AddText({x - half, y}, ink(theme().faint), label.c_str());
   }
 }
 

@@ -33,12 +33,6 @@ double least_shear_axis_N(const Sensor& sensor, const std::deque<Sample>& sample
   return std::max({0.01, 0.05 * limit_N, 4 * noise_N});
 }
 
-double tick_step(double least, double most, int ticks) {
-  double step = nice_ceiling((most - least) / std::max(ticks, 1));
-  while (step > std::max(most, -least)) step = nice_ceiling(step / 2.5);
-  return step;
-}
-
 ForceRange calibrated_range(const ForceCalibration& force) {
   return {force_of(force, reading_at(force, force.gray_min)).value,
           force_of(force, reading_at(force, force.gray_max)).value};

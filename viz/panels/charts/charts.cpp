@@ -22,35 +22,6 @@ namespace {
 
 constexpr int kBandAlpha = 70, kWithinAlpha = 34;
 
-struct Ends {
-  double least = 0, most = 0;
-  void take(double v) {
-    if (!std::isfinite(v)) return;
-    least = std::min(least, v);
-    most = std::max(most, v);
-  }
-  void take(const std::optional<std::pair<double, double>>& both) {
-    if (both) take(both->first), take(both->second);
-  }
-  /// Rounded outwards at the top, at least `smallest` long; returns the distance of ticks for `ticks` of
-  /// them.
-  double round(double smallest, int ticks) {
-    const double length = std::max(most - least, smallest);
-    most = scale_ceiling(std::max(1.05 * most, least < 0 ? 0.1 * length : length));
-    const double step = tick_step(least, most, ticks);
-    // Noise below zero does not cost a whole tick of room.
-    least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
-    if (most - least < smallest) most = least + smallest;
-    return step;
-  }
-};
-
-/// Two standard errors to either side of what is known.
-std::optional<Chart::Ends> interval(const Estimate& e) {
-  if (!has_value(e)) return std::nullopt;
-  return Chart::Ends{e.value - 2 * e.standard_error, e.value + 2 * e.standard_error};
-}
-
 constexpr double kLeastDepthAxis_mm = 0.05;  // as the colours of depth
 constexpr double kLeastErrors = 6;           // standard errors that an axis shows at least
 
@@ -265,7 +236,7 @@ void StripCharts::draw_layer_force() {
   constexpr double kLeastAxis_N = 0.05;
   Chart chart = next();
   const auto band = [](const Sample& s) { return s.layer_N ? interval(*s.layer_N) : std::nullopt; };
-  Ends ends;
+  AxisRange ends;
   const auto layer = [](const Sample& s) { return s.layer_N.value_or(Estimate{}); };
   for (const Sample& s : samples_)
     if (chart.visible(s.time)) ends.take(band(s));
@@ -288,7 +259,7 @@ void StripCharts::draw_layer_force() {
 
 void StripCharts::draw_force() {
   Chart chart = next();
-  Ends ends;
+  AxisRange ends;
   const ForceRange range = calibrated_range(*sensor_.force);
   const double zero_N = tare_.on && has_value(tare_.force_N) ? tare_.force_N.value : 0;
   for (const Sample& s : samples_)
@@ -328,7 +299,7 @@ void StripCharts::draw_force() {
 
 void StripCharts::draw_shear() {
   Chart chart = next();
-  Ends ends;
+  AxisRange ends;
   for (const Sample& s : samples_)
     if (chart.visible(s.time) && s.contact)
       for (const bool x : {true, false})
@@ -374,7 +345,7 @@ void StripCharts::draw_shear() {
 void StripCharts::draw_plain(const std::function<Estimate(const Sample&)>& value, double least_axis,
                              const std::string& title, ImU32 colour) {
   Chart chart = next();
-  Ends ends;
+  AxisRange ends;
   for (const Sample& s : samples_)
     if (const Estimate v = value(s); has_value(v) && chart.visible(s.time)) ends.take(v.value);
   const double step = ends.round(std::max(least_axis, least_by_error(chart, value)), ticks_);
@@ -397,21 +368,9 @@ void StripCharts::draw_time_axis() {
   if (has_shear_)
     draw_slip_band(list_, {left_, bottom_ + marks_ + 2 * scale_},
                    {right_, bottom_ + marks_ + band_ - 2 * scale_}, time, samples_, scale_);
-  const char* title = history_.timeline().timed ? "time [s]" : "frame";
-  const float title_left = right_ - ImGui::CalcTextSize(title).x;
   const auto [words, from, to] = cursor_label();
-  const auto covered = [from = from, to = to](float left, float right) { return left < to && from < right; };
-  if (!covered(title_left, right_))
-    list_->AddText({title_left, high_.y - axis_ + 4 * scale_}, ink(theme().faint), title);
-  const double step = nice_ceiling(span_.length / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
-  for (double t = std::ceil((span_.end - span_.length) / step) * step; t <= span_.end + 1e-9; t += step) {
-    const float x = time.at(t, 0).x;
-    list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, ink(theme().frame));
-    const std::string label = tick_text(t, step);
-    const ImVec2 size = ImGui::CalcTextSize(label.c_str());
-    if (x + size.x / 2 > title_left - 6 * scale_ || covered(x - size.x / 2, x + size.x / 2)) continue;
-    list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, ink(theme().faint), label.c_str());
-  }
+  const Chart row(list_, {left_, high_.y - axis_}, {right_, high_.y}, span_.end, span_.length, scale_);
+  row.time_ticks(history_.timeline().timed ? "time [s]" : "frame", {from, to});
 }
 
 /// A pole through all charts with a pennant in the row below them, and the text where it has room; under the

@@ -34,10 +34,6 @@ const Sample* largest_of(const std::deque<Sample>& samples, const TimeSpan& show
 /// four standard errors, so that it does not show the noise of a pad at rest. The sensor has force and shear.
 double least_shear_axis_N(const Sensor& sensor, const std::deque<Sample>& samples);
 
-/// Distance of the ticks of an axis from `least` (0 or below) to `most` (above it): room for `ticks` of them,
-/// but never so far apart that zero stands alone.
-double tick_step(double least, double most, int ticks);
-
 /// The forces between which a calibration was made, N: at the ends of its signal's range.
 struct ForceRange {
   double least_N = 0, most_N = 0;

@@ -141,6 +141,18 @@ class CardPainter {
 
 }  // namespace
 
+void begin_panel(const char* name, const ViewRect& rect, float scale) {
+  ImGui::SetNextWindowPos(corner(rect));
+  ImGui::SetNextWindowSize(size_of(rect));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {kGrid_px * scale, kGrid_px * scale});
+  ImGui::Begin(name, nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                   ImGuiWindowFlags_NoNav);
+  ImGui::PopStyleVar(2);
+}
+
 void draw_cards(const HudFrame& frame, const std::vector<Card>& cards) {
   const ImVec2 room = ImGui::GetContentRegionAvail();
   for (const Density& density : kDensities) {

@@ -9,6 +9,7 @@
 
 #include "viz/look/theme.h"
 #include "viz/render/hud_frame.h"
+#include "viz/render/surface_view.h"
 
 namespace palpate::viz {
 
@@ -27,6 +28,9 @@ struct Card {
   float beside_px = 0;  ///< side of a square drawing at their left, at scale 1
   std::function<void(ImVec2 low, ImVec2 high)> draw = {};  ///< that drawing, in its rectangle
 };
+
+/// ImGui's window in a rectangle of the picture, for cards; without a ground of its own.
+void begin_panel(const char* name, const ViewRect& rect, float scale);
 
 /// Draws cards from the cursor to the foot of ImGui's present window, as wide as it is. Where they have no
 /// room they move together, then take the small letters; what even then has none is scrolled to.

@@ -214,15 +214,7 @@ std::vector<Card> cards_of(const HudFrame& frame, const Touch& t, const HudConte
 void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& t,
                        const ViewState& state) {
   const float scale = frame.scale();
-  ImGui::SetNextWindowPos(corner(layout.panel));
-  ImGui::SetNextWindowSize(size_of(layout.panel));
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {kGrid_px * scale, kGrid_px * scale});
-  ImGui::Begin("measurements", nullptr,
-               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                   ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus |
-                   ImGuiWindowFlags_NoNav);
-  ImGui::PopStyleVar(2);
+  begin_panel("measurements", layout.panel, scale);
   const std::string format = text("%u x %u px", content.frame.format.width, content.frame.format.height);
   const float format_width = ImGui::CalcTextSize(format.c_str()).x;
   const std::string name = content.sensor.name.empty() ? "unnamed sensor" : content.sensor.name;
