@@ -26,8 +26,12 @@ OpenFinger::OpenFinger(RunSettings settings, bool again, const RunWatch& watch)
 }
 
 PairFinger OpenFinger::pair() const {
-  return {
-      [first = source]() mutable { return std::move(first); }, {found.sensor, background, pipeline}, live};
+  // The source that is open already is the first round's: a camera cannot be opened twice.
+  auto open = [this, first = source]() mutable {
+    return first ? std::exchange(first, nullptr)
+                 : std::shared_ptr<Source>(open_source(found.input, found.sensor));
+  };
+  return {std::move(open), {found.sensor, background, pipeline}, live};
 }
 
 PairInfo pair_info(const std::array<OpenFinger, 2>& fingers) {

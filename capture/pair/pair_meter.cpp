@@ -4,7 +4,8 @@ namespace palpate {
 
 PairMeter::PairMeter(const std::optional<KnownGrip>& grip)
     : posed_(grip.has_value()),
-      meter_(grip ? grip->file.geometry : GripGeometry{}),
+      geometry_(grip ? grip->file.geometry : GripGeometry{}),
+      meter_(geometry_),
       opening_(grip ? grip->opening : OpeningSeries{}) {}
 
 int64_t time_of(const Matched<FingerTouch>& pair) {

@@ -22,9 +22,12 @@ class PairMeter {
 
   /// The next pair, or frame without a partner; times count from the first.
   GripFrame add(const Matched<FingerTouch>& pair);
+  /// Forgets the grip so far, not where times count from.
+  void restart() { meter_ = GripMeter(geometry_); }
 
  private:
   bool posed_;
+  GripGeometry geometry_;
   GripMeter meter_;
   OpeningSeries opening_;
   std::optional<int64_t> zero_ns_;

@@ -38,12 +38,12 @@ class FrameTime {
   std::optional<int64_t> offset_ns_;
 };
 
-/// The one device of both: opened anew when both have let go of it.
+/// The one device of all: opened anew when all have let go of it.
 class SharedDevice {
  public:
   /// `opened`: called while nobody uses it.
-  SharedDevice(gpu::Context& context, std::function<void()> opened)
-      : context_(context), on_open_(std::move(opened)) {}
+  SharedDevice(gpu::Context& context, int users, std::function<void()> opened)
+      : context_(context), on_open_(std::move(opened)), users_(users) {}
 
   gpu::Context& reopen() {
     std::unique_lock lock(mutex_);
@@ -54,7 +54,7 @@ class SharedDevice {
     if (error_) std::rethrow_exception(error_);
     return context_;
   }
-  /// A finger has ended.
+  /// One of them has ended.
   void leave() {
     const std::lock_guard lock(mutex_);
     --users_;
@@ -78,16 +78,67 @@ class SharedDevice {
   std::function<void()> on_open_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  int users_ = 2, waiting_ = 0;
+  int users_, waiting_ = 0;
   uint64_t opened_ = 0;
   std::exception_ptr error_;
+};
+
+/// Stands in for a finger on the caller's thread, which shows it.
+class ShownFinger : public LiveViewer {
+ public:
+  ShownFinger(LiveSession& session, LatencyLog& latency, const LiveOptions& options,
+              const std::atomic<bool>& losing)
+      : finger_{session, latency}, options_(options), losing_(losing) {}
+
+  // The finger's own thread.
+  LiveReport run() override {
+    std::optional<int64_t> start_ns;
+    bool interrupted = false;
+    const LiveSession& session = finger_.session;
+    while (!session.ending() && !interrupted) {
+      std::this_thread::sleep_for(milliseconds(5));
+      if (session.to_display.finished() && (options_.close_at_end || losing_ || session.failed())) break;
+      if (!start_ns && session.processed > 0) start_ns = monotonic_ns();
+      if (options_.max_seconds > 0 && start_ns &&
+          1e-9 * static_cast<double>(monotonic_ns() - *start_ns) >= options_.max_seconds)
+        break;
+      interrupted = options_.interrupted && options_.interrupted();
+    }
+    std::unique_lock lock(mutex_);
+    leaving_ = true;
+    left_.wait(lock, [this] { return gone_; });
+    report_.interrupted = interrupted;
+    return report_;
+  }
+
+  // The caller's thread.
+  RunningFinger& finger() { return finger_; }
+  bool leaving() const {
+    const std::lock_guard lock(mutex_);
+    return leaving_;
+  }
+  void let_go(const LiveReport& shown) {
+    const std::lock_guard lock(mutex_);
+    report_ = shown;
+    gone_ = true;
+    left_.notify_all();
+  }
+
+ private:
+  RunningFinger finger_;
+  const LiveOptions& options_;
+  const std::atomic<bool>& losing_;
+  mutable std::mutex mutex_;
+  std::condition_variable left_;
+  bool leaving_ = false, gone_ = false;
+  LiveReport report_;
 };
 
 class PairRun {
  public:
   PairRun(gpu::Context& context, const std::array<PairFinger, 2>& fingers, const PairOptions& options)
       : options_(options),
-        device_(context, [this] { forget_loss(); }),
+        device_(context, options.viewer ? 3 : 2, [this] { forget_loss(); }),
         in_step_(std::ranges::all_of(
             fingers, [](const PairFinger& f) { return f.options.measure_all && f.options.unpaced; })),
         matcher_(std::llround(0.5e9 * options.period_s), in_step_ ? SIZE_MAX : options.most_waiting) {
@@ -108,7 +159,10 @@ class PairRun {
 
   PairReport wait() {
     while (!ended(Side::Left) || !ended(Side::Right)) {
-      std::this_thread::sleep_for(milliseconds(10));
+      if (options_.viewer)
+        show();
+      else
+        std::this_thread::sleep_for(milliseconds(10));
       if (options_.interrupted && options_.interrupted()) stop_ = true;
       if (options_.on_progress)
         options_.on_progress(sides_[0].session->captured + sides_[1].session->captured);
@@ -116,12 +170,14 @@ class PairRun {
       tell_loss();
     }
     join();
+    if (viewer_error_) std::rethrow_exception(viewer_error_);
     for (const Finger& finger : sides_)
       if (finger.error) std::rethrow_exception(finger.error);
     PairReport report{.fingers = {sides_[0].report, sides_[1].report},
                       .skew = matcher_.skew(),
                       .alone = {matcher_.alone(Side::Left), matcher_.alone(Side::Right)},
-                      .interrupted = stop_};
+                      .interrupted = stop_ && !closed_};
+    for (LiveReport& finger : report.fingers) finger.interrupted &= report.interrupted;
     return report;
   }
 
@@ -136,6 +192,7 @@ class PairRun {
     // Under the pair's lock:
     int64_t newest_ns = INT64_MIN;
     bool ended = false;
+    ShownFinger* shown = nullptr;  ///< while its results are shown
   };
 
   bool ended(Side side) {
@@ -162,7 +219,12 @@ class PairRun {
     options.on_device_lost = [this, side](const DeviceLost& lost) { tell_other(side, lost); };
     options.reopen_device = [this](gpu::Context&) -> gpu::Context& { return device_.reopen(); };
     try {
-      finger.report = run_without_window(*finger.session, context, given.open, given.run, options);
+      finger.report = options_.viewer
+                          ? run_session(*finger.session, context, given.open, given.run, options,
+                                        [&](LiveSession& session, LatencyLog& latency, const Pipeline&) {
+                                          return make_shown(finger, session, latency, options);
+                                        })
+                          : run_without_window(*finger.session, context, given.open, given.run, options);
     } catch (...) {
       finger.error = std::current_exception();
     }
@@ -171,6 +233,78 @@ class PairRun {
     finger.ended = true;
     moved_.notify_all();
     give(matcher_.leave(side));
+  }
+
+  std::unique_ptr<LiveViewer> make_shown(Finger& finger, LiveSession& session, LatencyLog& latency,
+                                         const LiveOptions& options) {
+    auto shown = std::make_unique<ShownFinger>(session, latency, options, losing_);
+    const std::lock_guard lock(mutex_);
+    finger.shown = shown.get();
+    return shown;
+  }
+
+  // The caller's thread. A finger waits for it to let go before its results are gone.
+  std::array<RunningFinger*, 2> running() {
+    const std::lock_guard lock(mutex_);
+    std::array<RunningFinger*, 2> fingers{};
+    for (const Side side : kSides)
+      if (ShownFinger* shown = sides_[index(side)].shown) fingers[index(side)] = &shown->finger();
+    return fingers;
+  }
+  void let_go(Side side) {
+    ShownFinger* shown = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      shown = std::exchange(sides_[index(side)].shown, nullptr);
+    }
+    if (shown) shown->let_go(options_.viewer->let_go(side, shown->finger()));
+  }
+  void let_go_of_leaving() {
+    for (const Side side : kSides) {
+      bool leaving = false;
+      {
+        const std::lock_guard lock(mutex_);
+        const ShownFinger* shown = sides_[index(side)].shown;
+        leaving = shown && shown->leaving();
+      }
+      if (leaving || closed_) let_go(side);
+    }
+  }
+  void show() {
+    let_go_of_leaving();
+    if (closed_ || (viewer_lost_ && !losing_)) {
+      std::this_thread::sleep_for(milliseconds(5));
+      return;
+    }
+    try {
+      if (losing_) {
+        for (const Side side : kSides) let_go(side);
+        options_.viewer->detach();
+        device_.reopen();
+        options_.viewer->attach();
+        viewer_lost_ = false;
+      } else if (!options_.viewer->show(running())) {
+        close();
+      }
+    } catch (const DeviceLost& error) {
+      viewer_lost_ = true;
+      bool told = false;
+      for (const Side side : kSides) told |= lose(side, error);
+      if (!told) fail_viewer();
+    } catch (...) {
+      fail_viewer();
+    }
+  }
+  void fail_viewer() {
+    viewer_error_ = std::current_exception();
+    close();
+  }
+  void close() {
+    if (std::exchange(closed_, true)) return;
+    for (const Side side : kSides) let_go(side);
+    options_.viewer->detach();  // the device may be lost at this moment
+    stop_ = true;
+    device_.leave();
   }
 
   /// Under the lock, so that one call comes at a time.
@@ -195,11 +329,17 @@ class PairRun {
     while (in_step_ && !may_go()) moved_.wait_for(lock, milliseconds(20));
   }
 
+  /// False: that finger needs no device any more.
+  bool lose(Side side, const DeviceLost& lost) {
+    LiveSession& session = *sides_[index(side)].session;
+    if (ended(side) || session.to_engine.finished()) return false;
+    session.lose_device(lost);
+    return true;
+  }
   /// The first finger that finds the device lost makes the other let go of it too.
   void tell_other(Side side, const DeviceLost& lost) {
     if (losing_.exchange(true)) return;
-    LiveSession& session = *sides_[index(other(side))].session;
-    if (!ended(other(side)) && !session.to_engine.finished()) session.lose_device(lost);
+    lose(other(side), lost);
     const std::lock_guard lock(mutex_);
     loss_ = lost;
   }
@@ -243,6 +383,9 @@ class PairRun {
   SharedDevice device_;
   const bool in_step_;
   std::atomic<bool> stop_{false};
+  bool closed_ = false;       ///< nothing is shown any more
+  bool viewer_lost_ = false;  ///< its device; the fingers that were told open it anew
+  std::exception_ptr viewer_error_;
   std::atomic<bool> losing_{false};
   std::mutex mutex_;
   std::condition_variable moved_;

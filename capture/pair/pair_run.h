@@ -8,6 +8,7 @@
 #include <string>
 
 #include "capture/live/live.h"
+#include "capture/live/session.h"
 #include "capture/pair/pair_matcher.h"
 
 namespace palpate {
@@ -26,8 +27,31 @@ struct PairFinger {
   LiveOptions options;
 };
 
+/// A finger as it runs.
+struct RunningFinger {
+  LiveSession& session;
+  LatencyLog& latency;  ///< of what is shown; receives each result that was taken
+};
+
+/// Whoever shows both fingers, on the caller's thread.
+class PairViewer {
+ public:
+  virtual ~PairViewer() = default;
+  /// Called again and again: takes the newest results, where there are some (by Side; null: that finger gives
+  /// none at present), shows them, and waits for some ms at most. False: the person has closed it. Throws
+  /// DeviceLost where it finds that.
+  virtual bool show(const std::array<RunningFinger*, 2>& fingers) = 0;
+  /// Gives back all results of a finger that it holds, and tells what it has shown of it since it was asked
+  /// last.
+  virtual LiveReport let_go(Side side, RunningFinger& finger) = 0;
+  /// The device is opened anew between these two; nothing of it may be used then.
+  virtual void detach() = 0;
+  virtual void attach() = 0;
+};
+
 struct PairOptions {
-  double period_s = 1.0 / 30;  ///< of the slower finger; frames up to half of it apart make a pair
+  PairViewer* viewer = nullptr;  ///< null: without a window
+  double period_s = 1.0 / 30;    ///< of the slower finger; frames up to half of it apart make a pair
   /// Frames of one camera that wait for the other before they go out alone. Of two recordings none does: the
   /// one that is ahead waits.
   size_t most_waiting = 16;

@@ -2,6 +2,12 @@
 // measured again says the same.
 #include "capture/pair/pair_session.h"
 
+#include <atomic>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "capture/pair/pair_recording.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
 #include "tests/support/csv_table.h"
@@ -150,6 +156,62 @@ TEST_F(PairSession, RefusesWhatItCannotPairOrOverwrites) {
   spill(folder_ / kPairJson, "{}");
   EXPECT_NE(refused({}).find("another --out folder"), std::string::npos);
   EXPECT_THROW(read_pair_info(folder_), Error);
+}
+
+TEST_F(PairSession, BeginsAndEndsWhileFramesGoOn) {
+  const RunWatch watch;
+  std::array<RunSettings, 2> settings;
+  for (const Side side : kSides) settings[index(side)].input = finger(side);
+  std::array<OpenFinger, 2> fingers = {OpenFinger(settings[0], false, watch),
+                                       OpenFinger(settings[1], false, watch)};
+  int folders = 0;
+  PairRecording recording([&] { return folder_ / std::to_string(++folders); }, fingers, context(),
+                          simulated_grip(settings[0].input, settings[1].input), true, watch);
+  for (const Side side : kSides) fingers[index(side)].live.recording = &recording.of(side);
+  // What is done at which pair; frames wait meanwhile, but those that are taken already go on.
+  const std::map<int, std::function<void()>> at = {
+      {30, [&] { recording.start(); }}, {90, [&] { recording.stop(); }}, {120, [&] { recording.start(); }}};
+  std::atomic<int> pairs = 0, done = 0;
+  PairOptions options;
+  options.period_s = pair_info(fingers).period_s;
+  std::array<std::vector<GripFrame>, 2> rows;
+  options.on_pair = [&](const Matched<FingerTouch>& pair) {
+    if (const auto row = recording.add(pair)) rows[pairs < 118 ? 0 : 1].push_back(*row);
+    const int now = ++pairs;
+    while (at.contains(now) && done < now) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  options.interrupted = [&] {
+    const int now = pairs;
+    if (const auto step = at.find(now); step != at.end() && done < now) {
+      step->second();
+      done = now;
+    }
+    return false;
+  };
+  run_pair(context(), {fingers[0].pair(), fingers[1].pair()}, options);
+  const std::vector<PairRecording::Written> written = recording.finish();
+  ASSERT_EQ(written.size(), 2u);
+  for (size_t k = 0; k < 2; ++k) {
+    SCOPED_TRACE(k);
+    EXPECT_EQ(written[k].error(), "");
+    EXPECT_TRUE(is_pair_session(written[k].folder));
+    EXPECT_EQ(written[k].rows, rows[k].size());
+    EXPECT_TRUE(read_pair_info(written[k].folder).complete);
+    // Every recorded frame has its row, and no other.
+    for (const Side side : kSides) {
+      std::set<uint64_t> recorded, in_rows;
+      Session session(finger_folder(written[k].folder, side));
+      for (Frame frame; session.next(frame);) recorded.insert(frame.sequence);
+      for (const GripFrame& row : rows[k])
+        if (const auto& frame = side == Side::Left ? row.left : row.right) in_rows.insert(*frame);
+      EXPECT_GE(recorded.size(), 20u);
+      EXPECT_EQ(in_rows, recorded) << to_string(side);
+    }
+    // The opening is that of the recording's own time: measured again it says the same.
+    const fs::path again = folder_ / ("again" + std::to_string(k));
+    process(written[k].folder, again);
+    EXPECT_EQ(slurp(again / kPairRows), slurp(written[k].folder / kPairRows));
+  }
 }
 
 }  // namespace

@@ -11,29 +11,60 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/option_groups/camera_options.h"
+#include "viz/commands/option_groups/pair_options.h"
 #include "viz/commands/option_groups/run_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/trace_option.h"
+#include "viz/commands/workflow/live_pair.h"
 #include "viz/commands/workflow/live_run.h"
 #include "viz/render/desktop.h"
 
 namespace palpate {
 namespace {
 
+constexpr const char* kDefaultInput = "synthetic:palpation?mode=gel&repeat=0";
+
 struct Options {
   CameraChoice camera;
+  PairChoice pair;
   LiveRunRequest request;
   TraceOption trace;
 };
+
+Report live_fingers(const Common& common, const Options& options, LivePairRequest request) {
+  const LiveRunRequest& one = options.request;
+  if (one.serve.on || one.block.given() || !one.logs.empty() || common.jsonl)
+    throw Error(Failure::Usage, "one finger for --serve, --log, --block and --jsonl", "two", "without them");
+  request.out = common.out;
+  request.record = one.record;
+  const std::vector<const char*> extensions = viz::window_extensions();
+  const std::unique_ptr<TraceFile> trace = options.trace.start();
+  const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
+  Remembered remembered;
+  request.shown = one.shown;
+  request.shown.settings = &remembered.settings;
+  request.shown.title = "palpate: two fingers";
+  request.recordings = recordings_folder(remembered.settings);
+  return live_pair(*context, request);
+}
 
 Report live(const Common& common, const Options& options) {
   LiveRunRequest request = options.request;
   request.out = common.out;
   request.seed = common.seed;
-  request.input = options.camera.input(request.input);
   if (request.record && common.out.empty())
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
+  if (auto fingers = options.pair.fingers(request, options.camera)) {
+    LivePairRequest two;
+    two.fingers = std::move(*fingers);
+    two.grip = options.pair.grip;
+    return live_fingers(common, options, std::move(two));
+  }
+  if (is_pair_session(request.input))
+    return live_fingers(common, options, recorded_pair(request.input, request));
+  request.input = options.camera.input(request.input);
+  if (request.input.empty()) request.input = kDefaultInput;
   // Asked before anything else is opened: without a display there is no live view.
   const std::vector<const char*> extensions = viz::window_extensions();
   // Files that are written hold the frames in their order.
@@ -57,11 +88,11 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand("live", "Show surface and measurements live in a window");
   auto options = std::make_shared<Options>();
   LiveRunRequest& request = options->request;
-  request.input = "synthetic:palpation?mode=gel&repeat=0";
   command->add_option("INPUT", request.input,
-                      "Video, folder of images, session, or synthetic:SCENE (default: a simulated "
-                      "palpation, without end)");
+                      "Video, folder of images, session of one finger or two, or synthetic:SCENE (default: a "
+                      "simulated palpation, without end)");
   options->camera.add_to(*command);
+  options->pair.add_to(*command);
   add_settings(
       *command, request,
       {{"sensor",
@@ -99,6 +130,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
              "  palpate live press.avi --sensor gel.json --loop    a recording, again and again\n"
              "  palpate live synthetic:slide --seconds 6 --close --out out/live --json\n"
              "  palpate live 'synthetic:tissue?d=12&h=3&ratio=4'   a press of a block with a lump in it\n"
+             "  palpate live --left synthetic:grip?side=left --right synthetic:grip?side=right\n"
              "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
              "A recording without --out has the keys of replay.\n"
              "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");

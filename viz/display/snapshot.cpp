@@ -21,9 +21,9 @@ std::filesystem::path next_file(const std::filesystem::path& folder, const char*
 
 std::string write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem) {
   make_output_folder(stem.has_parent_path() ? stem.parent_path() : ".");
-  write_png(snapshot.picture, stem.string() + ".png");
+  if (snapshot.picture.width > 0) write_png(snapshot.picture, stem.string() + ".png");
   write_whole(stem.string() + "-frame.png", encode_image(snapshot.frame, ".png"));
-  std::string names = stem.string() + ".png, -frame.png, ";
+  std::string names = stem.string() + (snapshot.picture.width > 0 ? ".png, -frame.png, " : "-frame.png, ");
   if (!snapshot.depth_mm.empty()) {
     const FrameFormat& format = snapshot.frame.format;
     write_depth_tiff(stem.string() + "-depth.tif",

@@ -14,9 +14,9 @@
 namespace palpate::viz {
 
 struct Snapshot {
-  RgbImage picture;
-  Frame frame;  ///< with pixels of its own
-  Touch touch;  ///< as measured, whatever zero the picture shows
+  RgbImage picture;  ///< empty: none is written
+  Frame frame;       ///< with pixels of its own
+  Touch touch;       ///< as measured, whatever zero the picture shows
   MeasuredColumns columns;
   std::vector<float> depth_mm = {};  ///< of the frame's pixels; empty without a surface
   double pitch_mm_per_px = 0;

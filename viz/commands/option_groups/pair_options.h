@@ -26,7 +26,7 @@ struct PairChoice {
                                                     const CameraChoice& camera) const;
 };
 
-/// Facts of a pair's run, for people and programs.
+/// Facts of a pair's run, for people and programs. `out`: where pairs.csv is; empty: nowhere.
 Facts facts_of(const PairOutcome& outcome, const std::filesystem::path& out);
 
 }  // namespace palpate

@@ -36,20 +36,26 @@ std::string words_of(const KeyPress& chord) {
 }
 
 std::vector<KeyHelp> key_help(const Circumstances& now) {
+  return key_help(now, nullptr);
+}
+
+std::vector<KeyHelp> key_help(const Circumstances& now, bool (*has)(const Action&)) {
   std::vector<KeyHelp> lines;
   if (now.has_surface)
     lines = {{"drag the surface", "orbit"},
              {"right drag, Shift + drag", "pan"},
              {"wheel", "zoom"},
-             {"double click", "all of it again"},
-             {"double click on the image", "they change places"}};
-  lines.push_back({"wheel, drag in the charts", "zoom, pan time"});
-  lines.push_back({"double click, right click there", "all of the time, menu"});
-  if (now.player) lines.push_back({"click there", "go to that time"});
+             {"double click", "all of it again"}};
+  if (!has) {
+    if (now.has_surface) lines.push_back({"double click on the image", "they change places"});
+    lines.push_back({"wheel, drag in the charts", "zoom, pan time"});
+    lines.push_back({"double click, right click there", "all of the time, menu"});
+    if (now.player) lines.push_back({"click there", "go to that time"});
+  }
   const std::string* shared = nullptr;
   const KeyPress* before = nullptr;
   for (const Action& action : actions()) {
-    if (action.chords.empty() || !action.possible(now)) continue;
+    if (action.chords.empty() || !action.possible(now) || (has && !has(action))) continue;
     const bool goes_on = shared && *shared == action.line;
     if (!goes_on) lines.push_back({"", action.line.empty() ? action.name : action.line});
     shared = action.line.empty() ? nullptr : &action.line;

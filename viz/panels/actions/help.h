@@ -10,6 +10,7 @@
 
 namespace palpate::viz {
 
+struct Action;
 struct Circumstances;
 
 /// One line of it.
@@ -22,6 +23,8 @@ struct KeyHelp {
 std::string words_of(const KeyPress& chord);
 /// Mouse and keys that do something now.
 std::vector<KeyHelp> key_help(const Circumstances& now);
+/// The same of a window that has these actions, and no charts that the mouse moves.
+std::vector<KeyHelp> key_help(const Circumstances& now, bool (*has)(const Action&));
 
 /// Over the middle of the whole picture; `open` becomes false where the person closes it.
 void help_window(VkExtent2D extent, float scale, const std::vector<KeyHelp>& lines, bool& open);

@@ -1,0 +1,155 @@
+#include "viz/commands/workflow/live_pair.h"
+
+#include <spdlog/spdlog.h>
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "capture/files/measurements.h"
+#include "capture/files/output_file.h"
+#include "capture/open_source.h"
+#include "capture/pair/finger.h"
+#include "capture/pair/pair_recording.h"
+#include "capture/run/input.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
+#include "viz/commands/option_groups/pair_options.h"
+#include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
+#include "viz/display/pair_window.h"
+
+namespace fs = std::filesystem;
+
+namespace palpate {
+namespace {
+
+/// Tables of a run that nobody records: measurements.csv of both, and their pairs.
+class PairTables {
+ public:
+  PairTables(const fs::path& folder, std::array<OpenFinger, 2>& fingers, const std::optional<KnownGrip>& grip)
+      : meter_(grip) {
+    for (const Side side : kSides) {
+      OpenFinger& finger = fingers[index(side)];
+      std::optional<Measurements>& rows = fingers_[index(side)];
+      make_output_folder(finger_folder(folder, side));
+      rows.emplace(finger_folder(folder, side) / "measurements.csv",
+                   MeasuredColumns::of(finger.found.sensor, finger.found.outputs));
+      finger.live.on_result = [&rows](const Touch& touch) { rows->add(touch, nullptr); };
+      finger.live.latency_file = finger_folder(folder, side) / "latency.csv";
+    }
+    pairs_.emplace(folder / kPairRows);
+    pairs_->append(grip_header());
+  }
+  void add(const Matched<FingerTouch>& pair) {
+    pairs_->append(grip_row(meter_.add(pair)));
+    ++rows_;
+  }
+  uint64_t rows() const { return rows_; }
+  void close() {
+    pairs_->close();
+    for (std::optional<Measurements>& rows : fingers_) rows->close();
+  }
+
+ private:
+  PairMeter meter_;
+  std::optional<LineFile> pairs_;
+  std::array<std::optional<Measurements>, 2> fingers_;
+  uint64_t rows_ = 0;
+};
+
+}  // namespace
+
+LivePairRequest recorded_pair(const fs::path& folder, const LiveRunRequest& settings) {
+  LivePairRequest request;
+  request.again = true;
+  for (const Side side : kSides) {
+    request.fingers[index(side)] = settings;
+    request.fingers[index(side)].input = finger_folder(folder, side).string();
+  }
+  request.grip = folder / kPairJson;
+  return request;
+}
+
+Report live_pair(gpu::Context& context, const LivePairRequest& request) {
+  const RunWatch watch{.stop = interrupted};
+  std::array<OpenFinger, 2> fingers = {OpenFinger(request.fingers[0], request.again, watch),
+                                       OpenFinger(request.fingers[1], request.again, watch)};
+  std::optional<KnownGrip> grip;
+  if (request.again) {
+    if (const PairInfo info = read_pair_info(request.grip.parent_path()); info.grip)
+      grip = known_grip(*info.grip);
+  } else if (!request.grip.empty()) {
+    grip = known_grip(load_grip(request.grip));
+  } else {
+    grip = simulated_grip(fingers[0].found.input, fingers[1].found.input);
+  }
+  viz::PairWindowRun shown;
+  shown.window = request.shown;
+  shown.grip = grip;
+  std::optional<PairTables> tables;
+  std::optional<PairRecording> recording;
+  const fs::path folder = request.out.empty() ? request.recordings : request.out;
+  if (!request.out.empty()) tables.emplace(request.out, fingers, grip);
+  if (!folder.empty() && !request.again) {
+    recording.emplace([folder] { return new_session_folder(folder); }, fingers, context, grip,
+                      request.fingers[0].no_drop, watch);
+    shown.recording = &*recording;
+    if (request.record) recording->start();
+  }
+  for (const Side side : kSides) {
+    OpenFinger& finger = fingers[index(side)];
+    shown.sensors[index(side)] = finger.found.sensor;
+    // As a camera would give them, and a recording that is slow to measure takes longer.
+    finger.live.unpaced = false;
+    finger.live.measure_all = is_recording(finger.found.input);
+    if (recording) finger.live.recording = &recording->of(side);
+  }
+  shown.window.notes = folder;
+  viz::PairWindow window(context, std::move(shown));
+  PairOptions options;
+  options.viewer = &window;
+  options.period_s = pair_info(fingers).period_s;
+  options.interrupted = interrupted;
+  options.on_pair = [&](const Matched<FingerTouch>& pair) {
+    if (recording) recording->add(pair);
+    if (tables) tables->add(pair);
+    window.add(pair);
+  };
+  options.on_state = [&window](Side side, const std::string& state) {
+    window.set_state(side, state);
+    if (!state.empty()) spdlog::warn("{}: {}; the other finger goes on", to_string(side), state);
+  };
+  options.on_device_lost = [](const DeviceLost& lost) {
+    spdlog::warn("{}; opened anew, the run goes on", lost.what());
+  };
+  PairOutcome outcome;
+  outcome.run = run_pair(context, {fingers[0].pair(), fingers[1].pair()}, options);
+  if (tables) {
+    tables->close();
+    outcome.rows = tables->rows();
+  }
+  for (size_t i = 0; i < 2; ++i) {
+    outcome.inputs[i] = fingers[i].found.input;
+    outcome.sensors[i] = fingers[i].found.sensor.name;
+  }
+  Facts facts = facts_of(outcome, tables ? request.out : fs::path());
+  json::Value recorded = json::Value::array();
+  std::string error;
+  if (recording)
+    for (const PairRecording::Written& one : recording->finish()) {
+      recorded.push_back(one.folder.string());
+      facts.say("recorded: " + one.folder.string() + "\n");
+      if (error.empty()) error = one.error();
+    }
+  if (!error.empty()) spdlog::error("the recording ended early: {}", error);
+  facts.json["recorded"] = recorded;
+  facts.json["device"] = context.report().name;
+  return {facts.text, facts.json,
+          outcome.run.interrupted     ? kInterrupted
+          : !error.empty()            ? static_cast<int>(Failure::Output)
+          : validation_clean(context) ? 0
+                                      : kInternalError};
+}
+
+}  // namespace palpate
