@@ -4,6 +4,8 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "engine/measure/quantities.h"
+
 namespace palpate {
 namespace {
 
@@ -72,6 +74,8 @@ const char* to_string(StiffnessState state) {
   switch (state) {
     case StiffnessState::Known:
       return "known";
+    case StiffnessState::ForceInDoubt:
+      return "force in doubt";
     case StiffnessState::NotGripped:
       return "not gripped";
     case StiffnessState::NoThickness:
@@ -83,7 +87,7 @@ const char* to_string(StiffnessState state) {
 }
 
 void StiffnessFit::add(const Estimate& force_N, const Estimate& thickness_mm) {
-  if (!force_N.valid() || !thickness_mm.valid()) return;
+  if (!has_value(force_N) || !thickness_mm.valid()) return;
   const double force = force_N.value, thickness = thickness_mm.value;
   if (frames_ == 0) thinnest_mm_ = thickest_mm_ = thickness;
   const double n = static_cast<double>(++frames_);
@@ -145,15 +149,25 @@ Grip GripMeter::add(const Touch& left, const Touch& right, const Estimate& openi
                            {1, opening_mm},
                            {1, {faces_mm, 0, Validity::Valid}}});
   if (!left.contact || !right.contact) {
-    fit_ = {};
+    fit_ = doubted_ = {};
     grip.stiffness_N_per_mm.validity = Validity::NoContact;
     return grip;
   }
-  fit_.add(grip.force_N, grip.thickness_mm);
-  grip.stiffness_N_per_mm = fit_.stiffness_N_per_mm();
-  grip.stiffness = grip.stiffness_N_per_mm.valid() ? StiffnessState::Known
-                   : grip.thickness_mm.valid()     ? StiffnessState::NotIdentifiable
-                                                   : StiffnessState::NoThickness;
+  if (grip.force_N.valid())
+    fit_.add(grip.force_N, grip.thickness_mm);
+  else
+    doubt_ = grip.force_N.validity;
+  doubted_.add(grip.force_N, grip.thickness_mm);
+  Estimate& stiffness = grip.stiffness_N_per_mm;
+  stiffness = fit_.stiffness_N_per_mm();
+  grip.stiffness = stiffness.valid()           ? StiffnessState::Known
+                   : grip.thickness_mm.valid() ? StiffnessState::NotIdentifiable
+                                               : StiffnessState::NoThickness;
+  if (stiffness.valid()) return grip;
+  stiffness = doubted_.stiffness_N_per_mm();
+  if (!stiffness.valid()) return grip;
+  stiffness.validity = doubt_;
+  grip.stiffness = StiffnessState::ForceInDoubt;
   return grip;
 }
 

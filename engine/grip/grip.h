@@ -29,6 +29,7 @@ struct GripGeometry {
 /// Why there is a stiffness or none.
 enum class StiffnessState : uint8_t {
   Known,
+  ForceInDoubt,     ///< known by forces of which their calibration says that they are not fit for use
   NotGripped,       ///< not both pads touch
   NoThickness,      ///< the opening or an indentation is not known
   NotIdentifiable,  ///< the object gave way by too little, or the frames are too few, for the errors stated
@@ -56,7 +57,7 @@ class StiffnessFit {
   static constexpr uint64_t kFewest = 8;           ///< frames
   static constexpr double kLargestRelative = 0.3;  ///< standard error over value that is still a stiffness
 
-  /// A frame; what is not valid is left out.
+  /// A frame; a thickness that is not valid and a force without a number are left out.
   void add(const Estimate& force_N, const Estimate& thickness_mm);
   /// N/mm; valid or not calibrated: not identifiable.
   Estimate stiffness_N_per_mm() const;
@@ -81,7 +82,8 @@ class GripMeter {
 
  private:
   GripGeometry geometry_;
-  StiffnessFit fit_;
+  StiffnessFit fit_, doubted_;        ///< of valid forces, and of all that have a number
+  Validity doubt_ = Validity::Valid;  ///< why the newest of the others are not valid
 };
 
 }  // namespace palpate

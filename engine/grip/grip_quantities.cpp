@@ -68,8 +68,9 @@ constexpr MeasuredQuantity<F> kGrip[] = {
                                        "Force over thickness lost, by a line through the grip so far.",
                                        {.error = "stiffness_sd_N_per_mm", .row = {"stiffness", 3}}),
     of_grip<&Grip::stiffness>("stiffness_state", "", kRatioPlaces,
-                              "`known`, `not gripped`, `thickness not known` or `not identifiable`: the "
-                              "object gave way by too little for the errors stated."),
+                              "`known`, `force in doubt` (not valid, as its state says), `not gripped`, "
+                              "`thickness not known` or `not "
+                              "identifiable`: the object gave way by too little for the errors stated."),
 };
 
 }  // namespace

@@ -194,5 +194,31 @@ TEST(Grip, AnObjectThatDoesNotGiveHasNoStiffness) {
   EXPECT_EQ(squeeze.grip(random).stiffness, StiffnessState::NotIdentifiable);
 }
 
+TEST(Grip, AStiffnessByDoubtfulForcesSaysSo) {
+  const auto squeezed = [](const auto& validity_at) {
+    GripMeter meter(facing());
+    Grip grip;
+    for (int k = 0; k < 40; ++k) {
+      const double force_N = 0.1 * (k + 1);
+      Touch left = touching(force_N, 0, 0, 0.1), right = left;
+      right.force_N = {force_N, 0.05 * force_N, validity_at(k)};
+      left.surface->depth_sd_mm = 0.01;
+      grip = meter.add(left, right, valid(20 - force_N / 2.5, 0.02));
+    }
+    return grip;
+  };
+  for (const Validity doubt : {Validity::Unfit, Validity::AtBorder}) {
+    const Grip all = squeezed([&](int) { return doubt; });
+    EXPECT_NEAR(all.stiffness_N_per_mm.value, 2.5, 0.2);
+    EXPECT_EQ(all.stiffness_N_per_mm.validity, doubt);
+    EXPECT_STREQ(to_string(all.stiffness), "force in doubt");
+    // Valid forces are enough, and then alone.
+    const Grip half = squeezed([&](int k) { return k % 2 ? doubt : Validity::Valid; });
+    EXPECT_EQ(half.stiffness, StiffnessState::Known);
+    EXPECT_TRUE(half.stiffness_N_per_mm.valid());
+  }
+  EXPECT_EQ(squeezed([](int) { return Validity::NotCalibrated; }).stiffness, StiffnessState::NotIdentifiable);
+}
+
 }  // namespace
 }  // namespace palpate
