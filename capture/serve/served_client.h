@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "capture/serve/foxglove.h"
+#include "capture/serve/handshake.h"
 #include "capture/serve/hub.h"
 #include "capture/serve/serve_options.h"
 
@@ -28,8 +29,6 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 namespace net = boost::asio;
-
-using HttpRequest = http::request<http::empty_body>;
 
 /// Time that a request may take to come, and its answer to go.
 inline constexpr std::chrono::seconds kForRequest{10};

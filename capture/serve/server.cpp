@@ -1,8 +1,5 @@
 #include "capture/serve/server.h"
 
-#include <sys/random.h>
-
-#include <algorithm>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -24,38 +21,7 @@ using Tcp = net::ip::tcp;
 
 namespace {
 
-constexpr size_t kMostHead_B = 8 << 10;
 constexpr size_t kMostWaiting = 16;  // connections that are no clients yet
-
-std::string_view view(beast::string_view text) {
-  return {text.data(), text.size()};
-}
-
-/// "localhost" of "localhost:8765", "[::1]" of "[::1]:8765".
-std::string_view host_alone(std::string_view host) {
-  const size_t bracket = host.find(']');
-  const size_t colon = host.find(':', bracket == std::string_view::npos ? 0 : bracket);
-  return host.substr(0, colon);
-}
-
-bool is_this_machine(std::string_view host) {
-  const std::string_view name = host_alone(host);
-  return name == "localhost" || name == "[::1]" || name == "127.0.0.1";
-}
-
-/// The token of "/path?token=..." or of "Authorization: Bearer ...".
-std::string_view token_of(const HttpRequest& request) {
-  constexpr std::string_view kBearer = "Bearer ";
-  const std::string_view header = view(request[http::field::authorization]);
-  if (header.starts_with(kBearer)) return header.substr(kBearer.size());
-  constexpr std::string_view kKey = "token=";
-  const std::string_view target = view(request.target());
-  for (size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at + 1)) {
-    const std::string_view part = target.substr(at + 1);
-    if (part.starts_with(kKey)) return part.substr(kKey.size(), part.find('&') - kKey.size());
-  }
-  return {};
-}
 
 std::string session_name() {
   return utc_now() + "-" + std::to_string(monotonic_ns());
@@ -68,8 +34,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(Tcp::socket socket, ServerState& state) : state_(state), stream_(std::move(socket)) {
     ++state_.waiting;
-    parser_.header_limit(kMostHead_B);
-    parser_.body_limit(0);
+    bound(parser_);
   }
   ~Connection() { --state_.waiting; }
 
@@ -85,39 +50,21 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
  private:
   void answer() {
-    const HttpRequest& request = parser_.get();
-    const std::string_view host = view(request[http::field::host]);
-    if (state_.loopback && !is_this_machine(host))
-      return refuse(http::status::forbidden,
-                    "This server is of this machine alone: open http://localhost.\n");
-    if (!state_.options.token.empty() && !same_token(token_of(request), state_.options.token))
-      return refuse(http::status::unauthorized,
-                    "Wanted the token that palpate printed: add ?token=... to the address.\n");
-    if (websocket::is_upgrade(request)) return upgrade(request, host);
-    if (request.method() != http::verb::get) return refuse(http::status::method_not_allowed, "GET only.\n");
-    const std::string_view target = view(request.target());
-    const std::string_view path = target.substr(0, target.find('?'));
-    if (path == "/") return send(http::status::ok, "text/html; charset=utf-8", state_.options.page);
-    send(http::status::not_found, "text/plain; charset=utf-8", "There is nothing here; the page is at /.\n");
-  }
-
-  void upgrade(const HttpRequest& request, std::string_view host) {
-    const std::string_view origin = view(request[http::field::origin]);
-    const size_t behind = origin.find("://");
-    const bool own = behind != std::string_view::npos && origin.substr(behind + 3) == host;
-    if (!origin.empty() && !own &&
-        std::ranges::find(state_.options.origins, origin) == state_.options.origins.end())
-      return refuse(http::status::forbidden,
-                    "Pages of other hosts may not connect, unless --allow-origin names them.\n");
-    if (state_.clients.size() >= LiveServer::kMostClients)
-      return refuse(http::status::service_unavailable, "There are as many clients as can be served.\n");
-    stream_.expires_never();
-    std::make_shared<ServedClient>(stream_.release_socket(), state_)->accept(request);
-  }
-
-  void refuse(http::status status, const char* why) {
-    state_.count(&ServeSummary::refused);
-    send(status, "text/plain; charset=utf-8", why);
+    const bool full = state_.clients.size() >= LiveServer::kMostClients;
+    const Verdict verdict = judged(parser_.get(), state_.options, state_.loopback, full);
+    switch (verdict.kind) {
+      case Verdict::Kind::Client:
+        stream_.expires_never();
+        return std::make_shared<ServedClient>(stream_.release_socket(), state_)->accept(parser_.get());
+      case Verdict::Kind::Page:
+        return send(verdict.status, "text/html; charset=utf-8", state_.options.page);
+      case Verdict::Kind::Refused:
+        state_.count(&ServeSummary::refused);
+        break;
+      case Verdict::Kind::Nothing:
+        break;
+    }
+    send(verdict.status, "text/plain; charset=utf-8", verdict.why);
   }
 
   void send(http::status status, const char* type, const std::string& text) {
@@ -144,7 +91,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   ServerState& state_;
   beast::tcp_stream stream_;
   beast::flat_buffer in_{kMostHead_B + 1024};
-  http::request_parser<http::empty_body> parser_;
+  RequestParser parser_;
   http::response<http::string_body> answer_;
 };
 
@@ -293,28 +240,6 @@ void LiveServer::carry_out(
 ServeSummary LiveServer::summary() const {
   const std::lock_guard lock(impl_->state.mutex);
   return impl_->state.summary;
-}
-
-std::string new_token() {
-  std::array<uint8_t, 16> bytes{};
-  size_t got = 0;
-  while (got < bytes.size()) {
-    const ssize_t count = ::getrandom(bytes.data() + got, bytes.size() - got, 0);
-    if (count > 0) got += static_cast<size_t>(count);
-  }
-  std::string token;
-  for (const uint8_t byte : bytes) token += text("%02x", byte);
-  return token;
-}
-
-bool same_token(std::string_view a, std::string_view b) {
-  volatile unsigned different = a.size() == b.size() ? 0 : 1;
-  for (size_t i = 0; i < b.size(); ++i) {
-    const auto mine = static_cast<unsigned char>(b[i]);
-    const auto other = i < a.size() ? static_cast<unsigned char>(a[i]) : static_cast<unsigned char>(~mine);
-    different = different | (mine ^ other);
-  }
-  return different == 0;
 }
 
 std::string describe(const ServeSummary& s) {

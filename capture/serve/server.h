@@ -6,7 +6,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "capture/serve/foxglove.h"
@@ -14,11 +13,6 @@
 #include "capture/serve/serve_options.h"
 
 namespace palpate {
-
-/// A token of 128 random bits in 32 letters.
-std::string new_token();
-/// Whether two tokens are the same, in a time that does not depend on where they differ.
-bool same_token(std::string_view a, std::string_view b);
 
 std::string describe(const ServeSummary& summary);
 

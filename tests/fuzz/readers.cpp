@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/buffer.hpp>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -25,6 +26,7 @@
 #include "capture/run/modulus/modulus_frames.h"
 #include "capture/sensors/nominal_sensors.h"
 #include "capture/serve/foxglove.h"
+#include "capture/serve/handshake.h"
 #include "capture/session/info.h"
 #include "capture/video/session_video.h"
 #include "engine/base/json.h"
@@ -143,6 +145,44 @@ void read_client(const fs::path& file) {
       expect(client.subscriptions().contains(id), "ready for subscriptions that exist");
     for (const std::string& text : answer.texts) static_cast<void>(json::parse(text));
   }
+}
+
+/// A request that a connection to the server begins with, judged as on this machine alone, with a token, and
+/// where there is no more room.
+void read_handshake(const fs::path& file) {
+  const std::string bytes = slurp(file);
+  RequestParser parser;
+  bound(parser);
+  parser.eager(true);
+  boost::beast::error_code error;
+  parser.put(boost::asio::buffer(bytes), error);
+  if (error || !parser.is_done()) return;
+  const HttpRequest& request = parser.get();
+  const std::string host(view(request[boost::beast::http::field::host]));
+  const std::string origin(view(request[boost::beast::http::field::origin]));
+  const auto holds = [&](std::string_view part) { return bytes.find(part) != std::string::npos; };
+  ServeOptions options;
+  options.origins = {"https://app.foxglove.dev"};
+  for (const bool loopback : {true, false})
+    for (const bool full : {true, false}) {
+      options.token = loopback ? "" : "0123456789abcdef0123456789abcdef";
+      const Verdict verdict = judged(request, options, loopback, full);
+      const bool let_in = verdict.kind != Verdict::Kind::Refused;
+      const bool own = std::ranges::any_of(
+          std::array{"localhost", "127.0.0.1", "[::1]"},
+          [&](const char* name) { return host == name || host.starts_with(std::string(name) + ":"); });
+      expect(!let_in || !loopback || own, "this machine alone");
+      expect(!let_in || holds(options.token), "nobody without the token");
+      expect(let_in || (static_cast<int>(verdict.status) >= 400 && *verdict.why), "a refusal says why");
+      if (verdict.kind != Verdict::Kind::Client) continue;
+      expect(!full, "no more clients than can be served");
+      expect(origin.empty() || origin == options.origins[0] || origin.ends_with("://" + host),
+             "pages of this server, or of those that were named");
+    }
+  const std::string_view protocol = protocol_of(request);
+  expect(protocol.empty() || std::ranges::find(kFoxgloveProtocols, protocol) != kFoxgloveProtocols.end(),
+         "a protocol that is spoken");
+  expect(holds(protocol), "a protocol that was offered");
 }
 
 void read_any_log(const fs::path& file) {
@@ -396,6 +436,7 @@ constexpr std::array kReaders{
     Reader{"table", "table.csv", read_cells},
     Reader{"gauge", "gauge.csv", read_any_gauge},
     Reader{"client", "client.txt", read_client},
+    Reader{"handshake", "request.txt", read_handshake},
     Reader{"log", "log.csv", read_any_log},
     Reader{"log_lines", "log.lines", read_any_log},
     Reader{"points", "points.csv", read_set},

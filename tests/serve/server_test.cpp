@@ -1,17 +1,13 @@
 // The server of live data with real clients on this machine: every topic, slow clients, who may connect.
 #include <atomic>
-#include <boost/asio/connect.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
-#include <cstring>
 #include <thread>
 
 #include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/serve/server.h"
+#include "capture/serve/token.h"
 #include "palpate/error.h"
+#include "tests/serve/live_client.h"
 #include "tests/support/eventually.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/json.h"
@@ -19,88 +15,6 @@
 
 namespace palpate {
 namespace {
-
-namespace net = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-
-struct Shown {
-  std::string token{}, origin{}, host = "localhost", protocol = "foxglove.websocket.v1";
-};
-
-/// A client that waits for what it wants.
-class Client {
- public:
-  Client(uint16_t port, const Shown& shown = {}) : ws_(context_) {
-    ws_.next_layer().connect({net::ip::make_address("127.0.0.1"), port});
-    ws_.set_option(websocket::stream_base::decorator([shown](websocket::request_type& request) {
-      if (!shown.protocol.empty()) request.set(http::field::sec_websocket_protocol, shown.protocol);
-      if (!shown.origin.empty()) request.set(http::field::origin, shown.origin);
-    }));
-    ws_.handshake(answer_, shown.host, "/" + (shown.token.empty() ? "" : "?token=" + shown.token));
-  }
-
-  std::string protocol() const { return std::string(answer_[http::field::sec_websocket_protocol]); }
-  void say(const Json& json) {
-    ws_.binary(false);
-    ws_.write(net::buffer(json.dump()));
-  }
-  void call(uint32_t service, uint32_t id, const std::string& json) {
-    std::string bytes = "\2";
-    for (const uint32_t value : {service, id, 4u})
-      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-    ws_.binary(true);
-    ws_.write(net::buffer(bytes + "json" + json));
-  }
-  /// The next message; texts are JSON with "op", others bytes.
-  std::string next() {
-    in_.clear();
-    ws_.read(in_);
-    return beast::buffers_to_string(in_.data());
-  }
-  bool is_text() const { return ws_.got_text(); }
-  Json next_text() {
-    while (true) {
-      const std::string text = next();
-      if (is_text()) return parse_json(text);
-    }
-  }
-  /// Messages until each of `subscriptions` has one: subscription to payload.
-  std::map<uint32_t, std::string> each(std::set<uint32_t> subscriptions) {
-    std::map<uint32_t, std::string> found;
-    while (!subscriptions.empty()) {
-      const std::string bytes = next();
-      if (is_text()) continue;
-      uint32_t id = 0;
-      std::memcpy(&id, bytes.data() + 1, sizeof id);
-      if (subscriptions.erase(id) > 0) found[id] = bytes.substr(13);
-    }
-    return found;
-  }
-  /// Channels by their topic, after the greeting.
-  std::map<std::string, uint32_t> greet() {
-    std::map<std::string, uint32_t> channels;
-    while (channels.empty()) {
-      const Json message = next_text();
-      if (message["op"] != "advertise") continue;
-      for (const auto& channel : message["channels"]) channels[channel["topic"]] = channel["id"];
-    }
-    return channels;
-  }
-  void subscribe(const std::vector<uint32_t>& channels) {
-    Json list = Json::array();
-    for (const uint32_t channel : channels) list.push_back({{"id", channel}, {"channelId", channel}});
-    say({{"op", "subscribe"}, {"subscriptions", list}});
-  }
-  websocket::stream<net::ip::tcp::socket>& stream() { return ws_; }
-
- private:
-  net::io_context context_;
-  websocket::stream<net::ip::tcp::socket> ws_;
-  websocket::response_type answer_;
-  beast::flat_buffer in_;
-};
 
 /// Status and body of a plain request.
 std::pair<int, std::string> get(uint16_t port, const std::string& target,

@@ -1,5 +1,6 @@
 #include "viz/commands/option_groups/serve_options.h"
 
+#include "capture/serve/token.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"
 
