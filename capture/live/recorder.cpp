@@ -58,23 +58,44 @@ void Recording::start() {
 
 void Recording::stop() {
   if (!on()) return;
+  std::vector<LogEnding> logs;
+  {
+    const std::lock_guard logs_lock(logs_mutex_);
+    for (const auto& log : logs_) logs.push_back(log->end());
+  }
+  Current ended;
+  {
+    const std::lock_guard lock(mutex_);
+    ended = std::move(*current_);
+    current_.reset();
+  }
+  // The threads of those before end here, so that sessions may come and go without end.
+  while (!closing_.empty() &&
+         closing_.front().wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    written_.push_back(closing_.front().get());
+    closing_.pop_front();
+  }
+  // The queue may hold seconds of frames: the window must not wait for the disk.
+  closing_.push_back(std::async(std::launch::async, [held = std::move(ended),
+                                                     logs = std::move(logs)]() mutable {
+    const Current session = std::move(held);  // its memory and files go with this call, not with its answer
+    return close(session, logs);
+  }));
+}
+
+/// Writes what is left of a session.
+Recording::Written Recording::close(const Current& session, std::vector<LogEnding>& logs) {
   std::vector<std::string> troubles;
-  const std::lock_guard logs_lock(logs_mutex_);
-  for (const auto& log : logs_) {
-    const LogStatus status = log->finish();
+  for (LogEnding& log : logs) {
+    const LogStatus status = log.close();
     if (status.dropped > 0)
       troubles.push_back(
           text("%s: %llu lines lost", status.name.c_str(), static_cast<unsigned long long>(status.dropped)));
     if (!status.error.empty()) troubles.push_back(status.name + ": ENDED EARLY: " + status.error);
   }
-  const std::lock_guard lock(mutex_);
-  // The queue may hold seconds of frames: the window must not wait for the disk.
-  closing_.push_back(std::async(std::launch::async, [session = std::move(*current_), troubles] {
-    Written written{session.folder, session.writer->close(), finish_session_logs(session.folder)};
-    written.logs.insert(written.logs.end(), troubles.begin(), troubles.end());
-    return written;
-  }));
-  current_.reset();
+  Written written{session.folder, session.writer->close(), finish_session_logs(session.folder)};
+  written.logs.insert(written.logs.end(), troubles.begin(), troubles.end());
+  return written;
 }
 
 bool Recording::on() const {
@@ -112,14 +133,9 @@ Recording::Written Recording::latest() const {
 
 std::vector<Recording::Written> Recording::finish() {
   stop();
-  std::vector<std::future<Written>> closing;
-  {
-    const std::lock_guard lock(mutex_);
-    closing.swap(closing_);
-  }
-  std::vector<Written> written;
-  written.reserve(closing.size());
-  for (std::future<Written>& session : closing) written.push_back(session.get());
+  std::vector<Written> written = std::move(written_);
+  written_.clear();
+  for (; !closing_.empty(); closing_.pop_front()) written.push_back(closing_.front().get());
   return written;
 }
 

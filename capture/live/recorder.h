@@ -1,6 +1,7 @@
 // The record switch of a live session: sessions begin and end while frames go on.
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <future>
@@ -40,7 +41,7 @@ class Recording {
   void log(const std::string& name, std::string_view line);
   /// Main thread. Begins a session; throws Error(Failure::Output). The untouched image is that of `info`.
   void start();
-  /// Main thread. Ends it; its last frames are written in the background.
+  /// Main thread. Ends it; its last frames are written in the background. Does not wait for the disk.
   void stop();
   bool on() const;
   /// A record() that waits for room asks this; true makes it give up. Before the first start.
@@ -64,6 +65,7 @@ class Recording {
     std::shared_ptr<SessionWriter> writer;
   };
   std::shared_ptr<SessionWriter> writer() const;
+  static Written close(const Current& session, std::vector<LogEnding>& logs);
 
   std::function<std::filesystem::path()> folder_;
   SessionInfo info_;
@@ -73,8 +75,9 @@ class Recording {
   std::optional<Current> current_;
   mutable std::mutex logs_mutex_;
   std::vector<std::unique_ptr<LogInput>> logs_;
-  Current latest_;  // in hand or over
-  std::vector<std::future<Written>> closing_;
+  Current latest_;                            // in hand or over
+  std::deque<std::future<Written>> closing_;  ///< oldest first; main thread
+  std::vector<Written> written_;              ///< before these
   std::weak_ptr<SessionWriter> recorded_to_;  ///< capture's own: the session that has a frame already
 };
 

@@ -53,6 +53,29 @@ class LogDescriptor {
   int fd_;
 };
 
+/// NAME.lines of a session. Nobody who writes a line waits for the disk.
+class LogFile {
+ public:
+  explicit LogFile(const fs::path& path) : lines_(path) {}
+  /// One call at a time.
+  void append(std::string_view line) { lines_.append(line); }
+  void sync() {
+    const std::lock_guard lock(disk_);
+    if (!closed_) lines_.sync();
+  }
+  /// After the last line.
+  void close() {
+    const std::lock_guard lock(disk_);
+    closed_ = true;
+    lines_.close();
+  }
+
+ private:
+  LineFile lines_;
+  std::mutex disk_;
+  bool closed_ = false;
+};
+
 namespace {
 
 constexpr auto kSyncEvery = std::chrono::milliseconds(400);
@@ -128,7 +151,7 @@ struct LogInput::Impl {
   bool news = false;  ///< what a file holds from here on arrived while we listened
 
   mutable std::mutex mutex;
-  std::optional<LineFile> file;
+  std::shared_ptr<LogFile> file;
   std::string first_line;  ///< with its stamp
   bool first_written = false;
   std::vector<std::string> held;  ///< stamped lines of a file, until a session takes them
@@ -145,6 +168,7 @@ struct LogInput::Impl {
   void wake_up() const;
   void drain(std::unique_lock<std::mutex>& lock);
   void run();
+  void sync();
   bool read_some();
   bool read_stream();
   bool read_port();
@@ -322,13 +346,22 @@ void LogInput::Impl::run() {
     const auto now = std::chrono::steady_clock::now();
     if (now - synced < kSyncEvery) continue;
     synced = now;
+    sync();
+  }
+}
+
+/// Without the lock: those who write lines do not wait.
+void LogInput::Impl::sync() {
+  const std::shared_ptr<LogFile> to = [this] {
     const std::lock_guard lock(mutex);
-    if (!file || !status.error.empty()) continue;
-    try {
-      file->sync();
-    } catch (const std::exception& error) {
-      status.error = error.what();
-    }
+    return status.error.empty() ? file : nullptr;
+  }();
+  if (!to) return;
+  try {
+    to->sync();
+  } catch (const std::exception& error) {
+    const std::lock_guard lock(mutex);
+    if (file == to) status.error = error.what();
   }
 }
 
@@ -383,25 +416,30 @@ void LogInput::write_to(const fs::path& folder) {
   Impl& m = *impl_;
   std::unique_lock lock(m.mutex);
   m.drain(lock);  // of what came before
-  m.file.emplace(folder / (m.name + kLogLines));
+  m.file = std::make_shared<LogFile>(folder / (m.name + kLogLines));
   m.status.lines = m.status.dropped = 0;
   m.status.error.clear();
   m.first_written = false;
   for (const std::string& stamped : m.held) m.write(stamped);
 }
 
-LogStatus LogInput::finish() {
+LogEnding LogInput::end() {
   Impl& m = *impl_;
   std::unique_lock lock(m.mutex);
-  if (!m.file) return m.status;
-  m.drain(lock);
-  try {
-    m.file->close();
-  } catch (const std::exception& error) {
-    if (m.status.error.empty()) m.status.error = error.what();
-  }
-  m.file.reset();
-  return m.status;
+  if (m.file) m.drain(lock);
+  LogEnding ending;
+  ending.file_ = std::exchange(m.file, nullptr);
+  ending.status_ = m.status;
+  return ending;
+}
+
+LogStatus LogEnding::close() {
+  if (const std::shared_ptr<LogFile> file = std::exchange(file_, nullptr)) try {
+      file->close();
+    } catch (const std::exception& error) {
+      if (status_.error.empty()) status_.error = error.what();
+    }
+  return status_;
 }
 
 LogStatus LogInput::status() const {

@@ -33,6 +33,18 @@ struct LogStatus {
   std::string error;     ///< why it is not written any more; empty while it goes on
 };
 
+/// The end of a session's file: what waits for the disk.
+class LogEnding {
+ public:
+  /// Hands the file to the disk and closes it, on any thread; the log's status at its end.
+  LogStatus close();
+
+ private:
+  friend class LogInput;
+  std::shared_ptr<class LogFile> file_;
+  LogStatus status_;
+};
+
 /// Listens on a thread of its own from the start; what comes while no session is written is not kept, except
 /// the first line, which may name the columns, and what a file held before.
 class LogInput {
@@ -54,8 +66,11 @@ class LogInput {
   void write_to(const std::filesystem::path& folder);
   /// A line of this program, without its end; any thread.
   void add(std::string_view line);
-  /// Takes what is there to be read, and closes the file. Nothing happens where none is open.
-  LogStatus finish();
+  /// Takes what is there to be read; what comes from now on is not of the session. Does not wait for the
+  /// disk. Nothing happens where no file is open.
+  LogEnding end();
+  /// The same, and the disk has it.
+  LogStatus finish() { return end().close(); }
   LogStatus status() const;
 
  private:

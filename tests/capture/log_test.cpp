@@ -313,6 +313,25 @@ TEST_F(LogInputs, DatagramsAreWrittenAsTheyComeWithTheirTimes) {
   EXPECT_EQ(second.rows(), 1u);
 }
 
+// The file before still waits for the disk when the next session begins.
+TEST_F(LogInputs, ASessionEndsAndTheNextBeginsBeforeTheDiskHasTheFirst) {
+  const std::unique_ptr<LogInput> log = LogInput::of_program("robot");
+  log->write_to(folder_ / "a");
+  log->add("x");
+  log->add("1");
+  LogEnding first = log->end();
+  log->add("2");  // of no session
+  log->write_to(folder_ / "b");
+  log->add("3");
+  LogEnding second = log->end();
+  EXPECT_EQ(log->end().close().lines, second.close().lines);
+  const LogStatus status = first.close();
+  EXPECT_EQ(status.lines, 2u);
+  EXPECT_TRUE(status.error.empty()) << status.error;
+  EXPECT_EQ(read_log(folder_ / "a" / "robot.lines", "robot").columns[0].values, std::vector<double>{1});
+  EXPECT_EQ(read_log(folder_ / "b" / "robot.lines", "robot").columns[0].values, std::vector<double>{3});
+}
+
 TEST_F(LogInputs, AGrowingFileIsFollowedToItsEnd) {
   const fs::path file = folder_ / "robot.csv";
   spill(file, "t_s,x\n1,2\n");
