@@ -95,20 +95,24 @@ class NoWindow : public LiveViewer {
   LatencyLog& latency_;
 };
 
-/// Drops results of a device that was lost; their frames return to capture.
-void drop_results(LiveSession& session, LatencyLog& latency) {
-  while (auto unseen = session.to_display.take(milliseconds(0))) {
+/// Drops results of a device that was lost; their frames return to capture. How many there were.
+uint64_t drop_results(LiveSession& session, LatencyLog& latency) {
+  uint64_t dropped = 0;
+  for (; auto unseen = session.to_display.take(milliseconds(0)); ++dropped) {
     latency.add(unseen->times);
     session.give_back(*unseen);
   }
+  return dropped;
 }
 
 /// Adds the report of a viewer to that of the viewer it replaced on another device.
 void add_to(LiveReport& sum, const LiveReport& next) {
   const uint64_t shown = sum.shown + next.shown;
   const uint32_t losses = sum.device_losses;
+  const uint64_t dropped = sum.dropped_before_display;
   const double seconds = sum.seconds + next.seconds;
   sum = next;
+  sum.dropped_before_display = dropped;
   sum.shown = shown;
   sum.seconds = seconds;
   sum.device_losses = losses;
@@ -127,7 +131,8 @@ void run_on_device(Pipeline& pipeline, LiveSession& session, const LiveOptions& 
   add_to(report, viewer->run());
   if (session.device_lost) {
     engine.join();
-    return drop_results(session, latency);
+    report.dropped_before_display += drop_results(session, latency);
+    return;
   }
   engine.stop();
   session.rethrow();
@@ -174,7 +179,7 @@ LiveReport run_captured(LiveSession& session, const OpenSource& open, const Live
   report.captured = session.captured;
   report.processed = session.processed;
   report.dropped_before_engine = session.to_engine.displaced() + session.passed_over;
-  report.dropped_before_display = session.to_display.displaced();
+  report.dropped_before_display += session.to_display.displaced();
   if (report.processed > 0)
     report.copies_per_frame = static_cast<double>(session.copies) / static_cast<double>(report.processed);
   report.camera = session.source()->counts();

@@ -1,6 +1,7 @@
 #include "capture/serve/served_client.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace palpate {
@@ -8,6 +9,7 @@ namespace {
 
 constexpr size_t kMostTexts = 256;
 constexpr double kMostPerSecond = 200;
+constexpr std::chrono::seconds kSilent{30};
 
 }  // namespace
 
@@ -32,9 +34,10 @@ ServedClient::~ServedClient() {
 }
 
 void ServedClient::accept(const HttpRequest& request) {
-  const beast::string_view offered = request[http::field::sec_websocket_protocol];
-  const std::string chosen(chosen_protocol({offered.data(), offered.size()}));
-  ws_.set_option(websocket::stream_base::timeout{kForRequest, std::chrono::seconds(30), true});
+  const std::string chosen(protocol_of(request));
+  // One that answers no ping is gone; one that does not read is given its own time.
+  const auto silent = std::max(kSilent, std::chrono::seconds(std::llround(2 * state_.options.stall_s)));
+  ws_.set_option(websocket::stream_base::timeout{kForRequest, silent, true});
   ws_.set_option(websocket::stream_base::decorator([chosen](websocket::response_type& answer) {
     if (!chosen.empty()) answer.set(http::field::sec_websocket_protocol, chosen);
   }));
@@ -63,8 +66,10 @@ void ServedClient::pump() {
     head_ = message_head(turn.subscription, message_->time_ns);
     ws_.binary(true);
     const std::array<net::const_buffer, 2> buffers = {net::buffer(head_), net::buffer(message_->bytes)};
-    state_.count(&ServeSummary::sent);
-    return write(buffers, [this] { message_.reset(); });
+    return write(buffers, [this] {
+      message_.reset();
+      state_.count(&ServeSummary::sent);
+    });
   }
 }
 
@@ -173,6 +178,7 @@ void ServedClient::write(const Buffers& buffers, Done done) {
       return;
     self->state_.count(&ServeSummary::stalled);
     for (const Turn& turn : self->turns_) self->dropped(self->state_.hub.passed(turn.topic) - turn.sent);
+    if (self->message_) self->dropped(1);
     self->cut();
   });
   ws_.async_write(buffers, [self = shared_from_this(), done, bytes](beast::error_code error, size_t) {
