@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "capture/run/record_session.h"
+#include "palpate/error.h"
 
 namespace fs = std::filesystem;
 
@@ -90,7 +91,7 @@ std::optional<GripFrame> PairRecording::add(const Matched<FingerTouch>& pair) {
   if (!recorded.both()) recorded.skew_ns = 0;
   std::optional<GripFrame> row;
   if (recorded.left() || recorded.right())
-    row = rows_->add(recorded, 1e-9 * static_cast<double>(begin_of(recorded) - *zero_ns_));
+    attempt([&] { row = rows_->add(recorded, 1e-9 * static_cast<double>(begin_of(recorded) - *zero_ns_)); });
   if (past_[0] && past_[1]) end_rows();
   return row;
 }
@@ -99,14 +100,26 @@ std::optional<GripFrame> PairRecording::add(const Matched<FingerTouch>& pair) {
 void PairRecording::end_rows() {
   if (!rows_) return;
   written_.back().rows = rows_->rows();
-  rows_->close();
+  attempt([this] { rows_->close(); });
   rows_.reset();
+}
+
+/// Under the lock. What cannot be written any more ends the rows, whose last one is whole.
+void PairRecording::attempt(const std::function<void()>& write) {
+  try {
+    write();
+  } catch (const Error& error) {
+    written_.back().rows = rows_->rows();
+    written_.back().rows_error = error.what();
+    rows_.reset();
+  }
 }
 
 PairRecording::Written PairRecording::latest() const {
   Written latest;
   {
     const std::lock_guard lock(mutex_);
+    if (!written_.empty()) latest = written_.back();
     latest.folder = next_;
     if (rows_) latest.rows = rows_->rows();
   }

@@ -46,11 +46,13 @@ class PairRecording {
     std::filesystem::path folder;
     std::array<Recording::Written, 2> sessions;  ///< left, right
     uint64_t rows = 0;                           ///< of pairs.csv
+    std::string rows_error{};                    ///< why it or pair.json could not be written
 
     /// Why it ended early; empty: it did not.
     const std::string& error() const {
-      const std::string& left = sessions[0].status.error;
-      return left.empty() ? sessions[1].status.error : left;
+      for (const Recording::Written& session : sessions)
+        if (!session.status.error.empty()) return session.status.error;
+      return rows_error;
     }
   };
   /// `folder`: names the next recording's, which is made. `no_drop`: frames wait for the disk. Fingers,
@@ -67,7 +69,8 @@ class PairRecording {
   void stop();
   bool on() const;
   /// Each pair and each frame alone of the run, in order. The row that it becomes: frames that were not
-  /// recorded have none, and a pair of which one was is that one alone. Throws Error(Failure::Output).
+  /// recorded have none, and a pair of which one was is that one alone. A disk that refuses ends the rows,
+  /// and latest() says so.
   std::optional<GripFrame> add(const Matched<FingerTouch>& pair);
 
   /// Of the recording in hand, else of the last one; any thread.
@@ -77,6 +80,7 @@ class PairRecording {
 
  private:
   void end_rows();
+  void attempt(const std::function<void()>& write);
 
   std::function<std::filesystem::path()> folder_;
   PairInfo info_;

@@ -66,6 +66,7 @@ PairOutcome record_pair(const std::function<gpu::Context&()>& context, const Pai
   const PairRecording::Written written = recording.finish().at(0);
   outcome.sessions = written.sessions;
   outcome.rows = written.rows;
+  outcome.error = written.error();
   return outcome;
 }
 

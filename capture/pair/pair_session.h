@@ -33,11 +33,12 @@ struct PairOutcome {
   std::array<std::string, 2> inputs, sensors;
   std::array<Recording::Written, 2> sessions;  ///< of a recording
   uint64_t rows = 0;                           ///< of pairs.csv
+  std::string error;                           ///< why a recording ended early; empty: it did not
 };
 
 /// Measures and records both fingers into `out`: left/ and right/, each a session, pair.json and pairs.csv. A
-/// run that is killed leaves what each session leaves, and the rows up to then. `context`: made once all that
-/// needs no device is there. Throws Error.
+/// run that is killed leaves what each session leaves, and the rows up to then; so does one whose disk is
+/// full, which ends. `context`: made once all that needs no device is there. Throws Error.
 PairOutcome record_pair(const std::function<gpu::Context&()>& context, const PairRequest& request,
                         const RunWatch& watch);
 

@@ -80,5 +80,37 @@ TEST_F(PairProgram, ACrashLeavesBothSessionsAndTheRows) {
       EXPECT_EQ(after.at(i, column), before.at(i, column)) << i;
 }
 
+// The log of the opening, which comes with the first row, is longer than 150 kB, the frames than 400 kB.
+TEST_F(PairProgram, AFullDiskEndsBothSessionsAndKeepsWhatTheyHold) {
+  for (const rlim_t most_B : {150'000, 400'000}) {
+    const fs::path folder = folder_ / std::to_string(most_B);
+    const Ended ended = run(record(folder, "&repeat=12"), {.largest_file_bytes = most_B});
+    EXPECT_EQ(ended.exit_code, 7) << ended.err;
+    const size_t said = ended.err.find("the recording ended early: ");
+    ASSERT_NE(said, std::string::npos) << ended.err;
+    const std::string line = ended.err.substr(said);
+    EXPECT_TRUE(contains(line, "file too large")) << line;
+    EXPECT_EQ(line.find('\n'), line.size() - 1) << line;
+    const Json value = parse_json(ended.out);
+    EXPECT_EQ(value["complete"], false);
+    const Table rows(slurp(folder / "pairs.csv"));
+    rows.expect_whole();
+    EXPECT_EQ(value["rows"], rows.rows.size());
+    const bool of_frames = most_B > 300'000;
+    EXPECT_EQ(of_frames, rows.rows.size() > 0);
+    const auto into = [&](const std::string& what) { return folder_ / (what + folder.filename().string()); };
+    for (const char* side : {"left", "right"}) {
+      const Ended one = run({"process", folder / side, "--as-recorded", "--json", "--out", into(side)});
+      EXPECT_EQ(one.exit_code, 0) << one.err;
+      const Json as_recorded = parse_json(one.out)["as_recorded"];
+      EXPECT_EQ(as_recorded["different"], 0);
+      // Each frame that the session holds has its row, and a few more may that it does not.
+      EXPECT_GE(rows.rows.size(), of_frames ? as_recorded["equal"].get<size_t>() : 0);
+    }
+    const Ended again = run({"process", folder, "--json", "--out", into("again")});
+    EXPECT_EQ(again.exit_code, 0) << again.err;
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -52,7 +52,7 @@ Report record_fingers(const Common& common, const Options& options, std::array<R
         return *context;
       },
       request, run_watch(common));
-  const std::string error = recording_error({outcome.sessions.begin(), outcome.sessions.end()});
+  const std::string& error = outcome.error;
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
   Facts facts = facts_of(outcome, common.out);
   facts.json["device"] = context->report().name;
