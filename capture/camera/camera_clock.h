@@ -79,13 +79,13 @@ class FrameClock {
 
 /// Stamps of a camera's own clock on the host's CLOCK_MONOTONIC: no frame arrives before it was taken, and
 /// the one that came fastest shows how far the clocks are apart. What is left is the least time that a frame
-/// needs on its way.
+/// needs on its way. A clock that goes back was set, or its camera began anew, and so does this.
 class DeviceClock {
  public:
   /// Never after `delivered_ns`.
   int64_t on_host(int64_t stamp_ns, int64_t delivered_ns) {
     const int64_t apart_ns = delivered_ns - stamp_ns;
-    if (!started_) {
+    if (!started_ || stamp_ns < last_stamp_ns_) {
       apart_ns_ = static_cast<double>(apart_ns);
     } else {
       // The clocks may drift apart: what was seen long ago counts less and less.
@@ -94,6 +94,7 @@ class DeviceClock {
     }
     started_ = true;
     last_ns_ = delivered_ns;
+    last_stamp_ns_ = stamp_ns;
     return std::min(stamp_ns + static_cast<int64_t>(std::llround(apart_ns_)), delivered_ns);
   }
 
@@ -102,7 +103,7 @@ class DeviceClock {
  private:
   bool started_ = false;
   double apart_ns_ = 0;
-  int64_t last_ns_ = 0;
+  int64_t last_ns_ = 0, last_stamp_ns_ = 0;
 };
 
 }  // namespace palpate

@@ -113,6 +113,7 @@ struct GenicamCamera::Impl : CameraLoop {
   /// Sets up the open camera and starts its stream.
   void start() {
     const Plan plan(*device, options, needs_of(sensor));
+    device_clock = {};  // that of a camera that was off begins anew
     settings = device->start(plan.request);
     pixel_format = plan.format;
     channels = plan.channels;

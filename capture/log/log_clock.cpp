@@ -53,20 +53,21 @@ std::optional<LogClock> by_date(const LogTable& log, const FrameClock& frames, d
   const double ahead_s = 1e-9 * static_cast<double>(frames.wall->ahead_ns);
   LogClock clock{.by = LogAlignment::Date, .stretches = shifted(offset_s - ahead_s)};
   clock.sd_s = std::max(kReading_s, 1e-9 * static_cast<double>(frames.wall->error_ns));
-  if (frames.wall_end) {
-    // Where the date was set or drifted meanwhile, the truth lies between.
-    const double change_s =
-        1e-9 * std::abs(static_cast<double>(frames.wall_end->ahead_ns - frames.wall->ahead_ns));
-    clock.sd_s = std::max(*clock.sd_s, change_s / 2);
-    if (change_s > kTellingLag_s)
-      clock.warnings.push_back(text("the date was set by %.3g s while recording", change_s));
-  }
   std::vector<double> delays;
   for (size_t i = 0; i < log.rows(); ++i)
     if (std::isfinite(log.arrived_s[i])) delays.push_back(log.arrived_s[i] + ahead_s - log.stamp_s[i]);
+  const auto [least, most] = std::ranges::minmax_element(delays);
+  if (frames.wall_end) {
+    const double change_s =
+        1e-9 * std::abs(static_cast<double>(frames.wall_end->ahead_ns - frames.wall->ahead_ns));
+    // Where the date was set or drifted meanwhile, the truth lies between, unless all lines arrived as if it
+    // had not been.
+    if (delays.empty() || *most - *least > change_s / 2) clock.sd_s = std::max(*clock.sd_s, change_s / 2);
+    if (change_s > kTellingLag_s)
+      clock.warnings.push_back(text("the date was set by %.3g s while recording", change_s));
+  }
   if (delays.empty()) return overlaps(log, clock, frames) ? std::optional(clock) : std::nullopt;
-  const double least_s = *std::min_element(delays.begin(), delays.end());
-  if (least_s > -0.001 && least_s < kLatest_s) return clock;
+  if (*least > -0.001 && *least < kLatest_s) return clock;
   return std::nullopt;
 }
 

@@ -229,5 +229,20 @@ TEST(DeviceClock, IsTheHostsByTheFrameThatCameFastest) {
   EXPECT_LT(spread_ns, 500'000) << "ways scatter by 10 ms, times do not";
 }
 
+TEST(DeviceClock, FollowsOneThatIsSetByAnHour) {
+  constexpr int64_t kHour_ns = 3'600'000'000'000;
+  for (const int64_t set_ns : {kHour_ns, -kHour_ns}) {
+    DeviceClock clock;
+    for (int64_t i = 0; i < 300; ++i) {
+      const int64_t taken_ns = 2 * kHour_ns + i * 33'000'000;
+      const int64_t stamp_ns = taken_ns + kHour_ns / 3 + (i >= 100 ? set_ns : 0);
+      const int64_t delivered_ns = taken_ns + 2'000'000 + (i % 7) * 1'000'000;
+      const int64_t off_ns = clock.on_host(stamp_ns, delivered_ns) - taken_ns;
+      EXPECT_GE(off_ns, 0) << i;
+      EXPECT_LE(off_ns, 8'100'000) << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -228,9 +228,17 @@ TEST(LogClocks, SayWhatStampsDoNot) {
   // The date was set by a third of a second while recording.
   FrameClock set = simulated_frames();
   set.wall_end->ahead_ns += 333'000'000;
-  const AlignedLog moved = align_log(simulated_log(LogStamps::Realtime, kAhead_s + kHost_s, true), set);
-  EXPECT_TRUE(contains(describe(moved), "the date was set by 0.333 s")) << describe(moved);
-  EXPECT_GT(*moved.clock.sd_s, 0.1);
+  for (const bool arrivals : {true, false}) {
+    const AlignedLog moved = align_log(simulated_log(LogStamps::Realtime, kAhead_s + kHost_s, arrivals), set);
+    EXPECT_TRUE(contains(describe(moved), "the date was set by 0.333 s")) << describe(moved);
+    // All lines arrived as if it had not been, or nobody knows.
+    EXPECT_EQ(*moved.clock.sd_s < 0.001, arrivals);
+    EXPECT_EQ(*moved.clock.sd_s > 0.1, !arrivals);
+  }
+  LogTable stepped = simulated_log(LogStamps::Realtime, kAhead_s + kHost_s, true);
+  for (size_t i = stepped.rows() / 2; i < stepped.rows(); ++i) stepped.stamp_s[i] -= 0.333;
+  set.wall_end->ahead_ns -= 666'000'000;
+  EXPECT_GT(*align_log(stepped, set).clock.sd_s, 0.1);
   const AlignedLog arrived = align_log(simulated_log(LogStamps::None, 0, true), simulated_frames());
   EXPECT_EQ(arrived.clock.by, LogAlignment::Arrival);
   EXPECT_FALSE(arrived.clock.sd_s);

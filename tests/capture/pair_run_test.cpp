@@ -38,6 +38,26 @@ class Unplugged : public SyntheticSensor {
   std::function<bool()> cancelled_;
 };
 
+/// A camera or recording whose clock is another one for a while, from some frame on until before another.
+class SetClock : public SyntheticSensor {
+ public:
+  SetClock(const SyntheticOptions& options, bool live, int64_t by_ns, uint64_t from, uint64_t to)
+      : SyntheticSensor(options), live_(live), by_ns_(by_ns), from_(from), to_(to) {}
+  bool live() const override { return live_; }
+  bool next(Frame& frame) override {
+    if (!SyntheticSensor::next(frame)) return false;
+    if (frame.sequence >= from_ && frame.sequence < to_) frame.time_ns += by_ns_;
+    // Cameras stamp on the host's clock, which began two hours ago.
+    frame.exposed_ns = live_ ? 7'200'000'000'000 + frame.time_ns : 0;
+    return true;
+  }
+
+ private:
+  const bool live_;
+  const int64_t by_ns_;
+  const uint64_t from_, to_;
+};
+
 class PairRunTest : public GpuTest {
  protected:
   PairRunTest() {
@@ -118,6 +138,46 @@ TEST_F(PairRunTest, OneLosesItsCameraAndTheOtherGoesOn) {
   EXPECT_EQ(of(Side::Right).size(), 360u);
   ASSERT_GE(states.size(), 1u);
   EXPECT_NE((states.front() + states.back()).find("unplugged"), std::string::npos) << states.front();
+}
+
+// Frames of another time go out alone. A recording that jumps ahead waits, as one that has a gap, until the
+// other one gets there or ends; one that jumps back does not, and pairs come again with the time.
+TEST_F(PairRunTest, RecordingsWhoseTimeJumpsByAnHourComeOutWhole) {
+  constexpr int64_t kHour_ns = 3'600'000'000'000;
+  for (const int64_t by_ns : {kHour_ns, -kHour_ns})
+    for (const uint64_t to : {200u, 1000u}) {
+      pairs_.clear();
+      PairFinger left = finger(Side::Left);
+      left.open = [&] { return std::make_shared<SetClock>(scene_[0], false, by_ns, 100, to); };
+      const PairReport report = run_pair(context(), {left, finger(Side::Right)}, options_);
+      EXPECT_EQ(of(Side::Left).size(), 360u);
+      EXPECT_EQ(of(Side::Right).size(), 360u);
+      const uint64_t single = by_ns < 0 && to == 200 ? 100 : 260;
+      EXPECT_EQ(report.skew.pairs(), 360 - single) << by_ns << ' ' << to;
+      EXPECT_EQ(report.alone, (std::array{single, single}));
+      EXPECT_NEAR(report.skew.mean_ms(), 4, 1e-6);
+    }
+}
+
+TEST_F(PairRunTest, ACamerasFramesWaitForNoTimeThatDoesNotCome) {
+  constexpr int64_t kHour_ns = 3'600'000'000'000;
+  for (const int64_t by_ns : {kHour_ns, -kHour_ns}) {
+    pairs_.clear();
+    std::array<PairFinger, 2> both = {finger(Side::Left), finger(Side::Right)};
+    for (const Side side : kSides) {
+      both[index(side)].open = [this, side, by_ns] {
+        return std::make_shared<SetClock>(scene_[index(side)], true, side == Side::Left ? by_ns : 0, 100,
+                                          1000);
+      };
+      both[index(side)].options.unpaced = false;
+    }
+    const PairReport report = run_pair(context(), both, options_);
+    for (const Side side : kSides) {
+      EXPECT_EQ(of(side).size(), report.fingers[index(side)].processed);
+      EXPECT_EQ(report.fingers[index(side)].captured, 360u);
+      EXPECT_GE(report.alone[index(side)] + 100, of(side).size());
+    }
+  }
 }
 
 TEST_F(PairRunTest, ALostDeviceIsOpenedAnewForBoth) {

@@ -1,4 +1,8 @@
 // Logs of a robot on the command line: recorded beside frames, brought to their clock, read at each frame.
+#include <csignal>
+#include <ctime>
+
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -88,6 +92,57 @@ TEST_F(LogProgram, WhatCannotBeUsedIsRefusedInOneLine) {
   expect_refusal(with("udp:9750"), 2, {"a file for the log of a recording"});
   expect_refusal({"record", scene_, "--out", folder_ / "s", "--log", "udp:x"}, 2, {"a port from 0 to 65535"});
   EXPECT_FALSE(fs::exists(folder_ / "s" / "frames.mkv"));
+}
+
+double now_s(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// The column z_mm is the monotonic clock. Somebody sets the date while palpate records: its monotonic stamps,
+// and a log of another machine whose date nobody has set, are where they were.
+TEST_F(LogProgram, ADateThatIsSetMeanwhileChangesItsOwnOffsetAlone) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "NOT CHECKED: sanitizers want to be loaded first";
+#endif
+  const fs::path robot = folder_ / "robot.csv", step = folder_ / "step", session = folder_ / "session";
+  spill(robot, "time_s,z_mm\n");
+  std::ofstream lines(robot, std::ios::app);
+  const pid_t child =
+      start({"record", scene_ + "&repeat=0", "--rate", "60", "--log", robot, "--out", session},
+            {.environment = {{"LD_PRELOAD", PALPATE_STEPPING_CLOCK}, {"PALPATE_DATE_STEP", step.string()}}});
+  const auto frames = [&](ptrdiff_t more_than) {
+    return eventually([&] {
+      lines << std::fixed << now_s(CLOCK_REALTIME) << ',' << now_s(CLOCK_MONOTONIC) << std::endl;
+      const std::string rows = fs::exists(session / "frames.csv") ? slurp(session / "frames.csv") : "";
+      return std::count(rows.begin(), rows.end(), '\n') > more_than;
+    });
+  };
+  ASSERT_TRUE(frames(60));
+  spill(step, "3600");
+  ASSERT_TRUE(frames(120));
+  spill(step, "-7200");
+  ASSERT_TRUE(frames(180));
+  kill(child, SIGINT);
+  const std::string said = finish(child).out;
+  EXPECT_TRUE(contains(said, "the date was set by 7.2e+03 s while recording")) << said;
+  const Json info = parse_json(slurp(session / "session.json"));
+  const auto ahead_s = [](const Json& of) { return 1e-9 * of["clock"]["realtime_ahead_ns"].get<double>(); };
+  EXPECT_NEAR(ahead_s(info["end"]) - ahead_s(info), -7200, 1);
+  EXPECT_LT(parse_json(slurp(session / "log" / "robot.json"))["sd_s"], 60);
+  ASSERT_EQ(run({"process", session, "--out", folder_ / "again"}).exit_code, 0);
+  const Table rows(slurp(session / "frames.csv")), log(slurp(folder_ / "again" / "robot_log.csv"));
+  ASSERT_GT(rows.rows.size(), 180u);
+  size_t known = 0;
+  for (size_t i = 1; i < rows.rows.size(); ++i) {
+    EXPECT_NEAR(rows.number(i, "time_s") - rows.number(i - 1, "time_s"), 1. / 60, 1e-6);
+    EXPECT_GT(rows.number(i, "host_delivered_ns"), rows.number(i - 1, "host_delivered_ns"));
+    if (i >= log.rows.size() || log.at(i, "z_mm").empty()) continue;
+    EXPECT_NEAR(log.number(i, "z_mm"), 1e-9 * rows.number(i, "host_delivered_ns"), 60);
+    ++known;
+  }
+  EXPECT_GT(known, 60u);
 }
 
 }  // namespace
