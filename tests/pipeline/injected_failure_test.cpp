@@ -372,6 +372,30 @@ TEST_F(FailingProgram, ARecordingOutlivesItsDevice) {
   }
 }
 
+// One device of two fingers: whichever finds it lost, both go on, and so do their pairs.
+TEST_F(FailingProgram, BothFingersOutliveTheirDevice) {
+  for (const auto& [name, around] :
+       {std::pair{"lost", failing("vkQueueSubmit2", 90)}, {"lost waiting", failing("vkWaitForFences", 90)}}) {
+    SCOPED_TRACE(name);
+    const fs::path out = folder_ / name;
+    const std::string scene = "synthetic:grip?size=96x80&side=";
+    const Ended ended =
+        run({"record", "--left", scene + "left", "--right", scene + "right", "--out", out, "--json"}, around);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_TRUE(contains(ended.err, "opened anew")) << ended.err;
+    const Json value = parse_json(ended.out);
+    EXPECT_EQ(value["pairs"], 180);
+    for (const char* side : {"left", "right"}) {
+      EXPECT_EQ(value[side]["device_losses"], 1) << side;
+      EXPECT_EQ(value[side]["processed"], 180) << side;
+      const Table rows(slurp(out / side / "frames.csv"));
+      rows.expect_whole();
+      ASSERT_EQ(rows.rows.size(), 180u);
+      for (size_t i = 0; i < 180; ++i) EXPECT_EQ(rows.at(i, "measured"), "1") << side << ' ' << i;
+    }
+  }
+}
+
 // A device that is lost before it has measured anything is not opened for ever.
 TEST_F(FailingProgram, ADeviceThatMeasuresNothingIsGivenUp) {
   const fs::path out = folder_ / "out";
