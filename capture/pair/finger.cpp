@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "capture/live/patience.h"
 #include "capture/open_source.h"
 #include "palpate/error.h"
 
@@ -14,7 +15,10 @@ OpenFinger::OpenFinger(RunSettings settings, bool again, const RunWatch& watch)
     found.outputs = found.session->outputs;
   }
   source = open_source(found.input, found.sensor);
-  source->watch([&watch] { return watch.stopped(); });
+  source->watch(
+      [&watch, from = source.get(), patience = Patience(settings.patience_s, found.input)]() mutable {
+        return watch.stopped() || patience.over(*from);
+      });
   background = load_background(found.input, found.sensor, *source);
   pipeline = pipeline_options(settings, found.outputs, *source);
   if (pipeline.separate)

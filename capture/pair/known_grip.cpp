@@ -1,5 +1,6 @@
 #include "capture/pair/known_grip.h"
 
+#include <cmath>
 #include <utility>
 
 #include "capture/files/measurements.h"
@@ -69,9 +70,13 @@ std::optional<KnownGrip> simulated_grip(const std::string& left, const std::stri
   const double end_s = frames ? 1 + static_cast<double>(*frames) / scene.rate_Hz : kEndless_s;
   const GripScript script(scene);
   std::vector<double> times_s, openings_mm;
-  for (int k = 0; kLogStep_s * k < end_s; ++k) {
-    times_s.push_back(kLogStep_s * k);
-    openings_mm.push_back(script.at(times_s.back()).opening_mm);
+  const double round_steps = script.round_s() / kLogStep_s;
+  const bool repeats = std::abs(round_steps - std::round(round_steps)) < 1e-6;  // step by step
+  for (size_t k = 0; kLogStep_s * static_cast<double>(k) < end_s; ++k) {
+    times_s.push_back(kLogStep_s * static_cast<double>(k));
+    const bool again = repeats && static_cast<double>(k) > round_steps;
+    openings_mm.push_back(again ? openings_mm[k - static_cast<size_t>(std::round(round_steps))]
+                                : script.at(times_s.back()).opening_mm);
   }
   grip.opening = OpeningSeries(std::move(times_s), std::move(openings_mm));
   return grip;

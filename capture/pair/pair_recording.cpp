@@ -99,7 +99,7 @@ std::optional<GripFrame> PairRecording::add(const Matched<FingerTouch>& pair) {
 /// Under the lock.
 void PairRecording::end_rows() {
   if (!rows_) return;
-  written_.back().rows = rows_->rows();
+  written_.back().rows = last_rows_ = rows_->rows();
   attempt([this] { rows_->close(); });
   rows_.reset();
 }
@@ -121,7 +121,7 @@ PairRecording::Written PairRecording::latest() const {
     const std::lock_guard lock(mutex_);
     if (!written_.empty()) latest = written_.back();
     latest.folder = next_;
-    if (rows_) latest.rows = rows_->rows();
+    latest.rows = rows_ ? rows_->rows() : last_rows_;
   }
   for (const Side side : kSides) latest.sessions[index(side)] = fingers_[index(side)]->latest();
   return latest;

@@ -90,6 +90,7 @@ class PairRecording {
   std::optional<int64_t> zero_ns_;  ///< of the run
   mutable std::mutex mutex_;
   std::optional<PairRows> rows_;
+  uint64_t last_rows_ = 0;        ///< of the recording before
   std::array<bool, 2> past_{};    ///< a frame has come that was taken after stop()
   std::vector<Written> written_;  ///< since finish(); the sessions are being written
 };

@@ -42,8 +42,8 @@ class FrameTime {
 class SharedDevice {
  public:
   /// `opened`: called while nobody uses it.
-  SharedDevice(gpu::Context& context, int users, std::function<void()> opened)
-      : context_(context), on_open_(std::move(opened)), users_(users) {}
+  SharedDevice(gpu::Context& context, const PairOptions& options, std::function<void()> opened)
+      : context_(&context), options_(options), on_open_(std::move(opened)), users_(options.viewer ? 3 : 2) {}
 
   gpu::Context& reopen() {
     std::unique_lock lock(mutex_);
@@ -52,7 +52,7 @@ class SharedDevice {
     if (waiting_ == users_) open();
     changed_.wait(lock, [&] { return opened_ != before; });
     if (error_) std::rethrow_exception(error_);
-    return context_;
+    return *context_;
   }
   /// One of them has ended.
   void leave() {
@@ -64,7 +64,10 @@ class SharedDevice {
  private:
   void open() {
     try {
-      context_.reopen();
+      if (options_.reopen_device)
+        context_ = &options_.reopen_device(*context_);
+      else
+        context_->reopen();
     } catch (...) {
       error_ = std::current_exception();
     }
@@ -74,7 +77,8 @@ class SharedDevice {
     changed_.notify_all();
   }
 
-  gpu::Context& context_;
+  gpu::Context* context_;
+  const PairOptions& options_;
   std::function<void()> on_open_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -138,7 +142,7 @@ class PairRun {
  public:
   PairRun(gpu::Context& context, const std::array<PairFinger, 2>& fingers, const PairOptions& options)
       : options_(options),
-        device_(context, options.viewer ? 3 : 2, [this] { forget_loss(); }),
+        device_(context, options, [this] { forget_loss(); }),
         in_step_(std::ranges::all_of(
             fingers, [](const PairFinger& f) { return f.options.measure_all && f.options.unpaced; })),
         matcher_(std::llround(0.5e9 * options.period_s), in_step_ ? SIZE_MAX : options.most_waiting) {
@@ -187,7 +191,9 @@ class PairRun {
     std::thread thread;
     LiveReport report;
     std::exception_ptr error;
+    // Of the caller's thread:
     std::string state;  ///< as told last
+    bool over = false;  ///< all that it measured is with its viewer
     FrameTime time;     // of its engine's thread
     // Under the pair's lock:
     int64_t newest_ns = INT64_MIN;
@@ -219,12 +225,13 @@ class PairRun {
     options.on_device_lost = [this, side](const DeviceLost& lost) { tell_other(side, lost); };
     options.reopen_device = [this](gpu::Context&) -> gpu::Context& { return device_.reopen(); };
     try {
-      finger.report = options_.viewer
-                          ? run_session(*finger.session, context, given.open, given.run, options,
-                                        [&](LiveSession& session, LatencyLog& latency, const Pipeline&) {
-                                          return make_shown(finger, session, latency, options);
-                                        })
-                          : run_without_window(*finger.session, context, given.open, given.run, options);
+      MakeViewer viewer = given.viewer;
+      if (options_.viewer)
+        viewer = [&](LiveSession& session, LatencyLog& latency, const Pipeline&) {
+          return make_shown(finger, session, latency, options);
+        };
+      finger.report = viewer ? run_session(*finger.session, context, given.open, given.run, options, viewer)
+                             : run_without_window(*finger.session, context, given.open, given.run, options);
     } catch (...) {
       finger.error = std::current_exception();
     }
@@ -370,12 +377,15 @@ class PairRun {
     } else if (const std::shared_ptr<Source> source = finger.session->source()) {
       state = source->state();
     }
-    if (state == finger.state) return;
-    finger.state = state;
-    if (!state.empty()) {
+    // A viewer may keep the last results while the other finger goes on.
+    const bool over = finger.session->to_display.finished();
+    if (over != finger.over || (state != finger.state && !state.empty())) {
       const std::lock_guard lock(mutex_);
       give(matcher_.leave(side));
     }
+    finger.over = over;
+    if (state == finger.state) return;
+    finger.state = state;
     if (options_.on_state) options_.on_state(side, state);
   }
 

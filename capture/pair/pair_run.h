@@ -19,12 +19,13 @@ struct FingerTouch {
   int64_t time_ns = 0;  ///< exposure: CLOCK_MONOTONIC of a camera, a recording's own time otherwise
 };
 
-/// One finger as a live session of its own. Of the options' hooks `on_frame`, `interrupted`, `outlive_device`
-/// and those of a lost device belong to the pair.
+/// One finger as a live session of its own. Of the options' hooks `on_frame`, `interrupted` and those of a
+/// lost device belong to the pair.
 struct PairFinger {
   OpenSource open;
   MeasuredRun run;
   LiveOptions options;
+  MakeViewer viewer = {};  ///< on the finger's thread, and ends once the run is interrupted; unset: none
 };
 
 /// A finger as it runs.
@@ -63,7 +64,8 @@ struct PairOptions {
   std::function<bool()> interrupted;  ///< as LiveOptions has it
   std::function<void(uint64_t captured)>
       on_progress;  ///< frames of both, on the caller's thread, now and then
-  std::function<void(const DeviceLost&)> on_device_lost;  ///< opened anew for both
+  std::function<void(const DeviceLost&)> on_device_lost;      ///< opened anew for both
+  std::function<gpu::Context&(gpu::Context&)> reopen_device;  ///< as LiveOptions has it
 };
 
 struct PairReport {

@@ -40,23 +40,42 @@ PairOutcome measure(gpu::Context& context, const Fingers& fingers, const PairReq
 
 }  // namespace
 
+OpenPair open_pair(const PairRequest& request, const RunWatch& watch) {
+  std::optional<KnownGrip> grip;
+  if (!request.grip.empty()) grip = known_grip(load_grip(request.grip));
+  OpenPair pair{{OpenFinger(request.fingers[0], false, watch), OpenFinger(request.fingers[1], false, watch)},
+                std::move(grip),
+                {}};
+  if (!pair.grip) pair.grip = simulated_grip(pair.fingers[0].found.input, pair.fingers[1].found.input);
+  pair.info = pair_info(pair.fingers);
+  return pair;
+}
+
+OpenPair open_recorded_pair(const fs::path& folder, const RunWatch& watch) {
+  const PairInfo info = read_pair_info(folder);
+  std::optional<KnownGrip> grip;
+  if (info.grip) grip = known_grip(*info.grip);
+  std::array<RunSettings, 2> settings;
+  for (const Side side : kSides) settings[index(side)].input = finger_folder(folder, side).string();
+  return {{OpenFinger(settings[0], true, watch), OpenFinger(settings[1], true, watch)},
+          std::move(grip),
+          {.inputs = info.inputs, .period_s = info.period_s, .grip = {}, .skew = {}, .alone = {}}};
+}
+
 PairOutcome record_pair(const std::function<gpu::Context&()>& context, const PairRequest& request,
                         const RunWatch& watch) {
   if (fs::exists(request.out / kPairJson))
     throw Error(Failure::Output, "a folder without a session to record to",
                 "'" + (request.out / kPairJson).string() + "'", "another --out folder");
-  std::optional<KnownGrip> grip;
-  if (!request.grip.empty()) grip = known_grip(load_grip(request.grip));
-  Fingers fingers = {OpenFinger(request.fingers[0], false, watch),
-                     OpenFinger(request.fingers[1], false, watch)};
-  if (!grip) grip = simulated_grip(fingers[0].found.input, fingers[1].found.input);
+  OpenPair open = open_pair(request, watch);
+  Fingers& fingers = open.fingers;
   gpu::Context& device = context();
-  PairRecording recording([&request] { return request.out; }, fingers, device, std::move(grip),
+  PairRecording recording([&request] { return request.out; }, fingers, device, std::move(open.grip),
                           request.fingers[0].no_drop, watch);
   recording.start();
   for (const Side side : kSides) fingers[index(side)].live.recording = &recording.of(side);
   PairOptions options;
-  options.period_s = pair_info(fingers).period_s;
+  options.period_s = open.info.period_s;
   options.on_pair = [&](const Matched<FingerTouch>& pair) {
     const std::optional<GripFrame> row = recording.add(pair);
     if (row && request.on_row) request.on_row(*row);
@@ -77,13 +96,8 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
   if (fs::equivalent(folder, out, code))
     throw Error(Failure::Output, "a folder of its own for the results",
                 "'" + out.string() + "', which is measured", "another --out folder");
-  const PairInfo info = read_pair_info(folder);
-  std::optional<KnownGrip> grip;
-  if (info.grip) grip = known_grip(*info.grip);
-  PairRequest request;
-  for (const Side side : kSides) request.fingers[index(side)].input = finger_folder(folder, side).string();
-  Fingers fingers = {OpenFinger(request.fingers[0], true, watch),
-                     OpenFinger(request.fingers[1], true, watch)};
+  OpenPair open = open_recorded_pair(folder, watch);
+  Fingers& fingers = open.fingers;
   make_output_folder(out);
   std::array<std::optional<Measurements>, 2> measurements;
   for (const Side side : kSides) {
@@ -94,18 +108,17 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
                  MeasuredColumns::of(finger.found.sensor, finger.found.outputs));
     finger.live.on_result = [&rows](const Touch& touch) { rows->add(touch, nullptr); };
   }
-  PairRows rows(out, {.inputs = info.inputs, .period_s = info.period_s, .grip = {}, .skew = {}, .alone = {}},
-                std::move(grip));
+  PairRows rows(out, open.info, std::move(open.grip));
   std::optional<int64_t> zero_ns;
   PairOptions options;
-  options.period_s = info.period_s;
+  options.period_s = open.info.period_s;
   options.on_pair = [&](const Matched<FingerTouch>& pair) {
     if (!zero_ns) zero_ns = begin_of(pair);
     const GripFrame row = rows.add(pair, 1e-9 * static_cast<double>(begin_of(pair) - *zero_ns));
     if (on_row) on_row(row);
   };
   options.interrupted = [&watch] { return watch.stopped(); };
-  PairOutcome outcome = measure(context(), fingers, request, std::move(options), watch);
+  PairOutcome outcome = measure(context(), fingers, {}, std::move(options), watch);
   rows.close();
   for (std::optional<Measurements>& one : measurements) one->close();
   outcome.rows = rows.rows();

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "capture/live/recorder.h"
+#include "capture/pair/finger.h"
 #include "capture/pair/pair_files.h"
 #include "capture/pair/pair_run.h"
 #include "capture/run/run_settings.h"
@@ -27,6 +28,17 @@ struct PairRequest {
   std::function<void(const DeviceLost&)> on_device_lost;         ///< likewise
   std::function<void(const GripFrame&)> on_row;                  ///< each row of pairs.csv
 };
+
+/// Both fingers, ready to be measured together.
+struct OpenPair {
+  std::array<OpenFinger, 2> fingers;
+  std::optional<KnownGrip> grip;
+  PairInfo info;  ///< inputs and period
+};
+/// `watch` outlives it. Throws Error.
+OpenPair open_pair(const PairRequest& request, const RunWatch& watch);
+/// Of the folder of a recorded pair: with its own sensors, settings, period and grip. Throws Error.
+OpenPair open_recorded_pair(const std::filesystem::path& folder, const RunWatch& watch);
 
 struct PairOutcome {
   PairReport run;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "capture/synthetic/contact.h"
@@ -512,10 +513,13 @@ GripScript::GripScript(const SyntheticOptions& options)
     : impl_(std::make_unique<Impl>(left_finger(options))) {}
 GripScript::~GripScript() = default;
 
+double GripScript::round_s() const {
+  return impl_->options.repeat == 1 ? std::numeric_limits<double>::infinity() : impl_->scene.duration_s();
+}
+
 GripTruth GripScript::at(double time_s) const {
   const auto& [options, scene, rules, pad] = *impl_;
-  const Keyframe k =
-      palpate::at(scene.keyframes, options.repeat == 1 ? time_s : std::fmod(time_s, scene.duration_s()));
+  const Keyframe k = palpate::at(scene.keyframes, std::fmod(time_s, round_s()));
   GripTruth truth;
   truth.force_N = k.force_N * rules.force_scale;
   // More than friction holds slips through the fingers.

@@ -62,6 +62,8 @@ class GripScript {
   explicit GripScript(const SyntheticOptions& options);
   ~GripScript();
   GripTruth at(double time_s) const;
+  /// After which it begins again; infinite: it does not.
+  double round_s() const;
 
  private:
   struct Impl;

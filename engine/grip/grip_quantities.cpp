@@ -34,8 +34,10 @@ constexpr MeasuredQuantity<F> kGrip[] = {
      Number,
      "Exposure since the first row, of a pair the middle of both frames.",
      seconds},
-    grip_field<&F::left>("left_frame", "", 0, "Number of the left frame; empty: the right one is alone."),
-    grip_field<&F::right>("right_frame", "", 0, "Number of the right frame; empty: the left one is alone."),
+    grip_field<&F::left>("left_frame", "", 0, "Number of the left frame; empty: the right one is alone.",
+                         {.none = true}),
+    grip_field<&F::right>("right_frame", "", 0, "Number of the right frame; empty: the left one is alone.",
+                          {.none = true}),
     grip_field<&F::skew_ms>("skew_ms", "ms", kLengthPlaces,
                             "Time of the right frame less that of the left one.", {.row = {"skew", 2, true}}),
     of_grip<&Grip::force_N>("grip_force_N", "N", kForcePlaces, "Mean of both normal forces.",
@@ -58,7 +60,7 @@ constexpr MeasuredQuantity<F> kGrip[] = {
                              "the skin of the pads.",
                              {.state = "turn_state", .row = {"turn", 1, true, "deg", 57.29578}}),
     of_grip<&Grip::slip>("grip_slip", "", kRatioPlaces, "Slip of either finger: the worse of both.",
-                         {.row = {"stick or slip"}}),
+                         {.none = true, .row = {"stick or slip"}}),
     grip_field<&F::opening_mm>("opening_mm", "mm", kLengthPlaces, "Opening of the gripper, as it was told.",
                                {.row = {"opening", 2}}),
     of_grip<&Grip::thickness_mm>("thickness_mm", "mm", kLengthPlaces,
@@ -70,7 +72,8 @@ constexpr MeasuredQuantity<F> kGrip[] = {
     of_grip<&Grip::stiffness>("stiffness_state", "", kRatioPlaces,
                               "`known`, `force in doubt` (not valid, as its state says), `not gripped`, "
                               "`thickness not known` or `not "
-                              "identifiable`: the object gave way by too little for the errors stated."),
+                              "identifiable`: the object gave way by too little for the errors stated.",
+                              {.none = true}),
 };
 
 }  // namespace

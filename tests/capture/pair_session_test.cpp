@@ -98,6 +98,15 @@ TEST_F(PairSession, SaysTheTruthOfTheObject) {
   EXPECT_NEAR(hardest->stiffness_N_per_mm.value, 1.5, 0.05);
 }
 
+TEST_F(PairSession, AnEndlessGripKnowsItsOpeningInEachRound) {
+  const std::string object = "size=64x48&repeat=0&side=";
+  const auto grip = simulated_grip(finger(Side::Left, object), finger(Side::Right, object));
+  ASSERT_TRUE(grip);
+  const GripScript script(parse_synthetic(finger(Side::Left, object)));
+  for (double time_s = 0; time_s < 20; time_s += 0.31)
+    EXPECT_NEAR(grip->opening.at(time_s).value, script.at(time_s).opening_mm, 1e-6) << time_s;
+}
+
 TEST_F(PairSession, MeasuredAgainIsTheSame) {
   record(folder_ / "a");
   EXPECT_TRUE(is_pair_session(folder_ / "a"));

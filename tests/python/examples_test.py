@@ -32,12 +32,13 @@ def test_the_readme_s_code_runs(press, tmp_path, monkeypatch, capsys):
     (tmp_path / "press").symlink_to(press)
     monkeypatch.chdir(tmp_path)
     blocks = blocks_of("viz/python/README.md")
-    assert len(blocks) == 7
+    assert len(blocks) == 8
     names = {}
     for block in blocks:
         exec(compile(block, "README.md", "exec"), names)
     said = capsys.readouterr().out
     assert names["hill"].shape == (480, 640)
+    assert names["both"][0].shape == names["both"][1].shape == (120, 160)
     assert "0.84 ± 0.01 N 0.8397 0.0121 valid\n9.5 ± 0.1 N (above range) False nan\n" in said
     assert (tmp_path / "pad_calibrated.json").exists()
     assert names["m"].reliable and names["s"].islands == 1

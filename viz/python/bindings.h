@@ -20,6 +20,7 @@ void bind_machine(pybind11::module_& module);
 void bind_match(pybind11::module_& module);
 void bind_mechanics(pybind11::module_& module);
 void bind_optics(pybind11::module_& module);
+void bind_pair_live(pybind11::module_& module);
 void bind_profile(pybind11::module_& module);
 void bind_recordings(pybind11::module_& module);
 void bind_sensor(pybind11::module_& module);

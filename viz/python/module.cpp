@@ -32,6 +32,7 @@ PYBIND11_MODULE(_palpate, module) {
   bind_settings(module);
   bind_touch(module);
   bind_live(module);
+  bind_pair_live(module);
   bind_recordings(module);
   bind_calibrations(module);
   bind_integrate(module);

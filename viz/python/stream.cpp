@@ -143,9 +143,7 @@ std::string Stream::device_name() const {
 }
 
 void Stream::log(const std::string& name, std::string_view line) {
-  if (closed_)
-    throw Refusal{"ExpiredError", "an open stream", "a closed one",
-                  "logging within `with palpate.open(...)`"};
+  check_open("logging within `with palpate.open(...)`");
   if (!recording_)
     throw bad_argument("a stream that is recorded, to log beside it", "none",
                        "palpate.open(..., record=\"out/press1\")");
@@ -154,27 +152,6 @@ void Stream::log(const std::string& name, std::string_view line) {
 
 std::optional<Recording::Written> Stream::recorded() const {
   return recording_ ? std::optional(recording_->latest()) : std::nullopt;
-}
-
-void Stream::ask() {
-  if (given_) given_->expire(session_);
-  given_.reset();
-  released_.notify_all();
-}
-
-std::shared_ptr<HeldFrame> Stream::take() {
-  if (closed_)
-    throw Refusal{"ExpiredError", "an open stream", "a closed one",
-                  "reading within `with palpate.open(...)`"};
-  if (results_.empty()) {
-    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-    return nullptr;
-  }
-  given_ = std::move(results_.front());
-  results_.pop_front();
-  ++delivered_;
-  released_.notify_all();
-  return given_;
 }
 
 /// The session, on a thread of its own; the reader gets its error after the frames before it.
@@ -215,17 +192,7 @@ void Stream::run(const Frame& background, const PipelineOptions& pipeline) {
   } catch (...) {
     fail();
   }
-  {
-    const std::lock_guard lock(mutex_);
-    finished_ = true;
-  }
-  changed_.notify_all();
-}
-
-/// With the exception that is being handled.
-void Stream::fail() {
-  const std::lock_guard lock(mutex_);
-  failure_ = std::current_exception();
+  finish();
 }
 
 gpu::Context& Stream::reopen_device() {
@@ -260,12 +227,7 @@ void Stream::offer(const Pipeline& pipeline, palpate::Measured measured) {
                                           std::move(file));
   {
     const std::lock_guard lock(mutex_);
-    if (!results_.empty()) {
-      results_.front()->expire(session_);
-      results_.pop_front();
-      ++passed_over_;
-    }
-    results_.push_back(std::move(held));
+    offer_newest(std::move(held));
   }
   changed_.notify_all();
 }

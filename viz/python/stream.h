@@ -2,9 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
-#include <deque>
-#include <exception>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -22,6 +19,7 @@
 #include "engine/base/trace.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
+#include "viz/python/handover.h"
 
 namespace palpate::python {
 
@@ -84,25 +82,12 @@ struct StreamRequest : RunSettings {
   std::string device;            ///< as shared_device() takes it
 };
 
-class Stream {
+class Stream : public Handover<HeldFrame> {
  public:
   /// Opens source and device and starts; throws what opening does, and ends early once `stop` is set.
   Stream(const StreamRequest& request, const std::atomic<bool>& stop);
-  ~Stream();
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
-
-  std::mutex& mutex() { return mutex_; }
-  std::condition_variable& changed() { return changed_; }
-  /// Under mutex(), before it is waited for ready(): the frame that was taken last expires.
-  void ask();
-  /// Under mutex(): whether take() has an answer.
-  bool ready() const { return !results_.empty() || finished_ || closed_; }
-  /// Under mutex(): the next frame, null after the last. Rethrows what ended the stream.
-  std::shared_ptr<HeldFrame> take();
-  /// Ends threads; the last frame expires. Any thread, any number of times.
-  void close();
-  bool closed() const { return closed_; }
+  ~Stream() override;
+  void close() final;
 
   const MeasuredInput& input() const { return request_.found; }
   FrameFormat format() const { return source_->format(); }
@@ -111,7 +96,6 @@ class Stream {
   bool live() const { return source_->live(); }
   bool drops() const { return drops_; }
   uint64_t dropped() const;
-  uint64_t delivered() const { return delivered_; }
   /// A line of a log beside what is recorded. Throws Refusal where nothing is.
   void log(const std::string& name, std::string_view line);
   /// Of the source, else why the trace ended early; empty where all is well.
@@ -132,8 +116,8 @@ class Stream {
   void run(const Frame& background, const PipelineOptions& pipeline);
   void hand_over(const Pipeline& pipeline);
   void offer(const Pipeline& pipeline, palpate::Measured measured);
+  void expire(HeldFrame& frame) override { frame.expire(session_); }
   void expire_all();
-  void fail();
   gpu::Context& reopen_device();
 
   StreamRequest request_;
@@ -143,16 +127,8 @@ class Stream {
   bool has_truth_ = false;
   bool drops_ = false;
   std::optional<Recording> recording_;
-  std::atomic<bool> closed_ = false;
-  std::atomic<uint64_t> delivered_ = 0, passed_over_ = 0;
-
-  mutable std::mutex mutex_;
-  std::condition_variable changed_, released_;
   std::shared_ptr<gpu::Context> device_;
-  std::deque<std::shared_ptr<HeldFrame>> results_;
-  std::shared_ptr<HeldFrame> given_;  ///< the one that was taken last
-  bool started_ = false, finished_ = false;
-  std::exception_ptr failure_;
+  bool started_ = false;
 
   std::mutex closing_;
   std::thread thread_;

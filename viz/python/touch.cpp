@@ -7,9 +7,9 @@
 
 #include "engine/base/text.h"
 #include "viz/python/arrays.h"
+#include "viz/python/bind_quantities.h"
 #include "viz/python/bindings.h"
 #include "viz/python/estimate.h"
-#include "viz/python/quantities.h"
 #include "viz/python/sensor.h"
 
 namespace palpate::python {
@@ -36,36 +36,6 @@ struct PyTruth {
 struct PyWrench {
   std::shared_ptr<HeldFrame> held;
 };
-
-/// NaN for a missing quantity that is a number, else None.
-template <typename Of>
-py::object as_python(const MeasuredQuantity<Of>& q, const Of& of) {
-  const QuantityValue value = q.value(of);
-  if (q.kind == QuantityKind::Estimated) {
-    const Estimate* known = std::get_if<Estimate>(&value);
-    const Estimate* shown = shown_estimate(q, value);
-    return py::cast(Measured{shown ? shown->value : kNone, shown ? shown->standard_error : kNone,
-                             to_string(known ? known->validity : Estimate{}.validity), q.unit});
-  }
-  if (const bool* flag = std::get_if<bool>(&value)) return py::cast(*flag);
-  if (const uint64_t* count = std::get_if<uint64_t>(&value)) return py::cast(*count);
-  if (const double* number = std::get_if<double>(&value)) return py::cast(*number);
-  if (const auto* word = std::get_if<std::string_view>(&value)) return py::cast(std::string(*word));
-  return q.kind == QuantityKind::Number && !q.none ? py::object(py::cast(kNone)) : py::none();
-}
-
-/// Each quantity as an attribute; `of` gives what has them.
-template <typename Class, typename Of, typename Get>
-void bind_quantities(Class& bound, std::span<const MeasuredQuantity<Of>> quantities, Get of,
-                     std::string_view prefix = "") {
-  each_attribute(quantities, prefix, [&bound, of](const Attribute<Of>& a) {
-    const std::string doc = documentation(a);
-    bound.def_property_readonly(
-        a.name.c_str(),
-        [&q = a.quantity, of](const typename Class::type& self) { return as_python<Of>(q, of(self)); },
-        doc.c_str());
-  });
-}
 
 Estimate depth_of(const Touch& touch) {
   if (!touch.surface) return {};

@@ -25,6 +25,7 @@ _FILES = {
     "_live": "Contact Estimate Sensor Stream Touch Truth Wrench open",
     "_machine": "Camera Device Recorded Simulation cameras devices record simulate",
     "_mechanics": "Compression Contacting Pressed WrenchSeries contact forward strain wrench",
+    "_pair": "Grip Pair PairRecorded PairStream open_pair record_pair",
     "_recordings": "Modulus Recording measure modulus",
     "_setup": "Check Setup check setup",
     "_tables": "Table",

@@ -14,6 +14,8 @@ version: str
 def add_module_folder(arg0: Path) -> None: ...
 def as_arguments(arg0: str) -> str: ...
 def open_stream(settings: RunSettings, drop: bool, record: str, trace: str, device: str, keep: list[str]) -> Stream: ...
+def open_pair_stream(*args: Any, **kwargs: Any) -> PairStream: ...
+def record_pair(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
 def run_settings() -> list[tuple[str, str]]: ...
 def measure(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
 def modulus(*args: Any, **kwargs: Any) -> dict[str, Any]: ...
@@ -266,6 +268,75 @@ class Stream:
         """The session of ``record=``: ``folder``, frames ``recorded``, ``dropped`` and ``measured``, ``error``."""
     @property
     def device(self) -> str: ...
+
+class Grip:
+    """What two fingers hold: a row of ``pairs.csv``.  Of a frame without a partner no number is known."""
+
+    # quantities: grip
+
+class Pair:
+    """Frames of two fingers that were taken together, or one without a partner."""
+
+    @property
+    def left(self) -> Touch | None:
+        """None: the right one is alone."""
+    @property
+    def right(self) -> Touch | None:
+        """None: the left one is alone."""
+    @property
+    def grip(self) -> Grip: ...
+    @property
+    def time_s(self) -> float:
+        """Exposure since the first row, of a pair the middle of both frames."""
+    @property
+    def skew_ms(self) -> float:
+        """Time of the right frame less that of the left one; NaN: one is alone."""
+
+class PairStream:
+    """An iterator of pairs, and of frames without a partner, in their order.
+
+    Waiting holds no lock of the interpreter and ends by Ctrl-C.
+    """
+
+    def __iter__(self) -> Self: ...
+    def __next__(self) -> Pair: ...
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *args: object) -> None: ...
+    def close(self) -> None:
+        """Ends the stream; what was read stays.  Any thread, any number of times."""
+    @property
+    def closed(self) -> bool: ...
+    @property
+    def dropped(self) -> int:
+        """Rows that nobody got, and frames of both cameras that were not measured."""
+    @property
+    def delivered(self) -> int:
+        """Rows."""
+    @property
+    def drops(self) -> bool:
+        """The newest row wins; else none is lost."""
+    @property
+    def live(self) -> bool:
+        """Of either a camera."""
+    @property
+    def warning(self) -> str: ...
+    @property
+    def state(self) -> str:
+        """Why a finger gives no frames at present, while the other goes on; empty: both do."""
+    @property
+    def device(self) -> str: ...
+    @property
+    def device_losses(self) -> int:
+        """Times that the device was lost and opened anew; frames until then expired."""
+    @property
+    def inputs(self) -> tuple[str, str]:
+        """Left, right."""
+    @property
+    def sensors(self) -> tuple[Sensor, Sensor]:
+        """Left, right."""
+    @property
+    def recorded(self) -> dict[str, Any] | None:
+        """Of ``record=``: ``folder``, ``rows`` of pairs.csv, and ``left`` and ``right`` as ``Stream.recorded``."""
 
 class PlateFit:
     """A fitted spline: ``f(xy)``, ``f.gradient(xy)``, ``f.strain(xy)``."""

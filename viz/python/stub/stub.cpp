@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "capture/files/output_file.h"
+#include "engine/grip/grip_quantities.h"
 #include "viz/python/quantities.h"
 
 namespace palpate::python {
@@ -47,6 +48,7 @@ std::string attributes_of(const std::string& list) {
   if (list == "frame") return attributes(frame_quantities());
   if (list == "touch") return own_attributes(touch_quantities());
   if (list == "wrench") return attributes(touch_quantities(), kWrench);
+  if (list == "grip") return attributes(grip_quantities());
   if (list == "truth") return attributes(true_quantities());
   throw std::logic_error("no list of quantities '" + list + "'");
 }
