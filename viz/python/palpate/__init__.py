@@ -22,6 +22,7 @@ __version__ = "@PROJECT_VERSION@"
 # Public names by the file that has them.
 _FILES = {
     "_arrays": "Heights Match PlateFit Strain ThinPlate integrate match",
+    "_export": "Exported export",
     "_live": "Contact Estimate Sensor Stream Touch Truth Wrench open",
     "_machine": "Camera Device Recorded Simulation cameras devices record simulate",
     "_mechanics": "Compression Contacting Pressed WrenchSeries contact forward strain wrench",

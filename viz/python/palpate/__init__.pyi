@@ -1,6 +1,7 @@
 from . import calibrate as calibrate, lump as lump, optics as optics, profile as profile
 from ._arrays import *
 from ._errors import *
+from ._export import *
 from ._live import *
 from ._machine import *
 from ._mechanics import *
