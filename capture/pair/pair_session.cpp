@@ -51,11 +51,11 @@ OpenPair open_pair(const PairRequest& request, const RunWatch& watch) {
   return pair;
 }
 
-OpenPair open_recorded_pair(const fs::path& folder, const RunWatch& watch) {
+OpenPair open_recorded_pair(const fs::path& folder, const RunWatch& watch, const RunSettings& given) {
   const PairInfo info = read_pair_info(folder);
   std::optional<KnownGrip> grip;
   if (info.grip) grip = known_grip(*info.grip);
-  std::array<RunSettings, 2> settings;
+  std::array<RunSettings, 2> settings = {given, given};
   for (const Side side : kSides) settings[index(side)].input = finger_folder(folder, side).string();
   return {{OpenFinger(settings[0], true, watch), OpenFinger(settings[1], true, watch)},
           std::move(grip),

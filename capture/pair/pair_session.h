@@ -37,8 +37,10 @@ struct OpenPair {
 };
 /// `watch` outlives it. Throws Error.
 OpenPair open_pair(const PairRequest& request, const RunWatch& watch);
-/// Of the folder of a recorded pair: with its own sensors, settings, period and grip. Throws Error.
-OpenPair open_recorded_pair(const std::filesystem::path& folder, const RunWatch& watch);
+/// Of the folder of a recorded pair: with its own sensors, period and grip, and its settings where `settings`
+/// leaves them open. Throws Error.
+OpenPair open_recorded_pair(const std::filesystem::path& folder, const RunWatch& watch,
+                            const RunSettings& settings = {});
 
 struct PairOutcome {
   PairReport run;

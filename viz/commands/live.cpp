@@ -61,8 +61,12 @@ Report live(const Common& common, const Options& options) {
     two.grip = options.pair.grip;
     return live_fingers(common, options, std::move(two));
   }
-  if (is_pair_session(request.input))
-    return live_fingers(common, options, recorded_pair(request.input, request));
+  if (is_pair_session(request.input)) {
+    LivePairRequest two;
+    two.fingers = {request, request};
+    two.recorded = request.input;
+    return live_fingers(common, options, std::move(two));
+  }
   request.input = options.camera.input(request.input);
   if (request.input.empty()) request.input = kDefaultInput;
   // Asked before anything else is opened: without a display there is no live view.

@@ -60,30 +60,11 @@ class PairTables {
 
 }  // namespace
 
-LivePairRequest recorded_pair(const fs::path& folder, const LiveRunRequest& settings) {
-  LivePairRequest request;
-  request.again = true;
-  for (const Side side : kSides) {
-    request.fingers[index(side)] = settings;
-    request.fingers[index(side)].input = finger_folder(folder, side).string();
-  }
-  request.grip = folder / kPairJson;
-  return request;
-}
-
 Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   const RunWatch watch{.stop = interrupted};
-  std::array<OpenFinger, 2> fingers = {OpenFinger(request.fingers[0], request.again, watch),
-                                       OpenFinger(request.fingers[1], request.again, watch)};
-  std::optional<KnownGrip> grip;
-  if (request.again) {
-    if (const PairInfo info = read_pair_info(request.grip.parent_path()); info.grip)
-      grip = known_grip(*info.grip);
-  } else if (!request.grip.empty()) {
-    grip = known_grip(load_grip(request.grip));
-  } else {
-    grip = simulated_grip(fingers[0].found.input, fingers[1].found.input);
-  }
+  OpenPair open = request.recorded.empty() ? open_pair(request, watch)
+                                           : open_recorded_pair(request.recorded, watch, request.fingers[0]);
+  auto& [fingers, grip, info] = open;
   viz::PairWindowRun shown;
   shown.window = request.shown;
   shown.grip = grip;
@@ -91,7 +72,7 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   std::optional<PairRecording> recording;
   const fs::path folder = request.out.empty() ? request.recordings : request.out;
   if (!request.out.empty()) tables.emplace(request.out, fingers, grip);
-  if (!folder.empty() && !request.again) {
+  if (!folder.empty() && request.recorded.empty()) {
     recording.emplace([folder] { return new_session_folder(folder); }, fingers, context, grip,
                       request.fingers[0].no_drop, watch);
     shown.recording = &*recording;
@@ -109,9 +90,9 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   viz::PairWindow window(context, std::move(shown));
   PairOptions options;
   options.viewer = &window;
-  options.period_s = pair_info(fingers).period_s;
+  options.period_s = info.period_s;
   options.interrupted = interrupted;
-  options.on_pair = [&](const Matched<FingerTouch>& pair) {
+  options.on_pair = [&recording, &tables, &window](const Matched<FingerTouch>& pair) {
     if (recording) recording->add(pair);
     if (tables) tables->add(pair);
     window.add(pair);

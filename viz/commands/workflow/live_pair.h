@@ -11,15 +11,12 @@
 namespace palpate {
 
 struct LivePairRequest : PairRequest {
-  bool again = false;   ///< a recorded pair, with its own settings
-  bool record = false;  ///< from the start; needs `out`
+  std::filesystem::path recorded;  ///< folder of a recorded pair, in place of two inputs; empty: none
+  bool record = false;             ///< from the start; needs `out`
   std::filesystem::path
       recordings;  ///< for sessions, snapshots and events where `out` is empty; may be empty
   viz::WindowRun shown;
 };
-
-/// The fingers of a recorded pair, with its grip.json where `grip` is empty. Throws Error(Failure::Input).
-LivePairRequest recorded_pair(const std::filesystem::path& folder, const LiveRunRequest& settings);
 
 /// Main thread. Throws Error.
 Report live_pair(gpu::Context& context, const LivePairRequest& request);
