@@ -1,10 +1,8 @@
 #include "capture/live/recorder.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
-#include <iterator>
 #include <utility>
 
 #include "capture/log/session_logs.h"
@@ -31,26 +29,12 @@ Recording::~Recording() {
   finish();
 }
 
-void Recording::log(const std::string& name, std::string_view line) {
-  const std::lock_guard lock(logs_mutex_);
-  const std::string plain = plain_log_name(name);
-  auto at = std::ranges::find_if(logs_, [&](const auto& log) { return log->name() == plain; });
-  if (at == logs_.end()) {
-    logs_.push_back(LogInput::of_program(plain));
-    at = std::prev(logs_.end());
-    const std::lock_guard session(mutex_);
-    if (current_) (*at)->write_to(current_->folder / kLogFolder);
-  }
-  (*at)->add(line);
-}
-
 void Recording::start() {
   if (on()) return;
   Current next{.folder = folder_(), .writer = {}};
   next.writer = std::make_shared<SessionWriter>(next.folder, info_, options_);
   if (cancelled_) next.writer->watch(cancelled_);
-  const std::lock_guard logs_lock(logs_mutex_);
-  for (const auto& log : logs_) log->write_to(next.folder / kLogFolder);
+  logs_.write_to(next.folder / kLogFolder);
   const std::lock_guard lock(mutex_);
   latest_ = next;
   current_ = std::move(next);
@@ -58,11 +42,7 @@ void Recording::start() {
 
 void Recording::stop() {
   if (!on()) return;
-  std::vector<LogEnding> logs;
-  {
-    const std::lock_guard logs_lock(logs_mutex_);
-    for (const auto& log : logs_) logs.push_back(log->end());
-  }
+  std::vector<LogEnding> logs = logs_.end();
   Current ended;
   {
     const std::lock_guard lock(mutex_);
@@ -79,23 +59,11 @@ void Recording::stop() {
   closing_.push_back(std::async(std::launch::async, [held = std::move(ended),
                                                      logs = std::move(logs)]() mutable {
     const Current session = std::move(held);  // its memory and files go with this call, not with its answer
-    return close(session, logs);
+    const std::vector<std::string> troubles = close_logs(logs);
+    Written written{session.folder, session.writer->close(), finish_session_logs(session.folder)};
+    written.logs.insert(written.logs.end(), troubles.begin(), troubles.end());
+    return written;
   }));
-}
-
-/// Writes what is left of a session.
-Recording::Written Recording::close(const Current& session, std::vector<LogEnding>& logs) {
-  std::vector<std::string> troubles;
-  for (LogEnding& log : logs) {
-    const LogStatus status = log.close();
-    if (status.dropped > 0)
-      troubles.push_back(
-          text("%s: %llu lines lost", status.name.c_str(), static_cast<unsigned long long>(status.dropped)));
-    if (!status.error.empty()) troubles.push_back(status.name + ": ENDED EARLY: " + status.error);
-  }
-  Written written{session.folder, session.writer->close(), finish_session_logs(session.folder)};
-  written.logs.insert(written.logs.end(), troubles.begin(), troubles.end());
-  return written;
 }
 
 bool Recording::on() const {

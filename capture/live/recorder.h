@@ -35,10 +35,10 @@ class Recording {
   Recording& operator=(const Recording&) = delete;
 
   /// Logs that each session takes with it, in a folder of its own. Before the first start.
-  void take(std::vector<std::unique_ptr<LogInput>> logs) { logs_ = std::move(logs); }
+  void take(std::vector<std::unique_ptr<LogInput>> logs) { logs_.take(std::move(logs)); }
   /// A line of a log of this program, into the session in hand; any thread. The log begins with its first
   /// line.
-  void log(const std::string& name, std::string_view line);
+  void log(const std::string& name, std::string_view line) { logs_.add(name, line); }
   /// Main thread. Begins a session; throws Error(Failure::Output). The untouched image is that of `info`.
   void start();
   /// Main thread. Ends it; its last frames are written in the background. Does not wait for the disk.
@@ -65,7 +65,6 @@ class Recording {
     std::shared_ptr<SessionWriter> writer;
   };
   std::shared_ptr<SessionWriter> writer() const;
-  static Written close(const Current& session, std::vector<LogEnding>& logs);
 
   std::function<std::filesystem::path()> folder_;
   SessionInfo info_;
@@ -73,8 +72,7 @@ class Recording {
   std::function<bool()> cancelled_;
   mutable std::mutex mutex_;
   std::optional<Current> current_;
-  mutable std::mutex logs_mutex_;
-  std::vector<std::unique_ptr<LogInput>> logs_;
+  LogSet logs_;
   Current latest_;                            // in hand or over
   std::deque<std::future<Written>> closing_;  ///< oldest first; main thread
   std::vector<Written> written_;              ///< before these

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -17,6 +18,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -27,6 +29,7 @@
 #include "capture/log/log_table.h"
 #include "engine/base/clock.h"
 #include "engine/base/readable.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -445,6 +448,49 @@ LogStatus LogEnding::close() {
 LogStatus LogInput::status() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->status;
+}
+
+void LogSet::take(std::vector<std::unique_ptr<LogInput>> logs) {
+  const std::lock_guard lock(mutex_);
+  logs_ = std::move(logs);
+}
+
+void LogSet::add(const std::string& name, std::string_view line) {
+  const std::lock_guard lock(mutex_);
+  const std::string plain = plain_log_name(name);
+  auto at = std::ranges::find_if(logs_, [&](const auto& log) { return log->name() == plain; });
+  if (at == logs_.end()) {
+    logs_.push_back(LogInput::of_program(plain));
+    at = std::prev(logs_.end());
+    if (!folder_.empty()) (*at)->write_to(folder_);
+  }
+  (*at)->add(line);
+}
+
+void LogSet::write_to(const std::filesystem::path& folder) {
+  const std::lock_guard lock(mutex_);
+  folder_ = folder;
+  for (const auto& log : logs_) log->write_to(folder);
+}
+
+std::vector<LogEnding> LogSet::end() {
+  std::vector<LogEnding> endings;
+  const std::lock_guard lock(mutex_);
+  folder_.clear();
+  for (const auto& log : logs_) endings.push_back(log->end());
+  return endings;
+}
+
+std::vector<std::string> close_logs(std::vector<LogEnding>& endings) {
+  std::vector<std::string> troubles;
+  for (LogEnding& ending : endings) {
+    const LogStatus status = ending.close();
+    if (status.dropped > 0)
+      troubles.push_back(
+          text("%s: %llu lines lost", status.name.c_str(), static_cast<unsigned long long>(status.dropped)));
+    if (!status.error.empty()) troubles.push_back(status.name + ": ENDED EARLY: " + status.error);
+  }
+  return troubles;
 }
 
 std::vector<std::unique_ptr<LogInput>> open_logs(const std::vector<std::string>& given) {

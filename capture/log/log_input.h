@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -80,6 +81,26 @@ class LogInput {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The logs of a recording: of others, and of this program from their first line on. Any thread.
+class LogSet {
+ public:
+  void take(std::vector<std::unique_ptr<LogInput>> logs);
+  /// A line of a log of this program.
+  void add(const std::string& name, std::string_view line);
+  /// Begins to write all into this folder. Throws Error(Failure::Output).
+  void write_to(const std::filesystem::path& folder);
+  /// Ends that, as LogInput has it.
+  std::vector<LogEnding> end();
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<LogInput>> logs_;
+  std::filesystem::path folder_;  ///< empty: nothing is written
+};
+
+/// Closes each; one line of each loss.
+std::vector<std::string> close_logs(std::vector<LogEnding>& endings);
 
 /// Opens each. Throws as LogInput does, also where two have one name, or both are standard input.
 std::vector<std::unique_ptr<LogInput>> open_logs(const std::vector<std::string>& given);

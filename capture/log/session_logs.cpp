@@ -181,11 +181,12 @@ FrameClock session_clock(const fs::path& session) {
   return frames;
 }
 
-std::vector<AlignedLog> session_logs(const fs::path& session, std::vector<std::string>& problems) {
+std::vector<AlignedLog> session_logs(const fs::path& session, std::vector<std::string>& problems,
+                                     const FindClock& clock) {
   std::vector<AlignedLog> logs;
   const std::vector<fs::path> files = log_files(session);
   if (files.empty()) return logs;
-  const FrameClock frames = session_clock(session);
+  const FrameClock frames = clock(session);
   for (const fs::path& file : files) try {
       logs.push_back(align_log(read_log(file, file.stem().string()), frames));
     } catch (const Error& error) {
@@ -194,10 +195,10 @@ std::vector<AlignedLog> session_logs(const fs::path& session, std::vector<std::s
   return logs;
 }
 
-std::vector<std::string> finish_session_logs(const fs::path& session) {
+std::vector<std::string> finish_session_logs(const fs::path& session, const FindClock& clock) {
   std::vector<std::string> lines;
   try {
-    for (const AlignedLog& log : session_logs(session, lines)) {
+    for (const AlignedLog& log : session_logs(session, lines, clock)) {
       const fs::path stem = session / kLogFolder / log.table.name;
       write_whole(fs::path(stem) += ".csv", csv_of(log));
       write_whole(fs::path(stem) += ".json", json_of(log).dump(2, json::Utf8::Replace) + "\n");

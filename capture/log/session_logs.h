@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -43,14 +44,18 @@ std::vector<FrameClock::Signal> strongest_signals(std::vector<FrameClock::Signal
 /// Throws Error(Failure::Input).
 FrameClock session_clock(const std::filesystem::path& session);
 
+/// Gives the clock of a folder's frames.
+using FindClock = std::function<FrameClock(const std::filesystem::path& folder)>;
+
 /// All logs of a session; none where it has none. One that cannot be read or aligned is left out, with a line
 /// in `problems` that says why.
-std::vector<AlignedLog> session_logs(const std::filesystem::path& session,
-                                     std::vector<std::string>& problems);
+std::vector<AlignedLog> session_logs(const std::filesystem::path& session, std::vector<std::string>& problems,
+                                     const FindClock& clock = session_clock);
 
 /// Writes NAME.csv (time_s, then the columns) and NAME.json (how it was aligned) beside each NAME.lines. A
 /// line of each log for people: rows, columns, alignment, notes, or why there is none. Never throws.
-std::vector<std::string> finish_session_logs(const std::filesystem::path& session);
+std::vector<std::string> finish_session_logs(const std::filesystem::path& session,
+                                             const FindClock& clock = session_clock);
 
 /// NAME.csv of a log with one row a frame: frame, time_s, and the columns at its time, empty where the log
 /// does not say. Throws Error(Failure::Output).

@@ -2,6 +2,9 @@
 
 #include <utility>
 
+#include "capture/files/measurements.h"
+#include "capture/log/session_logs.h"
+#include "capture/pair/pair_clock.h"
 #include "capture/run/record_session.h"
 #include "palpate/error.h"
 
@@ -63,11 +66,17 @@ void PairRecording::start() {
   rows_.emplace(next_, info_, grip_);
   past_ = {};
   for (const Side side : kSides) of(side).start();
+  logs_.write_to(next_ / kLogFolder);
   written_.emplace_back().folder = next_;
 }
 
 void PairRecording::stop() {
+  if (!on()) return;
   for (const Side side : kSides) of(side).stop();
+  std::vector<LogEnding> endings = logs_.end();
+  const std::vector<std::string> troubles = close_logs(endings);
+  const std::lock_guard lock(mutex_);
+  written_.back().logs = troubles;
 }
 
 bool PairRecording::on() const {
@@ -134,6 +143,11 @@ std::vector<PairRecording::Written> PairRecording::finish() {
   for (const Side side : kSides) {
     const std::vector<Recording::Written> sessions = of(side).finish();
     for (size_t i = 0; i < written_.size(); ++i) written_[i].sessions[index(side)] = sessions.at(i);
+  }
+  for (Written& one : written_) {
+    const std::vector<std::string> lines = finish_session_logs(
+        one.folder, [](const fs::path& folder) { return pair_clock(folder, folder / kPairRows); });
+    one.logs.insert(one.logs.begin(), lines.begin(), lines.end());
   }
   return std::exchange(written_, {});
 }

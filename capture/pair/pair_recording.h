@@ -47,6 +47,7 @@ class PairRecording {
     std::array<Recording::Written, 2> sessions;  ///< left, right
     uint64_t rows = 0;                           ///< of pairs.csv
     std::string rows_error{};                    ///< why it or pair.json could not be written
+    std::vector<std::string> logs{};             ///< a line of each log, as Recording has it
 
     /// Why it ended early; empty: it did not.
     const std::string& error() const {
@@ -61,6 +62,10 @@ class PairRecording {
                 const gpu::Context& context, std::optional<KnownGrip> grip, bool no_drop,
                 const RunWatch& watch);
 
+  /// Logs beside both, in a folder of the pair's own, and a line of one of this program; as Recording has
+  /// them.
+  void take(std::vector<std::unique_ptr<LogInput>> logs) { logs_.take(std::move(logs)); }
+  void log(const std::string& name, std::string_view line) { logs_.add(name, line); }
   /// Of one finger, for its LiveOptions; started and stopped by this alone.
   Recording& of(Side side) { return *fingers_[index(side)]; }
   /// Caller's thread. Throws Error(Failure::Output).
@@ -75,7 +80,7 @@ class PairRecording {
 
   /// Of the recording in hand, else of the last one; any thread.
   Written latest() const;
-  /// Ends the recording in hand and waits for the disk: all since the last call, in order.
+  /// Caller's thread. Ends the recording in hand and waits for the disk: all since the last call, in order.
   std::vector<Written> finish();
 
  private:
@@ -87,6 +92,7 @@ class PairRecording {
   std::optional<KnownGrip> grip_;
   std::filesystem::path next_;  ///< folder of the recording in hand
   std::array<std::optional<Recording>, 2> fingers_;
+  LogSet logs_;
   std::optional<int64_t> zero_ns_;  ///< of the run
   mutable std::mutex mutex_;
   std::optional<PairRows> rows_;

@@ -6,7 +6,9 @@
 
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "capture/log/session_logs.h"
 #include "capture/pair/finger.h"
+#include "capture/pair/pair_clock.h"
 #include "capture/pair/pair_recording.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -68,10 +70,12 @@ PairOutcome record_pair(const std::function<gpu::Context&()>& context, const Pai
     throw Error(Failure::Output, "a folder without a session to record to",
                 "'" + (request.out / kPairJson).string() + "'", "another --out folder");
   OpenPair open = open_pair(request, watch);
+  std::vector<std::unique_ptr<LogInput>> logs = open_logs(request.fingers[0].logs);
   Fingers& fingers = open.fingers;
   gpu::Context& device = context();
   PairRecording recording([&request] { return request.out; }, fingers, device, std::move(open.grip),
                           request.fingers[0].no_drop, watch);
+  recording.take(std::move(logs));
   recording.start();
   for (const Side side : kSides) fingers[index(side)].live.recording = &recording.of(side);
   PairOptions options;
@@ -86,6 +90,7 @@ PairOutcome record_pair(const std::function<gpu::Context&()>& context, const Pai
   outcome.sessions = written.sessions;
   outcome.rows = written.rows;
   outcome.error = written.error();
+  outcome.logs = written.logs;
   return outcome;
 }
 
@@ -110,17 +115,26 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
   }
   PairRows rows(out, open.info, std::move(open.grip));
   std::optional<int64_t> zero_ns;
+  std::vector<uint64_t> numbers;  // of the rows
+  std::vector<double> times_s;
   PairOptions options;
   options.period_s = open.info.period_s;
   options.on_pair = [&](const Matched<FingerTouch>& pair) {
     if (!zero_ns) zero_ns = begin_of(pair);
     const GripFrame row = rows.add(pair, 1e-9 * static_cast<double>(begin_of(pair) - *zero_ns));
+    numbers.push_back(numbers.size());
+    times_s.push_back(1e-9 * static_cast<double>(row.time_ns));
     if (on_row) on_row(row);
   };
   options.interrupted = [&watch] { return watch.stopped(); };
   PairOutcome outcome = measure(context(), fingers, {}, std::move(options), watch);
   rows.close();
   for (std::optional<Measurements>& one : measurements) one->close();
+  const FindClock clock = [&out](const fs::path& from) { return pair_clock(from, out / kPairRows); };
+  for (const AlignedLog& log : session_logs(folder, outcome.logs, clock)) {
+    write_log_at_frames(out / (log.table.name + "_log.csv"), log, numbers, times_s);
+    outcome.logs.push_back(describe(log));
+  }
   outcome.rows = rows.rows();
   return outcome;
 }

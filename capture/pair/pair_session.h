@@ -23,7 +23,7 @@ struct PairRequest {
   /// grip.json; empty: of two fingers of the scene grip its own, otherwise grip force and imbalance, load and
   /// turn are not known.
   std::filesystem::path grip;
-  std::filesystem::path out;                                     ///< folder to make
+  std::filesystem::path out;                                     ///< folder to make; logs are the left one's
   std::function<void(Side, const std::string& state)> on_state;  ///< as PairOptions has it
   std::function<void(const DeviceLost&)> on_device_lost;         ///< likewise
   std::function<void(const GripFrame&)> on_row;                  ///< each row of pairs.csv
@@ -48,6 +48,7 @@ struct PairOutcome {
   std::array<Recording::Written, 2> sessions;  ///< of a recording
   uint64_t rows = 0;                           ///< of pairs.csv
   std::string error;                           ///< why a recording ended early; empty: it did not
+  std::vector<std::string> logs;               ///< a line of each log beside both
 };
 
 /// Measures and records both fingers into `out`: left/ and right/, each a session, pair.json and pairs.csv. A
@@ -57,8 +58,8 @@ PairOutcome record_pair(const std::function<gpu::Context&()>& context, const Pai
                         const RunWatch& watch);
 
 /// Measures a recorded pair again with its own sensors and settings into `out`: pairs.csv, equal to the
-/// recorded one where every frame was measured then, and left/ and right/ with measurements.csv. Throws
-/// Error.
+/// recorded one where every frame was measured then, left/ and right/ with measurements.csv, and NAME_log.csv
+/// of each log at the rows. Throws Error.
 PairOutcome process_pair(const std::function<gpu::Context&()>& context, const std::filesystem::path& folder,
                          const std::filesystem::path& out,
                          const std::function<void(const GripFrame&)>& on_row, const RunWatch& watch);

@@ -3,10 +3,13 @@
 #include "capture/pair/pair_session.h"
 
 #include <atomic>
+#include <fstream>
 #include <map>
 #include <set>
 #include <thread>
 
+#include "capture/log/session_logs.h"
+#include "capture/pair/pair_clock.h"
 #include "capture/pair/pair_recording.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
@@ -105,6 +108,33 @@ TEST_F(PairSession, AnEndlessGripKnowsItsOpeningInEachRound) {
   const GripScript script(parse_synthetic(finger(Side::Left, object)));
   for (double time_s = 0; time_s < 20; time_s += 0.31)
     EXPECT_NEAR(grip->opening.at(time_s).value, script.at(time_s).opening_mm, 1e-6) << time_s;
+}
+
+TEST_F(PairSession, ALogIsOnTheClockOfBoth) {
+  record(folder_ / "a");
+  const FrameClock clock = pair_clock(folder_ / "a", folder_ / "a" / kPairRows);
+  ASSERT_EQ(clock.time_s.size(), rows_.size());
+  for (size_t k = 0; k < rows_.size(); ++k)  // the middle of both is half the skew behind the left one
+    EXPECT_NEAR(clock.time_s[k] + 0.0025, 1e-9 * static_cast<double>(rows_[k].time_ns), 2e-6);
+  // A robot whose clock began elsewhere, with the force that it closes with.
+  const GripScript script(parse_synthetic(finger(Side::Left)));
+  fs::create_directory(folder_ / "a" / kLogFolder);
+  std::ofstream lines(folder_ / "a" / kLogFolder / "robot.lines");
+  lines << "0\ttime_s,fz_N\n";
+  for (double time_s = 0; time_s < 6; time_s += 0.01)
+    lines << "0\t" << time_s + 57.3 << ',' << script.at(time_s).force_N << '\n';
+  lines.close();
+  const PairOutcome again = process(folder_ / "a", folder_ / "b");
+  ASSERT_EQ(again.logs.size(), 1u);
+  EXPECT_NE(again.logs[0].find("robot"), std::string::npos) << again.logs[0];
+  const Table table(slurp(folder_ / "b" / "robot_log.csv"));
+  ASSERT_EQ(table.rows.size(), 180u) << again.logs[0];
+  double squares = 0;
+  for (size_t k = 30; k < 150; ++k) {
+    const double time_s = table.number(k, "time_s");
+    squares += std::pow(table.number(k, "fz_N") - script.at(time_s).force_N, 2) / 120;
+  }
+  EXPECT_LT(std::sqrt(squares), 0.01);
 }
 
 TEST_F(PairSession, MeasuredAgainIsTheSame) {

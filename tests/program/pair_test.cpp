@@ -43,6 +43,17 @@ TEST_F(PairProgram, RecordsAndMeasuresAgainTheSame) {
   EXPECT_EQ(run(record(folder)).exit_code, 7);  // nothing is overwritten
 }
 
+TEST_F(PairProgram, ALogIsKeptBesideBoth) {
+  std::ofstream(folder_ / "robot.csv") << "time_s,z_mm\n1,2\n2,3\n";
+  std::vector<std::string> words = record(folder_ / "grip");
+  words.insert(words.end(), {"--log", folder_ / "robot.csv", "--frames", "20"});
+  const Ended ended = run(words);
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(parse_json(ended.out)["logs"].size(), 1u) << ended.out;
+  EXPECT_TRUE(contains(slurp(folder_ / "grip" / "log" / "robot.lines"), "2,3"));
+  EXPECT_FALSE(fs::exists(folder_ / "grip" / "left" / "log"));
+}
+
 TEST_F(PairProgram, SaysWhatIsMissing) {
   const auto refused = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "record");

@@ -153,6 +153,21 @@ def test_a_slow_reader_costs_no_recorded_pair(tmp_path):
     assert said["left"]["measured"] + said["right"]["measured"] >= said["rows"] >= said["left"]["measured"]
 
 
+def test_a_log_is_kept_beside_both(tmp_path):
+    with pp.open_pair(*both(), record=tmp_path / "grip") as stream:
+        for row in stream:
+            stream.log("robot", z_mm=row.time_s, q_rad=np.array([1.0, 2.0]))
+            if row.time_s > 1:
+                break
+    rows = (tmp_path / "grip" / "log" / "robot.csv").read_text().splitlines()
+    assert rows[0] == "time_s,z_mm,q_rad.0,q_rad.1" and len(rows) > 5
+    assert not (tmp_path / "grip" / "left" / "log").exists()
+    with pytest.raises(pp.ExpiredError):
+        stream.log("robot", z_mm=1)
+    with pytest.raises(pp.ArgumentError, match="record=FOLDER for logs"):
+        pp.open_pair(*both(), logs="robot.csv")
+
+
 def test_what_is_wrong_is_said(tmp_path):
     left, right = both()
     with pytest.raises(pp.InputError, match="nonsense"):

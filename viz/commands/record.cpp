@@ -68,8 +68,8 @@ Report record(const Common& common, const Options& options) {
   RecordRequest request = options.request;
   request.seed = common.seed;
   if (auto fingers = options.pair.fingers(request, options.camera)) {
-    if (request.mcap || options.serve.on || options.block.given() || !request.logs.empty())
-      throw Error(Failure::Usage, "one finger for --mcap, --serve, --log and --block", "two",
+    if (request.mcap || options.serve.on || options.block.given())
+      throw Error(Failure::Usage, "one finger for --mcap, --serve and --block", "two",
                   "without them, or palpate export of each finger's session");
     return record_fingers(common, options, std::move(*fingers));
   }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "viz/python/errors.h"
@@ -61,6 +62,15 @@ class Handover : public Closable {
   virtual void expire(Item& item) = 0;
   void check_open(const char* remedy) const {
     if (closed_) throw Refusal{"ExpiredError", "an open stream", "a closed one", remedy};
+  }
+  /// A line of a log beside what `recording` records. Throws Refusal where it is null.
+  template <typename Recorder>
+  void log_to(Recorder* recording, const std::string& name, std::string_view line) const {
+    check_open("logging within `with palpate.open(...)`");
+    if (!recording)
+      throw bad_argument("a stream that is recorded, to log beside it", "none",
+                         "palpate.open(..., record=\"out/press1\")");
+    recording->log(name, line);
   }
   /// `item` waits for the reader; one that waits already is passed over.
   void offer_newest(std::shared_ptr<Item> item) {

@@ -73,6 +73,16 @@ void enlist(const std::shared_ptr<Closable>& stream) {
   all.streams.push_back(stream);
 }
 
+std::string log_line(const py::kwargs& values) {
+  if (values.empty()) throw bad_argument("numbers to log, by name", "none", "log(\"robot\", z_mm=1.25)");
+  py::dict row;
+  row["monotonic_s"] = py::module_::import("time").attr("monotonic")();
+  for (const auto& [key, value] : values) row[key] = value;
+  // Arrays and numbers of NumPy are written as lists and numbers.
+  const py::object plain = py::cpp_function([](const py::object& other) { return other.attr("tolist")(); });
+  return py::str(py::module_::import("json").attr("dumps")(row, py::arg("default") = plain));
+}
+
 void close_streams() {
   std::vector<std::weak_ptr<Closable>> all;
   {
@@ -88,22 +98,7 @@ void bind_live(py::module_& module) {
   const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
   py::class_<PyStream> bound(module, "Stream");
   bind_reader(bound);
-  bound
-      .def("log",
-           [](const PyStream& s, const std::string& name, const py::kwargs& values) {
-             if (values.empty())
-               throw bad_argument("numbers to log, by name", "none", "log(\"robot\", z_mm=1.25)");
-             py::dict row;
-             row["monotonic_s"] = py::module_::import("time").attr("monotonic")();
-             for (const auto& [key, value] : values) row[key] = value;
-             // Arrays and numbers of NumPy are written as lists and numbers.
-             const py::object plain =
-                 py::cpp_function([](const py::object& other) { return other.attr("tolist")(); });
-             const std::string line =
-                 py::str(py::module_::import("json").attr("dumps")(row, py::arg("default") = plain));
-             s.stream().log(name, line);
-           })
-      .def_property_readonly("input", of([](const Stream& s) { return s.input().input; }))
+  bound.def_property_readonly("input", of([](const Stream& s) { return s.input().input; }))
       .def_property_readonly("sensor", of([](const Stream& s) { return s.input().sensor; }))
       .def_property_readonly("width", of([](const Stream& s) { return s.format().width; }))
       .def_property_readonly("height", of([](const Stream& s) { return s.format().height; }))

@@ -80,6 +80,7 @@ PairStream::PairStream(const PairStreamRequest& request, const std::atomic<bool>
   if (!request_.out.empty()) {
     recording_.emplace([this] { return request_.out; }, pair_->fingers, *device_, pair_->grip, !drops_,
                        watch_);
+    recording_->take(open_logs(request_.fingers[0].logs));
     recording_->start();
     for (const Side side : kSides) pair_->fingers[index(side)].live.recording = &recording_->of(side);
   }

@@ -50,6 +50,10 @@ class PairStream : public Handover<HeldPair> {
   std::string device_name() const;
   uint32_t device_losses() const { return device_losses_; }
   std::optional<PairRecording::Written> recorded() const;
+  /// A line of a log beside what is recorded. Throws Refusal where nothing is.
+  void log(const std::string& name, std::string_view line) {
+    log_to(recording_ ? &*recording_ : nullptr, name, line);
+  }
 
  private:
   class Viewer;

@@ -75,6 +75,9 @@ class Reader {
   pid_t owner_;
 };
 
+/// A row of a log as a line of JSON, with the time of now where it has none.
+std::string log_line(const pybind11::kwargs& values);
+
 /// What every stream has.
 template <typename Class>
 void bind_reader(Class& bound) {
@@ -86,6 +89,8 @@ void bind_reader(Class& bound) {
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](Bound& s, const py::args&) { s.close(); })
       .def("close", &Bound::close)
+      .def("log", [](const Bound& s, const std::string& name,
+                     const py::kwargs& values) { s.stream().log(name, log_line(values)); })
       .def_property_readonly("closed", of([](const auto& s) { return s.closed(); }))
       .def_property_readonly("dropped", of([](const auto& s) { return s.dropped(); }))
       .def_property_readonly("delivered", of([](const auto& s) { return s.delivered(); }))

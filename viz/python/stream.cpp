@@ -142,14 +142,6 @@ std::string Stream::device_name() const {
   return device_->report().name;
 }
 
-void Stream::log(const std::string& name, std::string_view line) {
-  check_open("logging within `with palpate.open(...)`");
-  if (!recording_)
-    throw bad_argument("a stream that is recorded, to log beside it", "none",
-                       "palpate.open(..., record=\"out/press1\")");
-  recording_->log(name, line);
-}
-
 std::optional<Recording::Written> Stream::recorded() const {
   return recording_ ? std::optional(recording_->latest()) : std::nullopt;
 }

@@ -97,7 +97,9 @@ class Stream : public Handover<HeldFrame> {
   bool drops() const { return drops_; }
   uint64_t dropped() const;
   /// A line of a log beside what is recorded. Throws Refusal where nothing is.
-  void log(const std::string& name, std::string_view line);
+  void log(const std::string& name, std::string_view line) {
+    log_to(recording_ ? &*recording_ : nullptr, name, line);
+  }
   /// Of the source, else why the trace ended early; empty where all is well.
   std::string warning() const;
   uint64_t damaged() const { return source_->counts().damaged; }

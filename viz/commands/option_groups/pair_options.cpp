@@ -80,6 +80,8 @@ Facts facts_of(const PairOutcome& outcome, const std::filesystem::path& out) {
     value["alone"] = outcome.run.alone[i];
     facts.add(to_string(side), value, finger_line(side, report, outcome.run.alone[i]));
   }
+  for (const std::string& log : outcome.logs) facts.say("log " + log + "\n");
+  if (!outcome.logs.empty()) facts.json["logs"] = outcome.logs;
   if (!out.empty())
     facts.add("rows", outcome.rows, "written: " + (out / kPairRows).string() + ", left, right\n");
   return facts;

@@ -56,6 +56,7 @@ def open_pair(
     rate_Hz: float | None = None,
     patience_s: float = 10.0,
     record: OnePath = None,
+    logs: Iterable[str] | str = (),
     trace: OnePath = None,
     device: str = "",
     seed: int = 1,
@@ -77,10 +78,13 @@ def open_pair(
         keep: as of :func:`open`, of both touches.
         record: a folder, which must not hold a pair yet: ``left/`` and ``right/``, each a session, and
             ``pairs.csv`` are written there meanwhile, of all that is measured.
+        logs: as of :func:`open`, beside both fingers, on the clock of the rows.  They need ``record``.
         outputs, solver, fixed_light, rate_Hz, patience_s, trace, device, seed: as of :func:`open`.  A camera that
             is lost leaves the other alone (``stream.state``); its error is raised once both have ended.
     """
     texts = [path_text(path or "", name) for path, name in ((grip, "grip"), (record, "record"), (trace, "trace"))]
+    if names_of(logs) and not record:
+        raise ArgumentError("record=FOLDER for logs", "none", 'record="out/grip"')
     if right is None:
         left = path_text(left, "left")
         if grip is not None or sensors is not None or backgrounds is not None or outputs is not None:
@@ -89,7 +93,7 @@ def open_pair(
         return _palpate.open_pair_stream(None, left, texts[0], drop, texts[1], texts[2], device, names_of(keep))
     fingers = _requests_of(
         left, right, sensors, backgrounds, seed, outputs=outputs, solver=solver, fixed_light=fixed_light,
-        rate_Hz=rate_Hz, patience_s=patience_s,
+        rate_Hz=rate_Hz, patience_s=patience_s, logs=names_of(logs),
     )
     return _palpate.open_pair_stream(fingers, "", texts[0], drop, texts[1], texts[2], device, names_of(keep))
 

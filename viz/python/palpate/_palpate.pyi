@@ -304,6 +304,8 @@ class PairStream:
     def __exit__(self, *args: object) -> None: ...
     def close(self) -> None:
         """Ends the stream; what was read stays.  Any thread, any number of times."""
+    def log(self, name: str, **values: object) -> None:
+        """A row of a log beside what is recorded, as ``Stream.log``; in the folder ``log`` of the pair."""
     @property
     def closed(self) -> bool: ...
     @property
