@@ -1,0 +1,77 @@
+// Freedom: the directions of a rigid motion which a surface does not determine.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string_view>
+
+#include "engine/motion/rigid_motion.h"
+
+namespace palpate {
+
+/// Surfaces that slide along themselves (Gelfand and Guibas, Shape Segmentation Using Local Slippage
+/// Analysis, 2004), by what may be done to them unseen.
+enum class Slippage {
+  None,        ///< the surface determines all six
+  Ball,        ///< turns about its centre
+  Plane,       ///< two shifts along it, and its turn about the third
+  Cylinder,    ///< shift along its axis and turn about it
+  Revolution,  ///< turn about its axis
+  Extrusion,   ///< shift along a line
+  Screw,       ///< both at once about an axis
+  Other
+};
+std::string_view name_of(Slippage kind);
+
+/// The directions are twists seen at at_mm: three shifts, mm, and three turns, radians times radius_mm.
+struct Freedom {
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 1;  ///< of the contact; it makes turns and shifts comparable
+  Eigen::Matrix<double, 6, Eigen::Dynamic> unknown{6, 0};  ///< orthonormal columns
+  Slippage kind = Slippage::None;
+  /// A point on the axis, or the ball's centre; only for Ball, Cylinder, Revolution and Screw.
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();
+  /// Direction of the axis or line; of Plane its normal. Not for Ball and Other.
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+
+  /// Part of a shift (0 to 2) or turn (3 to 5) that is unknown, 0 to 1.
+  double unknown_share(int component) const;
+  /// Whether it is known: a share of at most kShare. What is left of it counts as an error (unknown_sd).
+  bool determined(int component) const { return unknown_share(component) <= kShare; }
+  static constexpr double kShare = 0.1;
+  /// Standard error of a component by what is unknown, were that as large as the radius: mm, or radians.
+  double unknown_sd(int component) const {
+    return unknown_share(component) * (component < 3 ? radius_mm : 1);
+  }
+
+  /// The same seen at another place.
+  Freedom at(const Eigen::Vector3d& place) const;
+  /// The same after the surface has moved.
+  Freedom after(const RigidMotion& motion) const;
+  /// What is unknown of a motion after another one: either's. `before` is seen at the same place.
+  Freedom with(const Freedom& before) const;
+};
+
+/// What a surface tells of small motions, both matrices for twists seen at at_mm with turns in radians:
+/// `information` without what noise adds to it, and what noise of the slopes alone makes of it, of `pixels`.
+/// `weight`: sum of the pixels' weights.
+struct SlopeInformation {
+  Matrix6d information, noise;
+  double weight = 0;
+  double pixels = 0;
+};
+
+struct FreedomOptions {
+  /// Slopes below this, as the RMS over the contact, are what the pad's own errors may make: they determine
+  /// nothing, however little noise there is.
+  double least_slope = 0.01;
+};
+
+struct Solution {
+  Freedom freedom;
+  Matrix6d inverse;  ///< of the information within what is known, 0 along what is not; turns in radians
+};
+Solution solve(const SlopeInformation& told, const Eigen::Vector3d& at_mm, double radius_mm,
+               const FreedomOptions& options = {});
+
+}  // namespace palpate

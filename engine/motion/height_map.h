@@ -1,0 +1,22 @@
+// Height map: the surface of what is pressed into the pad, as one frame shows it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace palpate {
+
+/// Row-major, without gaps. Places in mm count from the picture's centre: x to the right, y down, z into the
+/// pad, which is right-handed.
+struct HeightMap {
+  uint32_t width = 0;               ///< px
+  uint32_t height = 0;              ///< px
+  double pitch_mm_per_px = 0;       ///< > 0
+  std::span<const float> depth_mm;  ///< below the untouched surface, finite
+  /// Standard error of each depth, mm, > 0; empty: alike everywhere. Only ratios matter: the size of the
+  /// error is estimated from what is left over.
+  std::span<const float> sd_mm = {};
+  std::span<const uint8_t> contact;  ///< not 0 where the object touches the pad
+};
+
+}  // namespace palpate

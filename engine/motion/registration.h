@@ -1,0 +1,46 @@
+// Registration: the rigid motion which brings the surface of one frame onto that of another.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+
+#include "engine/motion/contact_surface.h"
+#include "engine/motion/freedom.h"
+#include "engine/motion/rigid_motion.h"
+
+namespace palpate {
+
+struct RegistrationOptions {
+  uint32_t finest_level = 0;  ///< the last level of ContactSurface that is used
+  int most_steps = 12;        ///< on each level
+  FreedomOptions freedom;
+};
+
+struct Registration {
+  /// Of the object, from the key frame to now, in the pad's axes. Along what is unknown it stays about where
+  /// the search began.
+  RigidMotion motion;
+  /// Where the middle of the key frame's contact is now.
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  /// Of the small motion that is missing (truth = motion_about(at_mm, twist) motion), mm and radians; 0 along
+  /// what is unknown.
+  Matrix6d covariance = Matrix6d::Zero();
+  Freedom freedom;         ///< seen at at_mm
+  double residual_mm = 0;  ///< of depth, as a standard deviation that strangers do not raise
+  double overlap = 0;      ///< pixels compared, of the smaller contact's
+  double fitting = 0;      ///< of those, the part that fits (Tukey's weight is not 0)
+  int steps = 0;           ///< on all levels
+  bool converged = false;  ///< the last step on the finest level was less than a hundredth of a pixel
+  /// Enough pixels were compared for a motion at all; nothing else is set where not.
+  bool found = false;
+};
+
+/// Gauss-Newton on the depth between the moved surface and the key frame's, by Tukey's weights about a scale
+/// from the median, from coarse to fine. Its rows are the mean of both frames' slopes (Benhimane and Malis,
+/// 2004), its information is the product of one frame's with the other's, which noise leaves as it is.
+/// Normals are no residuals of their own: they are differences of the same depths, and would count their
+/// noise twice. `start`: of the motion. Both surfaces have the same pitch.
+Registration register_surface(const ContactSurface& key, const ContactSurface& now, const RigidMotion& start,
+                              const RegistrationOptions& options = {});
+
+}  // namespace palpate

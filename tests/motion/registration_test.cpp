@@ -1,0 +1,180 @@
+#include "engine/motion/registration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "palpate/error.h"
+#include "perf/motion/moved_object.h"
+#include "tests/support/thorough.h"
+
+namespace palpate {
+namespace {
+
+using namespace scenes;
+
+constexpr std::pair<DepthNoise, const char*> kNoises[] = {{DepthNoise::None, "no noise"},
+                                                          {DepthNoise::White, "white"},
+                                                          {DepthNoise::Reach3, "reach 3 px"},
+                                                          {DepthNoise::Integrated, "integrated"}};
+
+struct Trial {
+  Registration found;
+  Vector6d error;  ///< seen at found.at_mm
+};
+/// Two frames of an object that moves by up to half a millimetre and three degrees.
+Trial trial(const SolidObject& object, DepthNoise kind, std::mt19937& random) {
+  std::uniform_real_distribution<double> any(-1, 1);
+  Vector6d twist;
+  for (int k = 0; k < 6; ++k)
+    twist[k] = any(random) * (k < 2 ? 0.5 : k == 2 ? 0.05 : (k < 5 ? 1 : 3) * kDegree);
+  const RigidMotion truth = motion_about(Eigen::Vector3d::Zero(), twist);
+  const PadView pad;
+  const PressedMap before = pressed(object, {}, pad, 0.002, kind, random);
+  const PressedMap after = pressed(object, truth, pad, 0.002, kind, random);
+  Trial out;
+  out.found = register_surface(ContactSurface(before.map()), ContactSurface(after.map()), {});
+  out.error = twist_between(out.found.motion, truth, out.found.at_mm);
+  return out;
+}
+
+/// How often each component's interval of 95 % held the truth.
+struct Held {
+  int of[6] = {}, known[6] = {};
+  double share() const {
+    return double(of[0] + of[1] + of[2] + of[3] + of[4] + of[5]) /
+           (known[0] + known[1] + known[2] + known[3] + known[4] + known[5]);
+  }
+  void add(const Trial& t) {
+    for (int c = 0; c < 6; ++c) {
+      if (!t.found.freedom.determined(c)) continue;
+      ++known[c];
+      of[c] += std::abs(t.error[c]) < 1.96 * std::sqrt(t.found.covariance(c, c)) ? 1 : 0;
+    }
+  }
+};
+
+// Depths with 0.002 mm of noise: the motion to a fiftieth of a pixel, and intervals that hold it.
+TEST(Registration, IntervalsHoldTheTruthUnderEachNoise) {
+  constexpr int kTrials = 25;
+  for (const auto& [kind, noise] : kNoises) {
+    if (kind == DepthNoise::None) continue;
+    Held held;
+    for (const SolidObject& object : {textured_dome(), key_relief(), coin()}) {
+      std::mt19937 random(11);
+      double squares[6] = {};
+      for (int k = 0; k < kTrials; ++k) {
+        const Trial t = trial(object, kind, random);
+        ASSERT_TRUE(t.found.found && t.found.converged) << object.name << " " << noise << " " << k;
+        held.add(t);
+        for (int c = 0; c < 6; ++c) squares[c] += t.error[c] * t.error[c] / kTrials;
+      }
+      std::printf("%-13s %-10s RMS", object.name.c_str(), noise);
+      for (int c = 0; c < 6; ++c)
+        std::printf(c < 3 ? " %.5f" : " %.4f", std::sqrt(squares[c]) / (c < 3 ? 1 : kDegree));
+      std::printf(" mm, degrees\n");
+      for (int c = 0; c < 6; ++c)
+        EXPECT_LT(std::sqrt(squares[c]), c < 3 ? 0.003 : 0.1 * kDegree) << object.name << c;
+    }
+    std::printf("%-10s held %.3f:", noise, held.share());
+    for (int c = 0; c < 6; ++c) std::printf(" %d/%d", held.of[c], held.known[c]);
+    std::printf("\n");
+    EXPECT_GE(held.share(), 0.90) << noise;
+    EXPECT_LE(held.share(), 0.985) << noise;
+  }
+}
+
+// What slides along itself is named, with its axis, and is never called determined.
+TEST(Registration, NamesWhatASurfaceDoesNotDetermine) {
+  const int trials = of_sweep(40, 8);
+  const std::tuple<SolidObject, Slippage, const char*> cases[] = {
+      {ball(), Slippage::Ball, "--+---"},          {plane(), Slippage::Plane, "--+++-"},
+      {cylinder(), Slippage::Cylinder, "--+--+"},  {screw(), Slippage::Screw, "+-+-++"},
+      {textured_dome(), Slippage::None, "++++++"}, {key_relief(), Slippage::None, "++++++"},
+      {coin(), Slippage::None, "++++++"}};
+  for (const auto& [object, wanted, states] : cases)
+    for (const auto& [kind, noise] : kNoises) {
+      std::mt19937 random(5);
+      // Without noise, what sampling leaves at edges decides of a coin's turning.
+      if (kind == DepthNoise::None && wanted == Slippage::None) continue;
+      for (int k = 0; k < trials; ++k) {
+        const Trial t = trial(object, kind, random);
+        const Freedom& freedom = t.found.freedom;
+        std::string marks;
+        for (int c = 0; c < 6; ++c) marks += freedom.determined(c) ? '+' : '-';
+        EXPECT_EQ(name_of(freedom.kind), name_of(wanted)) << object.name << " " << noise << " " << k;
+        EXPECT_EQ(marks, states) << object.name << " " << noise << " " << k << " " << name_of(freedom.kind);
+        if (wanted == Slippage::Plane) {
+          EXPECT_GT(std::abs(freedom.axis[2]), 0.99);
+        }
+        if (wanted == Slippage::Cylinder) {
+          EXPECT_GT(std::abs(freedom.axis[0] * 0.8 + freedom.axis[1] * 0.6), 0.99);
+        }
+        if (wanted == Slippage::Screw) {
+          EXPECT_GT(std::abs(freedom.axis[0]), 0.99);
+        }
+        if (wanted == Slippage::Ball) {
+          EXPECT_NEAR(freedom.pivot_mm[2], 0.7 - 8, 0.4);
+        }
+      }
+    }
+}
+
+// An ellipsoid is nearly a surface of revolution: whatever is called determined is right.
+TEST(Registration, WhatIsCalledDeterminedIsRight) {
+  for (const auto& [kind, noise] : kNoises) {
+    std::mt19937 random(3);
+    for (int k = 0; k < 10; ++k) {
+      const Trial t = trial(ellipsoid(), kind, random);
+      for (int c = 0; c < 6; ++c)
+        if (t.found.freedom.determined(c)) {
+          EXPECT_LT(std::abs(t.error[c]), 4 * std::sqrt(t.found.covariance(c, c)) +
+                                              3 * t.found.freedom.unknown_sd(c) +
+                                              (c < 3 ? 0.002 : 0.02 * kDegree))
+              << noise << " " << k << " component " << c;
+        }
+    }
+  }
+}
+
+// A sixth of the contact lifts between two frames of a slow motion: those pixels do not move the rest.
+TEST(Registration, StrangersDoNotMoveIt) {
+  std::mt19937 random(2);
+  const PadView pad;
+  Vector6d twist;
+  twist << 0.1, -0.05, 0.02, 0, 0.005, 0.01;
+  const RigidMotion truth = motion_about(Eigen::Vector3d::Zero(), twist);
+  const PressedMap before = pressed(textured_dome(), {}, pad, 0.002, DepthNoise::White, random);
+  PressedMap after = pressed(textured_dome(), truth, pad, 0.002, DepthNoise::White, random);
+  size_t strangers = 0, all = 0;
+  for (size_t i = 0; i < after.depth.size(); ++i) {
+    all += after.contact[i];
+    if (after.contact[i] == 0 || i % pad.width < 98) continue;
+    after.depth[i] -= 0.05f + 0.01f * static_cast<float>(i % pad.width - 98);
+    ++strangers;
+  }
+  EXPECT_GT(double(strangers), 0.15 * double(all));
+  const Registration found = register_surface(ContactSurface(before.map()), ContactSurface(after.map()), {});
+  const Vector6d error = twist_between(found.motion, truth, found.at_mm);
+  EXPECT_LT(error.head<3>().norm(), 0.003);
+  EXPECT_LT(error.tail<3>().norm(), 0.05 * kDegree);
+  EXPECT_LT(found.fitting, 0.9);
+}
+
+TEST(Registration, RefusesMapsThatDoNotFit) {
+  std::mt19937 random(1);
+  PressedMap map = pressed(ball(), {}, {}, 0, DepthNoise::None, random);
+  map.contact.pop_back();
+  EXPECT_THROW(ContactSurface(map.map()), Error);
+}
+
+TEST(Registration, TellsThatThereIsNoContact) {
+  std::mt19937 random(1);
+  const PressedMap map = pressed(ball(8, -0.5), {}, {}, 0, DepthNoise::None, random);
+  const ContactSurface nothing(map.map());
+  EXPECT_EQ(nothing.count(), 0u);
+  EXPECT_FALSE(register_surface(nothing, nothing, {}).found);
+}
+
+}  // namespace
+}  // namespace palpate
