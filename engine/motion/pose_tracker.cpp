@@ -1,0 +1,146 @@
+#include "engine/motion/pose_tracker.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace palpate {
+
+std::string_view name_of(PoseState state) {
+  switch (state) {
+    case PoseState::NoContact:
+      return "no contact";
+    case PoseState::Begun:
+      return "begun";
+    case PoseState::Tracked:
+      return "tracked";
+    case PoseState::Lost:
+      break;
+  }
+  return "lost";
+}
+
+std::string_view name_of(PoseLoss loss) {
+  switch (loss) {
+    case PoseLoss::None:
+      return "none";
+    case PoseLoss::LittleOverlap:
+      return "little overlap";
+    case PoseLoss::LargeResidual:
+      return "large residual";
+    case PoseLoss::ManyStrangers:
+      return "many strangers";
+    case PoseLoss::LargeStep:
+      break;
+  }
+  return "large step";
+}
+
+PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
+  const Matrix6d moved = seen_at(at_mm, place_mm);
+  const Matrix6d spread = moved * covariance * moved.transpose();
+  const Freedom there = freedom.at(place_mm);
+  const Eigen::Vector3d shift = place_mm - motion.inverse() * place_mm, turn = turn_vector(motion.turn);
+  const auto told = [&](int k, double value) {
+    return there.determined(k) ? value : std::numeric_limits<double>::quiet_NaN();
+  };
+  PoseComponents out;
+  for (int k = 0; k < 3; ++k) {
+    out.shift_mm[k] = told(k, shift[k]);
+    out.shift_sd_mm[k] = told(k, std::hypot(std::sqrt(spread(k, k)), there.unknown_sd(k)));
+    out.turn_rad[k] = told(k + 3, turn[k]);
+    out.turn_sd_rad[k] = told(k + 3, std::hypot(std::sqrt(spread(k + 3, k + 3)), there.unknown_sd(k + 3)));
+  }
+  return out;
+}
+
+const Pose& PoseTracker::update(const HeightMap& map) {
+  ContactSurface surface(map, options_.surface);
+  constexpr size_t kFewest = 200;  // pixels of a contact
+  if (surface.count() < kFewest) {
+    pose_ = {.track = pose_.track};
+    return pose_;
+  }
+  if (pose_.state == PoseState::NoContact || pose_.state == PoseState::Lost) {
+    begin(std::move(surface));
+    return pose_;
+  }
+  Registration found = register_surface(key_.surface, surface, from_key_, options_.registration);
+  PoseLoss loss = loss_of(found);
+  if (loss != PoseLoss::None) {
+    // Once more from where it would be, had it gone on.
+    const RigidMotion further = last_step_ * from_key_;
+    found = register_surface(key_.surface, surface, further, options_.registration);
+    loss = loss_of(found);
+  }
+  if (loss != PoseLoss::None) {
+    pose_ = {.state = PoseState::Lost, .loss = loss, .track = pose_.track, .keys = pose_.keys};
+    return pose_;
+  }
+  take(found);
+  if (needs_key(found)) make_key(std::move(surface));
+  return pose_;
+}
+
+void PoseTracker::begin(ContactSurface surface) {
+  pose_ = {.state = PoseState::Begun, .track = pose_.track + 1};
+  pose_.at_mm = surface.centroid_mm();
+  pose_.freedom.at_mm = pose_.at_mm;
+  pose_.freedom.radius_mm = surface.radius_mm();
+  pose_.overlap = 1;
+  last_step_ = {};
+  make_key(std::move(surface));
+}
+
+PoseLoss PoseTracker::loss_of(const Registration& found) const {
+  if (!found.found || found.overlap < options_.least_overlap) return PoseLoss::LittleOverlap;
+  if (found.fitting < options_.least_fitting) return PoseLoss::ManyStrangers;
+  if (last_residual_mm_ > 0 && found.residual_mm > options_.most_residual * last_residual_mm_)
+    return PoseLoss::LargeResidual;
+  // Only the part of a step that is known counts.
+  const double diameter_mm = 2 * key_.surface.radius_mm();
+  if ((found.at_mm - last_at_mm_).norm() > options_.most_step * diameter_mm) return PoseLoss::LargeStep;
+  return PoseLoss::None;
+}
+
+void PoseTracker::take(const Registration& found) {
+  pose_.state = PoseState::Tracked;
+  pose_.loss = PoseLoss::None;
+  pose_.motion = found.motion * key_.motion;
+  pose_.at_mm = found.at_mm;
+  const Matrix6d before = carried_by(found.motion);
+  pose_.covariance = found.covariance + before * key_.covariance * before.transpose();
+  pose_.freedom = found.freedom.with(key_.freedom.after(found.motion));
+  pose_.surface = found.freedom.kind;
+  pose_.pivot_mm = found.freedom.pivot_mm;
+  pose_.residual_mm = found.residual_mm;
+  pose_.overlap = found.overlap;
+  last_step_ = found.motion * from_key_.inverse();
+  from_key_ = found.motion;
+  last_at_mm_ = found.at_mm;
+  last_residual_mm_ = found.residual_mm;
+  if (key_.residual_mm <= 0) key_.residual_mm = found.residual_mm;
+}
+
+bool PoseTracker::needs_key(const Registration& found) const {
+  constexpr double kDegree = std::numbers::pi / 180;
+  return found.overlap < options_.key_overlap ||
+         turn_vector(found.motion.turn).norm() > options_.key_turn_deg * kDegree ||
+         found.residual_mm > options_.key_residual * key_.residual_mm;
+}
+
+void PoseTracker::make_key(ContactSurface surface) {
+  const Matrix6d moved = seen_at(pose_.at_mm, surface.centroid_mm());
+  key_.motion = pose_.motion;
+  key_.covariance = moved * pose_.covariance * moved.transpose();
+  key_.freedom = pose_.freedom.at(surface.centroid_mm());
+  key_.residual_mm = 0;
+  last_at_mm_ = surface.centroid_mm();
+  last_residual_mm_ = 0;
+  key_.surface = std::move(surface);
+  from_key_ = {};
+  ++pose_.keys;
+}
+
+}  // namespace palpate

@@ -1,0 +1,97 @@
+// Pose tracker: where the object that touches the pad has moved since it was first seen.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string_view>
+
+#include "engine/motion/registration.h"
+
+namespace palpate {
+
+struct PoseOptions {
+  SurfaceOptions surface;
+  RegistrationOptions registration;
+  // A frame becomes the new key frame where it shares less than this with the last one, is turned from it by
+  // more than this, or leaves so many times the residual of the key frame's first frame.
+  double key_overlap = 0.6;
+  double key_turn_deg = 10;
+  double key_residual = 1.6;
+  // Beyond these the track is lost.
+  double least_overlap = 0.25;
+  double most_residual = 3;    ///< times the last frame's
+  double least_fitting = 0.6;  ///< part of the pixels
+  double most_step = 1.0 / 3;  ///< motion of the contact's middle in a frame, in diameters
+};
+
+enum class PoseState {
+  NoContact,  ///< too little of it
+  Begun,      ///< a track's first frame: every motion is 0 by definition
+  Tracked,
+  Lost  ///< the next frame begins a new track
+};
+enum class PoseLoss { None, LittleOverlap, LargeResidual, ManyStrangers, LargeStep };
+std::string_view name_of(PoseState state);
+std::string_view name_of(PoseLoss loss);
+
+/// Of the object's point at at_mm: its shifts since the track began, and the object's turns about the axes x,
+/// y and z (the rotation vector), in the pad's axes; NaN, error too, where the surface does not determine
+/// them.
+struct PoseComponents {
+  double shift_mm[3] = {}, shift_sd_mm[3] = {};
+  double turn_rad[3] = {}, turn_sd_rad[3] = {};
+};
+
+struct Pose {
+  PoseState state = PoseState::NoContact;
+  PoseLoss loss = PoseLoss::None;
+  uint32_t track = 0;  ///< counts from 1
+  uint32_t keys = 0;   ///< key frames of the track so far
+  // Where tracked or begun:
+  RigidMotion motion = {};  ///< of the object since the track began; see components() for what of it is known
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();  ///< where what follows is seen
+  /// Of the small motion about at_mm that is missing, the errors of all key frames in it.
+  Matrix6d covariance = Matrix6d::Zero();
+  Freedom freedom = {};               ///< what is unknown of the motion since the track began
+  Slippage surface = Slippage::None;  ///< what the contact is now
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< Freedom::pivot_mm of that
+  double residual_mm = 0;
+  double overlap = 0;
+
+  /// At another place of the object, such as a ball's centre, whose shifts are known where those of its
+  /// surface are not.
+  PoseComponents components(const Eigen::Vector3d& place_mm) const;
+  PoseComponents components() const { return components(at_mm); }
+};
+
+class PoseTracker {
+ public:
+  explicit PoseTracker(const PoseOptions& options = {}) : options_(options) {}
+
+  /// Frames in order. Throws Error where a map is not as HeightMap says.
+  const Pose& update(const HeightMap& map);
+
+ private:
+  /// A key frame, with the motion from the track's begin to it and that motion's error, seen at its middle.
+  struct Key {
+    ContactSurface surface;
+    RigidMotion motion;
+    Matrix6d covariance = Matrix6d::Zero();
+    Freedom freedom;
+    double residual_mm = 0;  ///< of its first frame
+  };
+  void begin(ContactSurface surface);
+  PoseLoss loss_of(const Registration& found) const;
+  void take(const Registration& found);
+  bool needs_key(const Registration& found) const;
+  void make_key(ContactSurface surface);
+
+  PoseOptions options_;
+  Pose pose_;
+  Key key_;
+  RigidMotion from_key_, last_step_;
+  Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
+  double last_residual_mm_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,149 @@
+#include "engine/motion/pose_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "perf/motion/moved_object.h"
+#include "tests/support/thorough.h"
+
+namespace palpate {
+namespace {
+
+using namespace scenes;
+
+struct Followed {
+  Pose last;
+  Vector6d error;  ///< of the last frame, seen at the contact
+  double worst_mm = 0, worst_rad = 0;
+  int held = 0, asked = 0;  ///< components within 95 %, of every tenth frame
+  int lost = 0;
+};
+Followed follow(const SolidObject& object, DepthNoise kind, double seconds, uint32_t seed) {
+  std::mt19937 random(seed);
+  PoseTracker tracker;
+  Followed run;
+  const double rate_Hz = of_sweep(60, 30);
+  const int frames = static_cast<int>(seconds * rate_Hz);
+  for (int frame = 0; frame <= frames; ++frame) {
+    const RigidMotion truth = on_path(frame / rate_Hz);
+    const PressedMap map = pressed(object, truth, {}, 0.002, kind, random);
+    const Pose& pose = tracker.update(map.map());
+    run.last = pose;
+    if (pose.state == PoseState::Lost) ++run.lost;
+    if (pose.state != PoseState::Tracked) continue;
+    run.error = twist_between(pose.motion, truth, pose.at_mm);
+    run.worst_mm = std::max(run.worst_mm, run.error.head<3>().norm());
+    run.worst_rad = std::max(run.worst_rad, run.error.tail<3>().norm());
+    if (frame % 10 != 0) continue;
+    const PoseComponents told = pose.components();
+    for (int c = 0; c < 6; ++c) {
+      const double sd = c < 3 ? told.shift_sd_mm[c] : told.turn_sd_rad[c - 3];
+      if (std::isnan(sd)) continue;
+      ++run.asked;
+      run.held += std::abs(run.error[c]) < 1.96 * sd ? 1 : 0;
+    }
+  }
+  return run;
+}
+
+// Ten seconds of sliding and turning: at most 0.05 mm and 0.3 degrees.
+TEST(PoseTracker, FollowsATexturedObjectForTenSeconds) {
+  int held = 0, asked = 0;
+  for (const DepthNoise kind :
+       of_sweep<std::vector<DepthNoise>>({DepthNoise::White, DepthNoise::Reach3, DepthNoise::Integrated},
+                                         {DepthNoise::Reach3, DepthNoise::Integrated})) {
+    for (const SolidObject& object : {textured_dome(), coin()}) {
+      if (!thorough() && (kind == DepthNoise::Reach3) == (object.name == "coin")) continue;
+      const Followed run = follow(object, kind, 10, 1);
+      std::printf(
+          "%-13s noise %d: %u keys, at the end %.4f mm %.3f degrees, worst %.4f mm %.3f degrees, held %d of "
+          "%d\n",
+          object.name.c_str(), int(kind), run.last.keys, run.error.head<3>().norm(),
+          run.error.tail<3>().norm() / kDegree, run.worst_mm, run.worst_rad / kDegree, run.held, run.asked);
+      EXPECT_EQ(run.lost, 0) << object.name;
+      EXPECT_EQ(run.last.track, 1u) << object.name;
+      EXPECT_LT(run.worst_mm, 0.05) << object.name;
+      EXPECT_LT(run.worst_rad, 0.3 * kDegree) << object.name;
+      held += run.held;
+      asked += run.asked;
+    }
+  }
+  EXPECT_GT(held, 0.9 * asked);
+}
+
+// A ball and a plane on the same way: what they do not show is NaN in every frame.
+TEST(PoseTracker, NeverCallsASlidingDirectionDetermined) {
+  std::mt19937 random(4);
+  for (const bool round : {true, false}) {
+    const SolidObject object = round ? ball() : plane();
+    PoseTracker tracker;
+    for (int frame = 0; frame < 60; ++frame) {
+      const RigidMotion truth = on_path(frame / 60.0);
+      const PressedMap map = pressed(object, truth, {}, 0.002, DepthNoise::White, random);
+      const Pose& pose = tracker.update(map.map());
+      if (frame == 0) continue;
+      ASSERT_EQ(pose.state, PoseState::Tracked) << object.name << frame;
+      EXPECT_EQ(pose.surface, round ? Slippage::Ball : Slippage::Plane) << frame;
+      const PoseComponents told = pose.components();
+      EXPECT_TRUE(std::isnan(told.shift_mm[0]) && std::isnan(told.shift_mm[1]) &&
+                  std::isnan(told.turn_rad[2]));
+      EXPECT_EQ(std::isnan(told.turn_rad[0]), round) << frame;
+      if (!round) {
+        EXPECT_NEAR(told.shift_mm[2], (pose.at_mm - truth.inverse() * pose.at_mm)[2], 3 * told.shift_sd_mm[2])
+            << frame;
+        continue;
+      }
+      // The centre's way is known.
+      const PoseComponents center = pose.components(pose.pivot_mm);
+      const Eigen::Vector3d middle(0, 0, 0.7 - 8), moved = truth * middle - middle;
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(center.shift_mm[c], moved[c], 0.02) << frame << " " << c;
+        EXPECT_TRUE(std::isnan(center.turn_rad[c])) << frame << " " << c;
+      }
+    }
+  }
+}
+
+// A jump by more than a third of the contact is told in the frame that shows it; then a new track begins.
+TEST(PoseTracker, TellsALostTrack) {
+  for (const double jump_mm : {4.0, 6.0})
+    for (const SolidObject& object : {textured_dome(), ball(8, 0.7)}) {
+      std::mt19937 random(9);
+      PoseTracker tracker;
+      int lost_at = -1;
+      for (int frame = 0; frame < 12; ++frame) {
+        const double x = 0.05 * frame + (frame >= 8 ? jump_mm : 0) - 2;
+        const PressedMap map =
+            pressed(object, {Eigen::Matrix3d::Identity(), {x, 0, 0}}, {}, 0.002, DepthNoise::White, random);
+        const Pose& pose = tracker.update(map.map());
+        if (pose.state == PoseState::Lost && lost_at < 0) lost_at = frame;
+        if (frame == 11)
+          std::printf("%s %g mm: lost at %d, %s\n", object.name.c_str(), jump_mm, lost_at,
+                      std::string(name_of(pose.state)).c_str());
+      }
+      EXPECT_GE(lost_at, 8) << object.name << jump_mm;
+      EXPECT_LE(lost_at, 9) << object.name << jump_mm;
+    }
+}
+
+// No contact, then another one: a new track.
+TEST(PoseTracker, BeginsANewTrackAfterNoContact) {
+  std::mt19937 random(9);
+  PoseTracker tracker;
+  const SolidObject object = textured_dome();
+  const auto seen = [&](double depth_mm) {
+    return tracker.update(
+        pressed(object, {Eigen::Matrix3d::Identity(), {0, 0, depth_mm}}, {}, 0.002, DepthNoise::White, random)
+            .map());
+  };
+  EXPECT_EQ(seen(0).state, PoseState::Begun);
+  EXPECT_EQ(seen(0.01).state, PoseState::Tracked);
+  EXPECT_EQ(seen(-2).state, PoseState::NoContact);
+  const Pose again = seen(0);
+  EXPECT_EQ(again.state, PoseState::Begun);
+  EXPECT_EQ(again.track, 2u);
+}
+
+}  // namespace
+}  // namespace palpate
