@@ -21,7 +21,8 @@ std::string topic_name(const std::string& sensor_name) {
 }
 
 bool is_picture(TopicKind kind) {
-  return kind != TopicKind::Wrench && kind != TopicKind::Touch && kind != TopicKind::Events;
+  return kind != TopicKind::Wrench && kind != TopicKind::Touch && kind != TopicKind::Events &&
+         kind != TopicKind::Grip;
 }
 
 std::vector<Topic> topics_of(const Sensor& sensor, Outputs outputs, MeasuredColumns columns,
@@ -45,6 +46,10 @@ std::vector<Topic> topics_of(const Sensor& sensor, Outputs outputs, MeasuredColu
   topics.push_back(
       {TopicKind::Events, root + "events", "json", "palpate.Event", "jsonschema", event_json_schema()});
   return topics;
+}
+
+Topic grip_topic() {
+  return {TopicKind::Grip, "/grip", "json", "palpate.Grip", "jsonschema", grip_json_schema()};
 }
 
 }  // namespace palpate

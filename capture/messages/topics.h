@@ -22,6 +22,7 @@ enum class TopicKind : uint8_t {
   Wrench,
   Touch,
   Events,
+  Grip,  ///< of two fingers
 };
 /// True for pictures, of which only the newest counts.
 bool is_picture(TopicKind kind);
@@ -44,5 +45,7 @@ std::string topic_name(const std::string& sensor_name);
 /// sensor's name; empty: one.
 std::vector<Topic> topics_of(const Sensor& sensor, Outputs outputs, MeasuredColumns columns,
                              const std::string& side = {});
+/// "/grip": what two fingers hold, a message a pair of frames and one a frame without a partner.
+Topic grip_topic();
 
 }  // namespace palpate

@@ -88,13 +88,16 @@ Json properties(std::span<const MeasuredQuantity<Of>> quantities, MeasuredColumn
   return all;
 }
 
+Json stamp_property() {
+  return {{"type", "object"},
+          {"description", "Time of exposure on the clock of the date"},
+          {"properties", {{"sec", {{"type", "integer"}}}, {"nanosec", {{"type", "integer"}}}}}};
+}
+
 Json frame_properties() {
   return {{"frame", {{"type", "integer"}, {"description", "Number of the frame"}}},
           {"time_s", {{"type", "number"}, {"description", "Time of exposure since the source began, s"}}},
-          {"stamp",
-           {{"type", "object"},
-            {"description", "The same instant on the clock of the date"},
-            {"properties", {{"sec", {{"type", "integer"}}}, {"nanosec", {{"type", "integer"}}}}}}}};
+          {"stamp", stamp_property()}};
 }
 
 std::string frame_json(uint64_t frame, double time_s, int64_t stamp_ns) {
@@ -142,6 +145,19 @@ std::string touch_json_schema(MeasuredColumns columns) {
         Json{{"type", "array"},
              {"items", {{"type", "object"}, {"properties", properties(contact_quantities(), columns)}}}};
   return schema_text("palpate.Touch", all);
+}
+
+std::string grip_json(const GripFrame& frame, int64_t stamp_ns, bool zeroed) {
+  std::string line = "{";
+  add_quantities(line, grip_quantities(), frame, {});
+  return line + ",\"stamp\":" + stamp_json(stamp_ns) + (zeroed ? ",\"zeroed\":true}" : "}");
+}
+
+std::string grip_json_schema() {
+  Json all = properties(grip_quantities(), {});
+  all["stamp"] = stamp_property();
+  all["zeroed"] = Json{{"type", "boolean"}};
+  return schema_text("palpate.Grip", all);
 }
 
 std::string event_json(const EventMessage& event, int64_t stamp_ns) {

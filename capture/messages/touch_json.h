@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/grip/grip_quantities.h"
 #include "engine/measure/measured_columns.h"
 #include "palpate/touch.h"
 
@@ -20,6 +21,12 @@ std::string touch_json(const Touch& touch, MeasuredColumns columns, int64_t stam
                        std::string_view source = {});
 /// JSON schema of these lines.
 std::string touch_json_schema(MeasuredColumns columns);
+
+/// A row of pairs.csv: {"stamp", "time_s": {"value": 0.4, "unit": "s"}, "left_frame": {"value": 12}, ...,
+/// "grip_force_N": {"value", "unit", "standard_error", "state"}, ...}, with all digits; null: none. `zeroed`:
+/// its forces are less than they were measured, as in touch_json().
+std::string grip_json(const GripFrame& frame, int64_t stamp_ns, bool zeroed = false);
+std::string grip_json_schema();
 
 /// An event: {"frame", "time_s", "stamp", "event", "text"}.
 struct EventMessage {

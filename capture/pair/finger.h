@@ -20,8 +20,8 @@ struct OpenFinger {
   PipelineOptions pipeline;
   LiveOptions live;
 
-  /// `again`: a recorded finger with the settings that it was recorded with. `watch` outlives it. Throws
-  /// Error.
+  /// `again`: a recorded finger with the settings that it was recorded with. A recording is read as fast as
+  /// it can be measured, unless it has a rate. `watch` outlives it. Throws Error.
   OpenFinger(RunSettings settings, bool again, const RunWatch& watch);
   double rate_Hz() const { return live.rate_Hz > 0 ? live.rate_Hz : source->rate_Hz(); }
   /// As run_pair takes it; once, and this outlives the run.

@@ -143,8 +143,7 @@ class PairRun {
   PairRun(gpu::Context& context, const std::array<PairFinger, 2>& fingers, const PairOptions& options)
       : options_(options),
         device_(context, options, [this] { forget_loss(); }),
-        in_step_(std::ranges::all_of(
-            fingers, [](const PairFinger& f) { return f.options.measure_all && f.options.unpaced; })),
+        in_step_(std::ranges::all_of(fingers, [](const PairFinger& f) { return f.options.measure_all; })),
         matcher_(std::llround(0.5e9 * options.period_s), in_step_ ? SIZE_MAX : options.most_waiting) {
     for (const Side side : kSides) {
       const PairFinger& finger = fingers[index(side)];
@@ -327,10 +326,12 @@ class PairRun {
     std::unique_lock lock(mutex_);
     here.newest_ns = time_ns;
     moved_.notify_all();
-    give(matcher_.add(side, time_ns, {touch, time_ns}));
+    give(matcher_.add(side, time_ns,
+                      {touch, time_ns, frame.exposed_ns != 0 ? frame.exposed_ns : frame.delivered_ns}));
     // Two recordings keep step, so that what makes a pair does not depend on which is read faster.
     const auto may_go = [&] {
-      return there.ended || here.session->ending() || stop_ || there.newest_ns > time_ns - kMostAhead_ns ||
+      return there.ended || there.session->to_display.finished() || here.session->ending() || stop_ ||
+             there.newest_ns > time_ns - kMostAhead_ns ||
              (there.newest_ns == INT64_MIN && time_ns < kMostAhead_ns);
     };
     while (in_step_ && !may_go()) moved_.wait_for(lock, milliseconds(20));

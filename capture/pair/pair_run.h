@@ -17,6 +17,7 @@ namespace palpate {
 struct FingerTouch {
   Touch touch;
   int64_t time_ns = 0;  ///< exposure: CLOCK_MONOTONIC of a camera, a recording's own time otherwise
+  int64_t host_ns = 0;  ///< exposure (or delivery), CLOCK_MONOTONIC; 0: not known
 };
 
 /// One finger as a live session of its own. Of the options' hooks `on_frame`, `interrupted` and those of a

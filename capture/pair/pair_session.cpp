@@ -22,13 +22,15 @@ using Fingers = std::array<OpenFinger, 2>;
 
 /// Runs both to their end.
 PairOutcome measure(gpu::Context& context, const Fingers& fingers, const PairRequest& request,
-                    PairOptions options, const RunWatch& watch) {
+                    PairOptions options, const RunWatch& watch,
+                    const std::function<void(PairOptions&)>& attach = {}) {
   options.on_state = request.on_state;
   options.on_device_lost = request.on_device_lost;
   uint64_t total = 0;
   for (const OpenFinger& finger : fingers)
     total += finger.live.max_frames != 0 ? finger.live.max_frames : finger.source->frame_count().value_or(0);
   options.on_progress = watch.begin("measuring both fingers", total);
+  if (attach) attach(options);
   PairOutcome outcome;
   const std::array<PairFinger, 2> pair = {fingers[0].pair(), fingers[1].pair()};
   outcome.run = run_pair(context, pair, options);
@@ -38,6 +40,12 @@ PairOutcome measure(gpu::Context& context, const Fingers& fingers, const PairReq
     outcome.sensors[i] = fingers[i].found.sensor.name;
   }
   return outcome;
+}
+
+void refuse_recorded(const fs::path& out) {
+  if (fs::exists(out / kPairJson))
+    throw Error(Failure::Output, "a folder without a session to record to",
+                "'" + (out / kPairJson).string() + "'", "another --out folder");
 }
 
 }  // namespace
@@ -64,33 +72,64 @@ OpenPair open_recorded_pair(const fs::path& folder, const RunWatch& watch, const
           {.inputs = info.inputs, .period_s = info.period_s, .grip = {}, .skew = {}, .alone = {}}};
 }
 
+void PairOutcome::add(std::vector<PairRecording::Written> written) {
+  for (PairRecording::Written& one : written) {
+    rows += one.rows;
+    folders.push_back(one.folder);
+    logs.insert(logs.end(), one.logs.begin(), one.logs.end());
+    recordings.push_back(std::move(one));
+  }
+}
+
+std::vector<Recording::Written> PairOutcome::sessions(Side side) const {
+  std::vector<Recording::Written> all;
+  all.reserve(recordings.size());
+  for (const PairRecording::Written& one : recordings) all.push_back(one.sessions[index(side)]);
+  return all;
+}
+
+std::string PairOutcome::error() const {
+  for (const PairRecording::Written& one : recordings)
+    if (!one.error().empty()) return one.error();
+  return {};
+}
+
 PairOutcome record_pair(const std::function<gpu::Context&()>& context, const PairRequest& request,
                         const RunWatch& watch) {
-  if (fs::exists(request.out / kPairJson))
-    throw Error(Failure::Output, "a folder without a session to record to",
-                "'" + (request.out / kPairJson).string() + "'", "another --out folder");
+  if (!request.switched) refuse_recorded(request.out);
   OpenPair open = open_pair(request, watch);
   std::vector<std::unique_ptr<LogInput>> logs = open_logs(request.fingers[0].logs);
   Fingers& fingers = open.fingers;
   gpu::Context& device = context();
-  PairRecording recording([&request] { return request.out; }, fingers, device, std::move(open.grip),
-                          request.fingers[0].no_drop, watch);
-  recording.take(std::move(logs));
-  recording.start();
-  for (const Side side : kSides) fingers[index(side)].live.recording = &recording.of(side);
+  const auto folder = [&request] {
+    if (request.switched) return new_session_folder(request.out);
+    refuse_recorded(request.out);
+    return request.out;
+  };
+  std::optional<PairRecording> recording;
+  if (!request.out.empty()) {
+    recording.emplace(folder, fingers, device, open.grip, request.fingers[0].no_drop, watch);
+    recording->take(std::move(logs));
+  }
+  if (recording && !request.switched) recording->start();
+  for (const Side side : kSides) {
+    LiveOptions& live = fingers[index(side)].live;
+    if (recording) live.recording = &recording->of(side);
+    if (request.paced && live.unpaced) live.unpaced = false;
+  }
   PairOptions options;
   options.period_s = open.info.period_s;
   options.on_pair = [&](const Matched<FingerTouch>& pair) {
-    const std::optional<GripFrame> row = recording.add(pair);
+    const std::optional<GripFrame> row = recording ? recording->add(pair) : std::nullopt;
     if (row && request.on_row) request.on_row(*row);
   };
-  options.interrupted = [&] { return watch.stopped() || !recording.latest().error().empty(); };
-  PairOutcome outcome = measure(device, fingers, request, std::move(options), watch);
-  const PairRecording::Written written = recording.finish().at(0);
-  outcome.sessions = written.sessions;
-  outcome.rows = written.rows;
-  outcome.error = written.error();
-  outcome.logs = written.logs;
+  options.interrupted = [&] {
+    return watch.stopped() || (recording && !request.switched && !recording->latest().error().empty());
+  };
+  PairOutcome outcome = measure(device, fingers, request, std::move(options), watch, [&](PairOptions& run) {
+    if (request.attach) request.attach({fingers, run, recording ? &*recording : nullptr, open.grip});
+  });
+  if (recording) outcome.add(recording->finish());
   return outcome;
 }
 
@@ -136,6 +175,7 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
     outcome.logs.push_back(describe(log));
   }
   outcome.rows = rows.rows();
+  outcome.folders = {out};
   return outcome;
 }
 

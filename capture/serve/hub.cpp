@@ -27,13 +27,16 @@ LiveHub::LiveHub(std::vector<Publisher> publishers)
       publisher_of_.push_back(i);
     }
   }
+  if (publishers_.size() > 1) {
+    topics_.push_back(grip_topic());
+    publisher_of_.push_back(publishers_.size());
+  }
   if (topics_.size() > kMostTopics) throw std::logic_error("more topics than can be served");
   kept_.resize(topics_.size());
   passed_ = std::make_unique<std::atomic<uint64_t>[]>(topics_.size());
 }
 
-int64_t LiveHub::date_of(const Frame& frame) const {
-  const int64_t host_ns = frame.exposed_ns != 0 ? frame.exposed_ns : frame.delivered_ns;
+int64_t LiveHub::date_of(int64_t host_ns) const {
   return (host_ns != 0 ? host_ns : monotonic_ns()) + wall_.ahead_ns;
 }
 
@@ -50,7 +53,9 @@ void LiveHub::publish(size_t publisher, const Frame& frame, const Result& result
     if (surface && !measured) continue;
     if (is_picture(kind)) ++passed_[topic];
     if ((wanted >> topic & 1) == 0) continue;
-    if (!header) header = MessageHeader{date_of(frame), topic_name(p.sensor.name)};
+    if (!header)
+      header = MessageHeader{date_of(frame.exposed_ns != 0 ? frame.exposed_ns : frame.delivered_ns),
+                             topic_name(p.sensor.name)};
     MessageBytes bytes;
     switch (kind) {
       case TopicKind::Image:
@@ -78,6 +83,7 @@ void LiveHub::publish(size_t publisher, const Frame& frame, const Result& result
         bytes = bytes_of(touch_json(touch, p.columns, header->time_ns, zeroed));
         break;
       case TopicKind::Events:
+      case TopicKind::Grip:
         continue;
     }
     put(topic, is_picture(kind) ? passed(topic) : ++passed_[topic], header->time_ns, std::move(bytes));
@@ -90,6 +96,14 @@ void LiveHub::publish_event(size_t publisher, const EventMessage& event) {
   for (size_t topic = 0; topic < topics_.size(); ++topic)
     if (publisher_of_[topic] == publisher && topics_[topic].kind == TopicKind::Events)
       put(topic, ++passed_[topic], now_ns, bytes_of(event_json(event, now_ns)));
+  if (news_) news_();
+}
+
+void LiveHub::publish_grip(const GripFrame& frame, int64_t host_ns, bool zeroed) {
+  const size_t topic = topics_.size() - 1;
+  if ((wanted_.load(std::memory_order_relaxed) >> topic & 1) == 0) return;
+  const int64_t time_ns = date_of(host_ns);
+  put(topic, ++passed_[topic], time_ns, bytes_of(grip_json(frame, time_ns, zeroed)));
   if (news_) news_();
 }
 

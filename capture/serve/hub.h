@@ -42,6 +42,7 @@ class LiveHub {
     MeasuredColumns columns;
     std::string side;  ///< "left" or "right"; empty: the only one
   };
+  /// Of two publishers, with the grip's topic behind theirs; of one without.
   explicit LiveHub(std::vector<Publisher> publishers);
 
   const std::vector<Topic>& topics() const { return topics_; }
@@ -51,6 +52,8 @@ class LiveHub {
   void publish(size_t publisher, const Frame& frame, const Result& result, const Touch& touch,
                bool zeroed = false);
   void publish_event(size_t publisher, const EventMessage& event);
+  /// `host_ns`: of exposure, CLOCK_MONOTONIC; 0: now. One thread at a time.
+  void publish_grip(const GripFrame& frame, int64_t host_ns, bool zeroed = false);
 
   // For the server's thread.
   /// Called after each publication that may interest a client, from the publisher's thread. Before the first.
@@ -66,11 +69,11 @@ class LiveHub {
 
  private:
   void put(size_t topic, uint64_t number, int64_t time_ns, MessageBytes bytes);
-  int64_t date_of(const Frame& frame) const;
+  int64_t date_of(int64_t host_ns) const;
 
   std::vector<Publisher> publishers_;
   std::vector<Topic> topics_;
-  std::vector<size_t> publisher_of_;  ///< of each topic
+  std::vector<size_t> publisher_of_;  ///< of each topic; of the grip's none of them
   WallClock wall_;
   std::function<void()> news_;
   std::atomic<uint64_t> wanted_{0};

@@ -19,6 +19,10 @@ struct Facts {
   }
   /// Adds a line for people alone: a heading, or several values together.
   void say(const std::string& line) { text += line; }
+  void take(const Facts& more) {
+    text += more.text;
+    json.update(more.json);
+  }
 };
 
 }  // namespace palpate

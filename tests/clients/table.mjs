@@ -6,7 +6,7 @@ export const check = (right, what) => {
   if (!right && problems.length < 20) problems.push(what);
 };
 
-export function rowsOf(path) {
+export function rowsOf(path, key = ({ frame }) => Number(frame)) {
   const lines = readFileSync(path, "utf8").trimEnd().split("\n");
   const names = lines[0].split(",");
   return new Map(
@@ -14,7 +14,7 @@ export function rowsOf(path) {
       const cells = line.split(",");
       check(cells.length === names.length, `row of ${cells.length} cells`);
       const row = Object.fromEntries(names.map((name, i) => [name, cells[i]]));
-      return [Number(row.frame), row];
+      return [key(row), row];
     }),
   );
 }
@@ -34,17 +34,17 @@ export function compareTouch(touch, rows, exact, found) {
   for (const [name, field] of Object.entries(touch)) {
     if (!(name in row)) continue;
     if (field === null || typeof field !== "object") {
-      check(same(field, row[name], exact), `frame ${row.frame}: ${name} is ${field}, not ${row[name]}`);
+      check(same(field, row[name], exact), `frame ${touch.frame}: ${name} is ${field}, not ${row[name]}`);
       ++found.cells;
       continue;
     }
     if (!("value" in field)) continue;  // a list
-    check(same(field.value, row[name], exact), `frame ${row.frame}: ${name} is ${field.value}, not ${row[name]}`);
+    check(same(field.value, row[name], exact), `frame ${touch.frame}: ${name} is ${field.value}, not ${row[name]}`);
     ++found.cells;
     const unit = (field.unit ?? "").replace(" ", "");
     const error = unit && name.endsWith(unit) ? name.slice(0, -unit.length) + "sd_" + unit : name + "_sd";
     if (error !== name && error in row && "state" in field) {
-      check(same(field.standard_error, row[error], exact), `frame ${row.frame}: ${error} is ${field.standard_error}`);
+      check(same(field.standard_error, row[error], exact), `frame ${touch.frame}: ${error} is ${field.standard_error}`);
       ++found.cells;
     }
   }

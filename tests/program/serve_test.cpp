@@ -37,6 +37,55 @@ TEST_F(Program, ServesWhatItWritesToTheProtocolsOwnClient) {
   EXPECT_GT(report["served"]["messages"], 100);
 }
 
+/// Both fingers' touches and each pair's row are what the session has, as the protocol's own client reads
+/// them.
+void expect_served_pair(const fs::path& program_folder, const fs::path& out, const std::string& port) {
+  const fs::path answer = program_folder / "answer.json";
+  const std::string command = "node '" + (clients_folder() / "live.mjs").string() + "' " + port + " '" +
+                              out.string() + "' pair >'" + answer.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << slurp(answer);
+  const Json found = parse_json(slurp(answer));
+  EXPECT_EQ(found["topics"].size(), 17u) << found;
+  for (const auto& [topic, messages] : found["topics"].items()) EXPECT_GT(messages, 0) << topic;
+  EXPECT_GT(found["grips"], 60);
+  EXPECT_GT(found["cells"], 3000);
+  EXPECT_GE(found["zeros"], 1);
+  EXPECT_LE(found["zeros"], 2);  // rounded
+  std::vector<std::string> services = found["services"];
+  EXPECT_EQ(services, (std::vector<std::string>{"/grip/zero", "/grip/mark", "/grip/start", "/grip/stop"}));
+  for (const auto& [call, said] : found["answers"].items()) EXPECT_TRUE(said.is_object()) << said;
+}
+
+TEST_F(Program, ServesTwoFingersAndTheirGrip) {
+  if (clients_folder().empty())
+    GTEST_SKIP() << "NOT CHECKED: npm brings no client of Foxglove's protocol here";
+  const auto finger = [](const std::string& side) {
+    return "synthetic:grip?size=160x120&weight_N=0.6&skew_ms=5&repeat=0&side=" + side;
+  };
+  const std::string port = free_port();
+  const std::vector<std::string> both = {"--left", finger("left"), "--right", finger("right"), "--seconds",
+                                         "6",      "--port",       port,      "--json"};
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"serve", "--record"}, {"record", "--serve"}}) {
+    SCOPED_TRACE(command.front());
+    const fs::path out = folder_ / command.front();
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), both.begin(), both.end());
+    arguments.insert(arguments.end(), {"--out", out.string()});
+    const pid_t server = start(arguments);
+    expect_served_pair(folder_, out, port);
+    const Ended ended = finish(server);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    const Json report = parse_json(ended.out);
+    EXPECT_EQ(report["served"]["clients"], 1);
+    EXPECT_GT(report["rows"], 60);
+    fs::path session = out;
+    if (!fs::exists(session / "pairs.csv")) session = fs::directory_iterator(out)->path();
+    for (const char* side : {"left", "right"})
+      EXPECT_TRUE(contains(slurp(session / side / "events.csv"), "mark,here")) << side;
+  }
+}
+
 TEST_F(Program, ServesAPageThatDrawsAndComesBack) {
   const char* chromium = "/usr/bin/chromium";
   if (clients_folder().empty() || !fs::exists(chromium))
@@ -57,6 +106,8 @@ TEST_F(Program, ServesNobodyWhoMayNotConnect) {
   expect_refusal({"serve", "--token", "short", "--frames", "1"}, 2, {"a token of at least 16 letters"});
   expect_refusal({"serve", "--port", "70000"}, 2, {"--port"});
   expect_refusal({"serve", "--record"}, 2, {"--out DIR"});
+  expect_refusal({"serve", "--left", "a"}, 2, {"none on the right"});
+  expect_refusal({"serve", "--left", "a", "--right", "b", "--loop"}, 2, {"one finger for --loop"});
 }
 
 }  // namespace

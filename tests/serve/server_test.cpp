@@ -132,6 +132,56 @@ TEST_F(ServerTest, EveryTopicComesAsItWasMeasured) {
   EXPECT_EQ(force[2], result_.touch.force_N.value);
 }
 
+TEST_F(ServerTest, TwoFingersAndTheirGripShareOneServer) {
+  hub_.emplace(std::vector{LiveHub::Publisher{sensor_, outputs_, columns_, "left"},
+                           LiveHub::Publisher{sensor_, outputs_, columns_, "right"}});
+  Client client(serve());
+  const std::map<std::string, uint32_t> channels = client.greet();
+  EXPECT_EQ(channels.size(), 17u);
+  const std::string name = topic_name(sensor_.name);
+  const uint32_t left = channels.at("/left/" + name + "/touch"),
+                 right = channels.at("/right/" + name + "/touch"), grip = channels.at("/grip");
+  client.subscribe({left, right, grip});
+  GripFrame frame{
+      .time_ns = 250'000'000, .left = 7, .right = 9, .skew_ms = 1.5, .grip = Grip(), .opening_mm = {}};
+  frame.grip->force_N = {1.25, 0.02, Validity::Valid};
+  std::map<uint32_t, std::string> found;
+  std::atomic<bool> done{false};
+  std::thread publisher([&] {
+    while (!done) {
+      hub_->publish(0, frame_, result_, result_.touch);
+      Touch other = result_.touch;
+      other.force_N.value = 2;
+      hub_->publish(1, frame_, result_, other);
+      hub_->publish_grip(frame, 0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  found = client.each({left, right, grip});
+  done = true;
+  publisher.join();
+  EXPECT_EQ(parse_json(found[left])["force_N"]["value"].get<double>(), result_.touch.force_N.value);
+  EXPECT_EQ(parse_json(found[right])["force_N"]["value"], 2);
+  const Json row = parse_json(found[grip]);
+  for (const MeasuredQuantity<GripFrame>& q : grip_quantities()) {
+    ASSERT_TRUE(row.contains(q.name)) << q.name;
+    if (q.unit && *q.unit) {
+      EXPECT_EQ(row[q.name]["unit"], q.unit);
+    }
+  }
+  EXPECT_EQ(row["left_frame"]["value"], 7);
+  EXPECT_EQ(row["grip_force_N"],
+            Json({{"value", 1.25}, {"unit", "N"}, {"standard_error", 0.02}, {"state", "valid"}}));
+  EXPECT_TRUE(row["load_x_N"]["value"].is_null());
+  EXPECT_FALSE(row.contains("zeroed"));
+  // A frame alone says its number, and nothing of the object.
+  frame.right.reset();
+  frame.grip.reset();
+  const Json alone = parse_json(grip_json(frame, 1));
+  EXPECT_TRUE(alone["right_frame"]["value"].is_null());
+  EXPECT_TRUE(alone["grip_force_N"]["value"].is_null());
+}
+
 TEST_F(ServerTest, NothingIsMadeThatNobodyWants) {
   const uint16_t port = serve();
   for (int i = 0; i < 10; ++i) publish();

@@ -48,7 +48,7 @@ Report process_fingers(const Common& common, const ProcessRequest& asked) {
         return *context;
       },
       folder, common.out, on_row, run_watch(common));
-  Facts facts = facts_of(outcome, common.out);
+  Facts facts = facts_of(outcome);
   facts.json["complete"] = !outcome.run.interrupted;
   return {facts.text, facts.json,
           outcome.run.interrupted      ? kInterrupted

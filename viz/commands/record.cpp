@@ -32,19 +32,14 @@ struct Options {
 };
 
 Report record_fingers(const Common& common, const Options& options, std::array<RunSettings, 2> fingers) {
-  PairRequest request;
-  request.fingers = std::move(fingers);
-  request.grip = options.pair.grip;
+  PairRequest request = options.pair.request(std::move(fingers), "the recording");
   request.out = common.out;
-  request.on_device_lost = [](const DeviceLost& lost) {
-    spdlog::warn("{}; opened anew, the recording goes on", lost.what());
-  };
-  request.on_state = [](Side side, const std::string& state) {
-    if (state.empty())
-      spdlog::info("{}: frames come again", to_string(side));
-    else
-      spdlog::warn("{}: {}; the other finger goes on", to_string(side), state);
-  };
+  std::optional<Serving> serving;
+  if (options.serve.on)
+    request.attach = [&](const PairParts& parts) {
+      serving.emplace(options.serve.options(), parts, common.out);
+      spdlog::info("{}", serving->where());
+    };
   std::unique_ptr<gpu::Context> context;
   const PairOutcome outcome = record_pair(
       [&]() -> gpu::Context& {
@@ -52,9 +47,10 @@ Report record_fingers(const Common& common, const Options& options, std::array<R
         return *context;
       },
       request, run_watch(common));
-  const std::string& error = outcome.error;
+  const std::string error = outcome.error();
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
-  Facts facts = facts_of(outcome, common.out);
+  Facts facts = facts_of(outcome);
+  if (serving) facts.take(serving->finish());
   facts.json["device"] = context->report().name;
   facts.json["complete"] = !outcome.run.interrupted && error.empty();
   return {facts.text, facts.json,
@@ -68,8 +64,8 @@ Report record(const Common& common, const Options& options) {
   RecordRequest request = options.request;
   request.seed = common.seed;
   if (auto fingers = options.pair.fingers(request, options.camera)) {
-    if (request.mcap || options.serve.on || options.block.given())
-      throw Error(Failure::Usage, "one finger for --mcap, --serve and --block", "two",
+    if (request.mcap || options.block.given())
+      throw Error(Failure::Usage, "one finger for --mcap and --block", "two",
                   "without them, or palpate export of each finger's session");
     return record_fingers(common, options, std::move(*fingers));
   }
@@ -107,9 +103,7 @@ Report record(const Common& common, const Options& options) {
       {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
   Facts facts = facts_of(report, {session});
   if (serving) {
-    const Facts served = serving->finish();
-    facts.say(served.text);
-    facts.json.update(served.json);
+    facts.take(serving->finish());
   }
   if (mcap)
     facts.add("mcap", {{"written", mcap->written}, {"dropped", mcap->dropped}, {"bytes", mcap->bytes}},

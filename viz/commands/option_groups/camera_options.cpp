@@ -71,7 +71,7 @@ std::string CameraChoice::composed(const std::string& node) const {
 std::string CameraChoice::input(const std::string& input) const {
   if (nodes.size() > 1 || (!nodes.empty() && side_of(nodes.front())))
     throw Error(Failure::Usage, "one camera", std::to_string(nodes.size()) + " with --camera",
-                "--camera left=NAME --camera right=NAME with palpate record, for two fingers");
+                "--camera left=NAME --camera right=NAME with palpate record or serve, for two fingers");
   const std::string node = nodes.empty() ? "" : nodes.front();
   std::string camera = composed(node);
   if (camera.empty()) return input;

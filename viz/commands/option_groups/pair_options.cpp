@@ -1,5 +1,7 @@
 #include "viz/commands/option_groups/pair_options.h"
 
+#include <spdlog/spdlog.h>
+
 #include "capture/live/live_report.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
@@ -62,7 +64,23 @@ std::optional<std::array<RunSettings, 2>> PairChoice::fingers(const RunSettings&
   return fingers;
 }
 
-Facts facts_of(const PairOutcome& outcome, const std::filesystem::path& out) {
+PairRequest PairChoice::request(std::array<RunSettings, 2> fingers, const std::string& run) const {
+  PairRequest request;
+  request.fingers = std::move(fingers);
+  request.grip = grip;
+  request.on_device_lost = [run](const DeviceLost& lost) {
+    spdlog::warn("{}; opened anew, {} goes on", lost.what(), run);
+  };
+  request.on_state = [](Side side, const std::string& state) {
+    if (state.empty())
+      spdlog::info("{}: frames come again", to_string(side));
+    else
+      spdlog::warn("{}: {}; the other finger goes on", to_string(side), state);
+  };
+  return request;
+}
+
+Facts facts_of(const PairOutcome& outcome) {
   const SkewStatistics& skew = outcome.run.skew;
   Facts facts;
   facts.add("pairs", skew.pairs(),
@@ -73,17 +91,16 @@ Facts facts_of(const PairOutcome& outcome, const std::filesystem::path& out) {
   for (const Side side : kSides) {
     const size_t i = index(side);
     const LiveReport& report = outcome.run.fingers[i];
-    std::vector<Recording::Written> sessions;
-    if (outcome.sessions[i].status.recorded > 0) sessions.push_back(outcome.sessions[i]);
     json::Value value = {{"input", outcome.inputs[i]}, {"sensor", outcome.sensors[i]}};
-    value.update(facts_of(report, sessions).json);
+    value.update(facts_of(report, outcome.sessions(side)).json);
     value["alone"] = outcome.run.alone[i];
     facts.add(to_string(side), value, finger_line(side, report, outcome.run.alone[i]));
   }
   for (const std::string& log : outcome.logs) facts.say("log " + log + "\n");
   if (!outcome.logs.empty()) facts.json["logs"] = outcome.logs;
-  if (!out.empty())
-    facts.add("rows", outcome.rows, "written: " + (out / kPairRows).string() + ", left, right\n");
+  facts.add("rows", outcome.rows);
+  for (const std::filesystem::path& folder : outcome.folders)
+    facts.say("written: " + (folder / kPairRows).string() + ", left, right\n");
   return facts;
 }
 

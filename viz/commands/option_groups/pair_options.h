@@ -24,9 +24,12 @@ struct PairChoice {
   /// where one of the two is missing or there is a third.
   std::optional<std::array<RunSettings, 2>> fingers(const RunSettings& settings,
                                                     const CameraChoice& camera) const;
+  /// Of these fingers and the grip; a lost device and a finger without frames are lines of the log. `run`:
+  /// what goes on then.
+  PairRequest request(std::array<RunSettings, 2> fingers, const std::string& run) const;
 };
 
-/// Facts of a pair's run, for people and programs. `out`: where pairs.csv is; empty: nowhere.
-Facts facts_of(const PairOutcome& outcome, const std::filesystem::path& out);
+/// Facts of a pair's run, for people and programs.
+Facts facts_of(const PairOutcome& outcome);
 
 }  // namespace palpate

@@ -114,17 +114,11 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
     outcome.inputs[i] = fingers[i].found.input;
     outcome.sensors[i] = fingers[i].found.sensor.name;
   }
-  Facts facts = facts_of(outcome, tables ? request.out : fs::path());
-  json::Value recorded = json::Value::array();
-  std::string error;
-  if (recording)
-    for (const PairRecording::Written& one : recording->finish()) {
-      recorded.push_back(one.folder.string());
-      facts.say("recorded: " + one.folder.string() + "\n");
-      if (error.empty()) error = one.error();
-    }
+  if (tables) outcome.folders.push_back(request.out);
+  if (recording) outcome.add(recording->finish());
+  Facts facts = facts_of(outcome);
+  const std::string error = outcome.error();
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
-  facts.json["recorded"] = recorded;
   facts.json["device"] = context.report().name;
   return {facts.text, facts.json,
           outcome.run.interrupted     ? kInterrupted
