@@ -1,15 +1,17 @@
 // Opens the page of `palpate serve` in Chromium, sees it draw, kills the server, starts it anew, and sees the page
-// come back by itself.
-//   node browser.mjs PROGRAM CHROMIUM PORT FOLDER
+// come back by itself; of two fingers that their numbers are chosen.
+//   node browser.mjs PROGRAM CHROMIUM PORT FOLDER [pair]
 // What is found goes to stdout as JSON; the exit code is 1 where something differs, 2 where Chromium does not start.
 import { spawn } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import WebSocket from "ws";
 
-const [program, chromium, port, folder] = process.argv.slice(2);
+const [program, chromium, port, folder, pair] = process.argv.slice(2);
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+const grip = (side) => [`--${side}`, `synthetic:grip?size=160x120&rate=30&repeat=0&weight_N=0.6&side=${side}`];
+const inputs = pair ? [...grip("left"), ...grip("right")] : ["synthetic:palpation?size=160x120&rate=30&repeat=0"];
 const serve = () =>
-  spawn(program, ["serve", "synthetic:palpation?size=160x120&rate=30&repeat=0", "--port", port], { stdio: "ignore" });
+  spawn(program, ["serve", ...inputs, "--port", port], { stdio: "ignore" });
 
 async function devtools() {
   const flags = ["--headless=new", "--no-sandbox", "--remote-debugging-port=0", `--user-data-dir=${folder}/chromium`];
@@ -78,6 +80,18 @@ found.drew = (await until(ask, "palpate.updates > 20")) !== false;
 found.colours = await until(ask, `(${kColours}) > 20 ? ${kColours} : 0`);
 found.force = await until(ask, "[...document.querySelectorAll('.card')].map(c => c.textContent).find(t => /^force.*N$/.test(t))");
 found.wide = await ask("document.documentElement.scrollWidth <= innerWidth");
+if (pair) {
+  found.grip = await until(ask, "[...document.querySelectorAll('.grip .card')].map(c => c.textContent).find(t => /^grip force.*N$/.test(t))");
+  found.surfaces = await ask("[...fingers.values()].filter(f => f.surface.depth).length");
+  const shownDetails = "[...fingers.values()].filter(f => f.details.offsetParent).map(f => f.side).join()";
+  found.chosen = [await ask(shownDetails)];
+  for (const side of ["right", "both"]) {
+    await ask(`[...document.querySelectorAll(".choice button")].find(b => b.textContent === "${side}").click()`);
+    found.chosen.push(await ask(shownDetails));
+  }
+  found.pair = found.grip && found.surfaces === 2 && found.chosen.join(" ") === "left right left,right";
+  found.pictures = (await until(ask, "[...fingers.values()].every(f => f.pictured)")) !== false;
+}
 server.kill("SIGKILL");
 found.told = await until(ask, "/no connection/.test(document.querySelector('#state').textContent)");
 const before = await ask("palpate.updates");
@@ -89,6 +103,8 @@ const shot = await call("Page.captureScreenshot", { format: "png" });
 writeFileSync(`${folder}/page.png`, Buffer.from(shot.data, "base64"));
 server.kill("SIGINT");
 browser.kill();
+await new Promise((done) => browser.on("exit", done));  // it writes to its folder until then
 console.log(JSON.stringify(found));
-const right = found.drew && found.colours && found.force && found.wide && found.told && found.connections && found.drewAgain && faults.length === 0;
+const right = found.drew && found.colours && found.force && found.wide && found.told && found.connections && found.drewAgain && faults.length === 0 &&
+  (!pair || (found.pair && found.pictures));
 process.exit(right ? 0 : 1);
