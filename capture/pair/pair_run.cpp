@@ -92,7 +92,7 @@ class ShownFinger : public LiveViewer {
  public:
   ShownFinger(LiveSession& session, LatencyLog& latency, const LiveOptions& options,
               const std::atomic<bool>& losing)
-      : finger_{session, latency}, options_(options), losing_(losing) {}
+      : finger_{session, latency, options}, losing_(losing) {}
 
   // The finger's own thread.
   LiveReport run() override {
@@ -101,12 +101,13 @@ class ShownFinger : public LiveViewer {
     const LiveSession& session = finger_.session;
     while (!session.ending() && !interrupted) {
       std::this_thread::sleep_for(milliseconds(5));
-      if (session.to_display.finished() && (options_.close_at_end || losing_ || session.failed())) break;
-      if (!start_ns && session.processed > 0) start_ns = monotonic_ns();
-      if (options_.max_seconds > 0 && start_ns &&
-          1e-9 * static_cast<double>(monotonic_ns() - *start_ns) >= options_.max_seconds)
+      if (session.to_display.finished() && (finger_.options.close_at_end || losing_ || session.failed()))
         break;
-      interrupted = options_.interrupted && options_.interrupted();
+      if (!start_ns && session.processed > 0) start_ns = monotonic_ns();
+      if (finger_.options.max_seconds > 0 && start_ns &&
+          1e-9 * static_cast<double>(monotonic_ns() - *start_ns) >= finger_.options.max_seconds)
+        break;
+      interrupted = finger_.options.interrupted && finger_.options.interrupted();
     }
     std::unique_lock lock(mutex_);
     leaving_ = true;
@@ -130,7 +131,6 @@ class ShownFinger : public LiveViewer {
 
  private:
   RunningFinger finger_;
-  const LiveOptions& options_;
   const std::atomic<bool>& losing_;
   mutable std::mutex mutex_;
   std::condition_variable left_;

@@ -33,15 +33,16 @@ struct PairFinger {
 struct RunningFinger {
   LiveSession& session;
   LatencyLog& latency;  ///< of what is shown; receives each result that was taken
+  const LiveOptions& options;
 };
 
 /// Whoever shows both fingers, on the caller's thread.
 class PairViewer {
  public:
   virtual ~PairViewer() = default;
-  /// Called again and again: takes the newest results, where there are some (by Side; null: that finger gives
-  /// none at present), shows them, and waits for some ms at most. False: the person has closed it. Throws
-  /// DeviceLost where it finds that.
+  /// Called again and again: takes the newest results (with LiveOptions::on_newest), where there are some (by
+  /// Side; null: that finger gives none at present), shows them, and waits for some ms at most. False: the
+  /// person has closed it. Throws DeviceLost where it finds that.
   virtual bool show(const std::array<RunningFinger*, 2>& fingers) = 0;
   /// Gives back all results of a finger that it holds, and tells what it has shown of it since it was asked
   /// last.

@@ -34,8 +34,9 @@ struct Options {
 
 Report live_fingers(const Common& common, const Options& options, LivePairRequest request) {
   const LiveRunRequest& one = options.request;
-  if (one.serve.on || one.block.given() || !one.logs.empty() || common.jsonl)
-    throw Error(Failure::Usage, "one finger for --serve, --log, --block and --jsonl", "two", "without them");
+  if (one.block.given()) throw Error(Failure::Usage, "one finger for --block", "two", "without it");
+  request.serve = one.serve;
+  request.jsonl = common.jsonl;
   request.out = common.out;
   request.record = one.record;
   const std::vector<const char*> extensions = viz::window_extensions();

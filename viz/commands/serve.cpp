@@ -31,8 +31,7 @@ struct Options {
 };
 
 Report serve_fingers(const Common& common, const Options& options, std::array<RunSettings, 2> fingers) {
-  if (options.request.loop || !options.request.logs.empty())
-    throw Error(Failure::Usage, "one finger for --loop and --log", "two", "without them");
+  if (options.request.loop) throw Error(Failure::Usage, "one finger for --loop", "two", "without it");
   PairRequest request = options.pair.request(std::move(fingers), "the run");
   request.out = common.out;
   request.switched = request.paced = true;

@@ -229,6 +229,8 @@ void PairWindow::Impl::take(const std::array<RunningFinger*, 2>& fingers) {
     any = is_new[i] = true;
     if (current[i]) replaced[i].push_back(std::move(*current[i]));
     current[i] = std::move(measured);
+    if (const auto& tell = fingers[i]->options.on_newest)
+      tell(current[i]->captured->frame, current[i]->result);
     view->follow(current[i]->result.touch);
     if (began[i] == Clock::time_point{}) began[i] = Clock::now();
     ended[i] = Clock::now();

@@ -17,6 +17,7 @@
 #include "viz/commands/option_groups/pair_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/workflow/serving.h"
 #include "viz/display/pair_window.h"
 
 namespace fs = std::filesystem;
@@ -75,6 +76,7 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   if (!folder.empty() && request.recorded.empty()) {
     recording.emplace([folder] { return new_session_folder(folder); }, fingers, context, grip,
                       request.fingers[0].no_drop, watch);
+    recording->take(open_logs(request.fingers[0].logs));
     shown.recording = &*recording;
     if (request.record) recording->start();
   }
@@ -92,10 +94,12 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   options.viewer = &window;
   options.period_s = info.period_s;
   options.interrupted = interrupted;
-  options.on_pair = [&recording, &tables, &window](const Matched<FingerTouch>& pair) {
+  PairMeter lines(grip);
+  options.on_pair = [&, jsonl = request.jsonl](const Matched<FingerTouch>& pair) {
     if (recording) recording->add(pair);
     if (tables) tables->add(pair);
     window.add(pair);
+    if (jsonl) print_line(grip_json_line(lines.add(pair)));
   };
   options.on_state = [&window](Side side, const std::string& state) {
     window.set_state(side, state);
@@ -104,6 +108,12 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   options.on_device_lost = [](const DeviceLost& lost) {
     spdlog::warn("{}; opened anew, the run goes on", lost.what());
   };
+  std::optional<Serving> serving;
+  if (request.serve.on) {
+    serving.emplace(request.serve.options(),
+                    PairParts{fingers, options, recording ? &*recording : nullptr, grip}, folder);
+    spdlog::info("{}", serving->where());
+  }
   PairOutcome outcome;
   outcome.run = run_pair(context, {fingers[0].pair(), fingers[1].pair()}, options);
   if (tables) {
@@ -117,6 +127,7 @@ Report live_pair(gpu::Context& context, const LivePairRequest& request) {
   if (tables) outcome.folders.push_back(request.out);
   if (recording) outcome.add(recording->finish());
   Facts facts = facts_of(outcome);
+  if (serving) facts.take(serving->finish());
   const std::string error = outcome.error();
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
   facts.json["device"] = context.report().name;

@@ -15,6 +15,8 @@ struct LivePairRequest : PairRequest {
   bool record = false;             ///< from the start; needs `out`
   std::filesystem::path
       recordings;  ///< for sessions, snapshots and events where `out` is empty; may be empty
+  ServeChoice serve;
+  bool jsonl = false;  ///< each row goes to the terminal
   viz::WindowRun shown;
 };
 
