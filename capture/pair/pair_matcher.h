@@ -67,13 +67,18 @@ class PairMatcher {
 
   PairMatcher(int64_t window_ns, size_t most_waiting) : window_ns_(window_ns), most_waiting_(most_waiting) {}
 
-  /// A frame, and all that is decided with it. Times of a side rise; one that does not begins anew, and what
-  /// waits of that side goes out alone.
+  /// A frame, and all that is decided with it. Times of a side rise; one that does not begins anew: what
+  /// waits of that side goes out, alone where no partner waits for it.
   Out add(Side side, int64_t time_ns, Item item) {
     Out out;
     Queue& queue = waiting_[index(side)];
     absent_[index(side)] = false;
-    if (!queue.empty() && time_ns <= queue.back().time_ns) release_all(side, out);
+    if (!queue.empty() && time_ns <= queue.back().time_ns) {
+      for (absent_[index(side)] = true; !queue.empty() && decide(out);) {
+      }
+      absent_[index(side)] = false;
+      release_all(side, out);
+    }
     queue.push_back({time_ns, std::move(item)});
     while (decide(out)) {
     }

@@ -144,7 +144,8 @@ class PairRun {
       : options_(options),
         device_(context, options, [this] { forget_loss(); }),
         in_step_(std::ranges::all_of(fingers, [](const PairFinger& f) { return f.options.measure_all; })),
-        matcher_(std::llround(0.5e9 * options.period_s), in_step_ ? SIZE_MAX : options.most_waiting) {
+        window_ns_(std::llround(0.5e9 * options.period_s)),
+        matcher_(window_ns_, in_step_ ? SIZE_MAX : options.most_waiting) {
     for (const Side side : kSides) {
       const PairFinger& finger = fingers[index(side)];
       sides_[index(side)].session.emplace(Patience(finger.options.patience_s, finger.options.input));
@@ -196,6 +197,8 @@ class PairRun {
     FrameTime time;     // of its engine's thread
     // Under the pair's lock:
     int64_t newest_ns = INT64_MIN;
+    bool turning = false;  ///< its time jumps back, and it waits for the other to get to where it was
+    uint64_t turns = 0;    ///< that are over
     bool ended = false;
     ShownFinger* shown = nullptr;  ///< while its results are shown
   };
@@ -324,6 +327,7 @@ class PairRun {
     Finger &here = sides_[index(side)], &there = sides_[index(other(side))];
     const int64_t time_ns = here.time.of(frame, here.session->source()->live());
     std::unique_lock lock(mutex_);
+    if (in_step_ && time_ns < here.newest_ns) let_catch_up(side, lock);
     here.newest_ns = time_ns;
     moved_.notify_all();
     give(matcher_.add(side, time_ns,
@@ -344,6 +348,22 @@ class PairRun {
     session.lose_device(lost);
     return true;
   }
+  /// A recording whose time jumps back: its frames so far get their partners first, however fast the other
+  /// is read.
+  void let_catch_up(Side side, std::unique_lock<std::mutex>& lock) {
+    Finger &here = sides_[index(side)], &there = sides_[index(other(side))];
+    const int64_t until_ns = here.newest_ns + window_ns_;
+    const uint64_t turns = there.turns;
+    here.turning = true;
+    moved_.notify_all();
+    while (!there.ended && !there.session->to_display.finished() && !there.turning && there.turns == turns &&
+           there.newest_ns < until_ns && !here.session->ending() && !stop_)
+      moved_.wait_for(lock, milliseconds(20));
+    here.turning = false;
+    ++here.turns;
+    moved_.notify_all();
+  }
+
   /// The first finger that finds the device lost makes the other let go of it too.
   void tell_other(Side side, const DeviceLost& lost) {
     if (losing_.exchange(true)) return;
@@ -393,6 +413,7 @@ class PairRun {
   const PairOptions& options_;
   SharedDevice device_;
   const bool in_step_;
+  const int64_t window_ns_;
   std::atomic<bool> stop_{false};
   bool closed_ = false;       ///< nothing is shown any more
   bool viewer_lost_ = false;  ///< its device; the fingers that were told open it anew

@@ -159,6 +159,18 @@ TEST_F(PairRunTest, RecordingsWhoseTimeJumpsByAnHourComeOutWhole) {
     }
 }
 
+TEST_F(PairRunTest, AClockOfBothThatIsSetCostsNoPair) {
+  constexpr int64_t kHour_ns = 3'600'000'000'000;
+  std::array<PairFinger, 2> both = {finger(Side::Left), finger(Side::Right)};
+  for (const Side side : kSides)
+    both[index(side)].open = [this, side] {
+      return std::make_shared<SetClock>(scene_[index(side)], false, -kHour_ns, 100, 1000);
+    };
+  const PairReport report = run_pair(context(), both, options_);
+  EXPECT_EQ(report.skew.pairs(), 360u);
+  EXPECT_EQ(report.alone, (std::array<uint64_t, 2>{}));
+}
+
 TEST_F(PairRunTest, ACamerasFramesWaitForNoTimeThatDoesNotCome) {
   constexpr int64_t kHour_ns = 3'600'000'000'000;
   for (const int64_t by_ns : {kHour_ns, -kHour_ns}) {
