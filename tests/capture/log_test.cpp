@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "capture/log/log_input.h"
 #include "capture/log/session_logs.h"

@@ -108,7 +108,7 @@ TEST_F(PairProgram, AFullDiskEndsBothSessionsAndKeepsWhatTheyHold) {
     rows.expect_whole();
     EXPECT_EQ(value["rows"], rows.rows.size());
     const bool of_frames = most_B > 300'000;
-    EXPECT_EQ(of_frames, rows.rows.size() > 0);
+    EXPECT_EQ(of_frames, !rows.rows.empty());
     const auto into = [&](const std::string& what) { return folder_ / (what + folder.filename().string()); };
     for (const char* side : {"left", "right"}) {
       const Ended one = run({"process", folder / side, "--as-recorded", "--json", "--out", into(side)});

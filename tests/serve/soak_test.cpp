@@ -1,15 +1,14 @@
 // Two fingers for a day of their own time: sessions, clients and lost devices come and go; every frame and
 // every message is accounted for, and neither memory nor handles grow.
-#include <dirent.h>
 #include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <fstream>
 #include <iostream>
-#include <mutex>
+#include <optional>
+#include <set>
 #include <thread>
 
 #include "capture/live/recorder.h"

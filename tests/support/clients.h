@@ -11,7 +11,7 @@ namespace palpate {
 inline const std::filesystem::path& clients_folder() {
   namespace fs = std::filesystem;
   static const fs::path folder = [] {
-    const fs::path at = fs::path(PALPATE_PROGRAM).parent_path() / "clients";
+    fs::path at = fs::path(PALPATE_PROGRAM).parent_path() / "clients";
     fs::create_directories(at);
     for (const auto& file : fs::directory_iterator(fs::path(PALPATE_SOURCE_DIR) / "tests/clients"))
       if (file.is_regular_file())

@@ -68,7 +68,7 @@ class Sessions : public testing::Test {
 
   /// Records `frames` frames of noise into folder_/name.
   fs::path record(const std::string& name, const SessionInfo& info, uint64_t frames) {
-    const fs::path to = folder_ / name;
+    fs::path to = folder_ / name;
     SessionWriter writer(to, info, {.no_drop = true});
     for (uint64_t n = 0; n < frames; ++n) EXPECT_TRUE(writer.record(noise_frame(info.format, n)));
     const SessionStatus status = writer.close();
