@@ -77,7 +77,7 @@ constexpr Arrow kArrows[] = {
     {"perf/profile/profile", "engine/base"},
     {"perf/profile/report/answers perf/profile/report/tables", "perf/profile/profile"},
     {"perf/profile/report/compare", "perf/profile/report/tables"},
-    {"viz/python", "capture/calibrate perf/profile/report/compare"},
+    {"viz/python", "capture/calibrate capture/pair perf/profile/report/compare"},
     {"viz/render", "viz/live"},
     {"viz/panels", "viz/render"},
     {"viz/display", "viz/panels viz/report"},
