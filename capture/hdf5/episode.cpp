@@ -22,9 +22,6 @@ template <typename Of>
 bool is_there(const MeasuredQuantity<Of>& q, MeasuredColumns columns) {
   return (columns.groups & q.group) != 0;
 }
-std::string dataset_of(const std::string& name) {
-  return "/touch/" + name;
-}
 
 double number_of(const QuantityValue& value) {
   if (const bool* flag = std::get_if<bool>(&value)) return *flag ? 1 : 0;
@@ -35,41 +32,47 @@ double number_of(const QuantityValue& value) {
 
 }  // namespace
 
-Episode::Episode(std::filesystem::path file, const EpisodeOptions& options)
+EpisodeFile::EpisodeFile(std::filesystem::path file)
     : file_(std::move(file)),
       partial_(file_.parent_path() /
                ("." + file_.filename().string() + "." + std::to_string(::getpid()) + ".partial")),
+      writer_(write_hdf5(partial_)) {
+  writer_->attribute("program_version", PALPATE_VERSION_TEXT);
+}
+
+Episode::Episode(EpisodeFile& file, const EpisodeOptions& options)
+    : writer_(&file.writer()),
+      root_(options.side.empty() ? "" : "/" + options.side),
       columns_(options.columns),
-      writer_(write_hdf5(partial_)),
       frames_(add_stream("/frames")),
       touches_(add_stream("/touch")) {
   const FrameFormat& f = options.format;
   std::vector<uint64_t> sides = {f.height, f.width};
   const std::vector<uint64_t> map = sides;
   if (f.channels == 3) sides.push_back(3);
-  images_ = writer_->add({"/frames/image", f.bit_depth > 8 ? Hdf5Type::U16 : Hdf5Type::U8, sides,
+  images_ = writer_->add({root_ + "/frames/image", f.bit_depth > 8 ? Hdf5Type::U16 : Hdf5Type::U8, sides,
                           "gray levels", "Frames as they were measured; colour as red, green, blue."});
   if (wants(options.outputs, Output::Surface))
     depth_ = Map{add_stream("/depth"),
-                 writer_->add({"/depth/depth_mm", Hdf5Type::F32, map, "mm",
+                 writer_->add({root_ + "/depth/depth_mm", Hdf5Type::F32, map, "mm",
                                "Depth below the rest level, row by row; NaN where it is not known."})};
   add_columns(touch_quantities());
-  for (const auto& [name, text] : options.facts) writer_->attribute(name, text);
-  writer_->attribute("program_version", PALPATE_VERSION_TEXT);
-  writer_->attribute("sensor_name", options.sensor.name);
-  if (has_scale(options.sensor)) writer_->attribute("sensor", sensor_text(options.sensor));
+  const std::string begin = options.side.empty() ? "" : options.side + "_";
+  for (const auto& [name, text] : options.facts) writer_->attribute(begin + name, text);
+  writer_->attribute(begin + "sensor_name", options.sensor.name);
+  if (has_scale(options.sensor)) writer_->attribute(begin + "sensor", sensor_text(options.sensor));
 }
 
-Episode::~Episode() {
+EpisodeFile::~EpisodeFile() {
   if (!writer_) return;
   writer_.reset();
   ::unlink(partial_.c_str());
 }
 
 Episode::Stream Episode::add_stream(const std::string& group) {
-  return {
-      writer_->add({group + "/time_s", Hdf5Type::F64, {}, "s", "Of exposure, since the recording began."}),
-      writer_->add({group + "/frame", Hdf5Type::U64, {}, "", "Number of the frame."})};
+  return {writer_->add(
+              {root_ + group + "/time_s", Hdf5Type::F64, {}, "s", "Of exposure, since the recording began."}),
+          writer_->add({root_ + group + "/frame", Hdf5Type::U64, {}, "", "Number of the frame."})};
 }
 
 void Episode::stamp(const Stream& stream, const Touch& touch, double time_s) {
@@ -80,7 +83,7 @@ void Episode::stamp(const Stream& stream, const Touch& touch, double time_s) {
 template <typename Of>
 void Episode::add_columns(std::span<const MeasuredQuantity<Of>> quantities) {
   const auto add = [&](const std::string& name, Hdf5Type type, const char* unit, const std::string& text) {
-    values_[name] = writer_->add({dataset_of(name), type, {}, unit, text});
+    values_[name] = writer_->add({root_ + "/touch/" + name, type, {}, unit, text});
   };
   for (const MeasuredQuantity<Of>& q : quantities) {
     if (!is_there(q, columns_)) continue;
@@ -114,15 +117,15 @@ void Episode::add_values(std::span<const MeasuredQuantity<Of>> quantities, const
   }
 }
 
-void Episode::add(const NumberTable& table) {
+void EpisodeFile::add(const NumberTable& table, const std::string& root) {
   const auto plain = [](std::string name) {
     for (char& c : name)
       if (c == '/') c = '_';
     return name == "." || name.empty() ? "_" : name;
   };
-  const bool taken =
-      table.name == "frames" || table.name == "touch" || table.name == "depth" || table.name == "skin";
-  const std::string group = std::string("/") + (taken ? "log_" : "") + plain(table.name) + "/";
+  static const std::set<std::string> kTaken = {"frames", "touch", "depth", "skin", "left", "right", "pair"};
+  const std::string group =
+      root + "/" + (kTaken.contains(table.name) ? "log_" : "") + plain(table.name) + "/";
   const auto add = [&](const std::string& name, const std::string& unit, const std::string& description,
                        std::span<const double> values) {
     const size_t dataset = writer_->add({group + name, Hdf5Type::F64, {}, unit, description});
@@ -152,8 +155,9 @@ void Episode::add_image(const Frame& frame) {
 void Episode::add_skin(const Touch& touch, double time_s) {
   if (!skin_) {
     skin_points_ = touch.skin_points.size();
-    skin_ = Map{add_stream("/skin"),
-                writer_->add({"/skin/points", Hdf5Type::F32, {skin_points_, kSkinNumbers}, "px", kSkinText})};
+    skin_ = Map{
+        add_stream("/skin"),
+        writer_->add({root_ + "/skin/points", Hdf5Type::F32, {skin_points_, kSkinNumbers}, "px", kSkinText})};
   }
   map_.assign(skin_points_ * kSkinNumbers, std::numeric_limits<float>::quiet_NaN());
   for (size_t i = 0; i < std::min(skin_points_, touch.skin_points.size()); ++i) {
@@ -181,7 +185,7 @@ void Episode::add(const Frame& frame, const Touch& touch, const std::optional<De
   if (!touch.skin_points.empty()) add_skin(touch, time_s);
 }
 
-void Episode::commit() {
+void EpisodeFile::commit() {
   writer_->close();
   writer_.reset();
   std::error_code code;

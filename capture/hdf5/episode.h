@@ -24,23 +24,38 @@ struct EpisodeOptions {
   MeasuredColumns columns = {};
   /// Attributes of the file: name and value.
   std::map<std::string, std::string> facts = {};
+  /// "left" or "right" of two fingers in one file: their groups, and what begins the attributes; empty: one.
+  std::string side = {};
 };
 
-/// Written under a name of its own, and there as `file` once commit() is called; without it nothing stays.
-/// Every member throws Error(Failure::Output). README.md has the layout.
+/// A file of one recording, or of two fingers. Written under a name of its own, and there as `file` once
+/// commit() is called; without it nothing stays. Every member throws Error(Failure::Output). README.md has
+/// the layout.
+class EpisodeFile {
+ public:
+  explicit EpisodeFile(std::filesystem::path file);
+  ~EpisodeFile();
+  EpisodeFile(const EpisodeFile&) = delete;
+  EpisodeFile& operator=(const EpisodeFile&) = delete;
+
+  Hdf5Writer& writer() { return *writer_; }
+  /// A group of its own, `/NAME` behind `root`: `time_s` and a dataset for each column.
+  void add(const NumberTable& table, const std::string& root = {});
+  void commit();
+
+ private:
+  std::filesystem::path file_, partial_;
+  std::unique_ptr<Hdf5Writer> writer_;
+};
+
+/// The streams of one sensor in a file that outlives it. Every member throws Error(Failure::Output).
 class Episode {
  public:
-  Episode(std::filesystem::path file, const EpisodeOptions& options);
-  ~Episode();
-  Episode(const Episode&) = delete;
-  Episode& operator=(const Episode&) = delete;
+  Episode(EpisodeFile& file, const EpisodeOptions& options);
 
   /// A frame with what was measured of it. `depth`: none where it is not known; `time_s`: since the recording
   /// began.
   void add(const Frame& frame, const Touch& touch, const std::optional<DepthMap>& depth, double time_s);
-  /// A group of its own: `/NAME/time_s` and a dataset for each column.
-  void add(const NumberTable& table);
-  void commit();
 
  private:
   /// Times and numbers of a stream's rows.
@@ -56,9 +71,9 @@ class Episode {
   void add_image(const Frame& frame);
   void add_skin(const Touch& touch, double time_s);
 
-  std::filesystem::path file_, partial_;
+  Hdf5Writer* writer_;
+  std::string root_;  ///< "/left" of two
   MeasuredColumns columns_;
-  std::unique_ptr<Hdf5Writer> writer_;
   Stream frames_, touches_;
   size_t images_;
   std::map<std::string, size_t> values_;  ///< datasets of the touch, by name

@@ -14,15 +14,14 @@ namespace {
 
 /// The description that rosbag2 keeps beside its files. Only its own messages are named: it would refuse to
 /// play others, which the file holds all the same.
-std::string rosbag_text(const std::vector<Topic>& topics, const std::map<TopicKind, uint16_t>& channels,
-                        const McapCounts& counts) {
+std::string rosbag_text(const std::vector<std::pair<Topic, uint16_t>>& topics, const McapCounts& counts) {
   const std::string start = std::to_string(counts.first_ns);
   const std::string length = std::to_string(counts.last_ns - counts.first_ns);
   std::string list;
   uint64_t all = 0;
-  for (const Topic& topic : topics) {
+  for (const auto& [topic, channel] : topics) {
     if (topic.encoding != "cdr") continue;
-    const auto found = counts.messages.find(channels.at(topic.kind));
+    const auto found = counts.messages.find(channel);
     const uint64_t messages = found == counts.messages.end() ? 0 : found->second;
     all += messages;
     list += "    - topic_metadata:\n        name: " + topic.name + "\n        type: " + topic.schema_name +
@@ -42,27 +41,70 @@ std::string rosbag_text(const std::vector<Topic>& topics, const std::map<TopicKi
 
 }  // namespace
 
-McapRecording::McapRecording(const std::filesystem::path& folder, const McapOptions& options)
-    : folder_(folder),
-      writer_(folder / kMcapFile, "ros2"),
-      sensor_(topic_name(options.sensor.name)),
-      columns_(options.columns),
-      topics_(topics_of(options.sensor, options.outputs, options.columns)) {
+McapFile::McapFile(const std::filesystem::path& folder)
+    : folder_(folder), writer_(folder / kMcapFile, "ros2") {
   std::filesystem::remove(folder / kMcapYaml);  // of an earlier file
+}
+
+uint16_t McapFile::add_channel(const Topic& topic) {
+  const uint16_t channel = writer_.add_channel(topic);
+  topics_.emplace_back(topic, channel);
+  return channel;
+}
+
+void McapFile::add(const NumberTable& table, int64_t begun_ns, const std::string& root) {
+  const auto kind = [](const char* type) { return json::Value{{"type", type}}; };
+  json::Value properties{{"time_s", kind("number")}, {"stamp", kind("object")}};
+  for (const NumberColumn& column : table.columns) {
+    properties[column.name] = kind("number");
+    properties[column.name]["description"] = column.unit;
+  }
+  const json::Value schema{{"title", "palpate.Log"},
+                           {"description", table.origin},
+                           {"type", "object"},
+                           {"properties", properties}};
+  const uint16_t channel = add_channel({.kind = TopicKind::Events,
+                                        .name = root + "/log/" + table.name,
+                                        .encoding = "json",
+                                        .schema_name = "palpate.Log",
+                                        .schema_encoding = "jsonschema",
+                                        .schema = schema.dump(-1, json::Utf8::Replace)});
+  for (size_t row = 0; row < table.time_s.size(); ++row) {
+    const int64_t stamp = std::max<int64_t>(begun_ns + std::llround(1e9 * table.time_s[row]), 0);
+    json::Value line{{"time_s", table.time_s[row]},
+                     {"stamp", {{"sec", stamp / 1'000'000'000}, {"nanosec", stamp % 1'000'000'000}}}};
+    for (const NumberColumn& column : table.columns) line[column.name] = column.values[row];
+    const std::string text = line.dump(-1, json::Utf8::Replace);
+    const MessageBytes message(text.begin(), text.end());
+    writer_.write(channel, static_cast<uint32_t>(row), stamp, message);
+    writer_.end_chunk_if_due(monotonic_ns());
+  }
+}
+
+void McapFile::close() {
+  writer_.close();
+  write_whole(folder_ / kMcapYaml, std::string_view(rosbag_text(topics_, writer_.counts())));
+}
+
+McapRecording::McapRecording(McapFile& file, const McapOptions& options)
+    : writer_(file.writer()),
+      root_(options.side.empty() ? "" : "/" + options.side),
+      sensor_((options.side.empty() ? "" : options.side + "/") + topic_name(options.sensor.name)),
+      columns_(options.columns) {
   // Topics that follow from another one are left out, the points unless they were asked for.
-  std::erase_if(topics_, [&](const Topic& topic) {
-    return topic.kind == TopicKind::Compressed || topic.kind == TopicKind::Preview ||
-           (topic.kind == TopicKind::Cloud && !options.cloud);
-  });
-  for (const Topic& topic : topics_) channels_[topic.kind] = writer_.add_channel(topic);
+  for (const Topic& topic : topics_of(options.sensor, options.outputs, options.columns, options.side))
+    if (topic.kind != TopicKind::Compressed && topic.kind != TopicKind::Preview &&
+        (topic.kind != TopicKind::Cloud || options.cloud))
+      channels_[topic.kind] = file.add_channel(topic);
   std::map<std::string, std::string> facts = options.facts;
   facts["sensor"] = options.sensor.name;
   if (has_scale(options.sensor)) facts["mm_per_px"] = shortest(options.sensor.pitch_mm_per_px);
   facts["program_version"] = PALPATE_VERSION_TEXT;
-  writer_.add_metadata("palpate", facts);
+  writer_.add_metadata("palpate" + root_, facts);
+  const std::string within = options.side.empty() ? "" : options.side + "/";
   if (has_scale(options.sensor))
-    writer_.attach("sensor.json", "application/json", sensor_text(options.sensor));
-  if (!options.session.empty()) writer_.attach("session.json", "application/json", options.session);
+    writer_.attach(within + "sensor.json", "application/json", sensor_text(options.sensor));
+  if (!options.session.empty()) writer_.attach(within + "session.json", "application/json", options.session);
 }
 
 void McapRecording::write(TopicKind kind, uint64_t sequence, int64_t stamp_ns) {
@@ -99,40 +141,6 @@ void McapRecording::add(const viz::Event& event, int64_t stamp_ns) {
   const std::string text = event_json({event.frame, event.time_s, event.kind, event.text}, stamp);
   message_.assign(text.begin(), text.end());
   write(TopicKind::Events, event.frame, stamp);
-}
-
-void McapRecording::add(const NumberTable& table, int64_t begun_ns) {
-  const auto kind = [](const char* type) { return json::Value{{"type", type}}; };
-  json::Value properties{{"time_s", kind("number")}, {"stamp", kind("object")}};
-  for (const NumberColumn& column : table.columns) {
-    properties[column.name] = kind("number");
-    properties[column.name]["description"] = column.unit;
-  }
-  const json::Value schema{{"title", "palpate.Log"},
-                           {"description", table.origin},
-                           {"type", "object"},
-                           {"properties", properties}};
-  const uint16_t channel = writer_.add_channel({.kind = TopicKind::Events,
-                                                .name = "/log/" + table.name,
-                                                .encoding = "json",
-                                                .schema_name = "palpate.Log",
-                                                .schema_encoding = "jsonschema",
-                                                .schema = schema.dump(-1, json::Utf8::Replace)});
-  for (size_t row = 0; row < table.time_s.size(); ++row) {
-    const int64_t stamp = std::max<int64_t>(begun_ns + std::llround(1e9 * table.time_s[row]), 0);
-    json::Value line{{"time_s", table.time_s[row]},
-                     {"stamp", {{"sec", stamp / 1'000'000'000}, {"nanosec", stamp % 1'000'000'000}}}};
-    for (const NumberColumn& column : table.columns) line[column.name] = column.values[row];
-    const std::string text = line.dump(-1, json::Utf8::Replace);
-    message_.assign(text.begin(), text.end());
-    writer_.write(channel, static_cast<uint32_t>(row), stamp, message_);
-    writer_.end_chunk_if_due(monotonic_ns());
-  }
-}
-
-void McapRecording::close() {
-  writer_.close();
-  write_whole(folder_ / kMcapYaml, std::string_view(rosbag_text(topics_, channels_, writer_.counts())));
 }
 
 }  // namespace palpate

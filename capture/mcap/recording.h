@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "capture/files/event_log.h"
@@ -34,13 +35,36 @@ struct McapOptions {
   std::map<std::string, std::string> facts = {};
   /// session.json, where a session was recorded; empty: none.
   std::string session = {};
+  /// "left" or "right" of two fingers in one file, in front of topics and names; empty: one.
+  std::string side = {};
 };
 
-/// Writes `folder`/recording.mcap and, at the end, metadata.yaml. Every member throws Error(Failure::Output).
-/// One thread.
+/// A file of one recording, or of two fingers. Writes `folder`/recording.mcap and, at the end, metadata.yaml.
+/// Every member throws Error(Failure::Output). One thread.
+class McapFile {
+ public:
+  explicit McapFile(const std::filesystem::path& folder);
+
+  McapWriter& writer() { return writer_; }
+  /// A topic, for metadata.yaml too.
+  uint16_t add_channel(const Topic& topic);
+  /// Rows as JSON under `/log/NAME`, behind `root`. `begun_ns`: what its times count from, since 1970.
+  void add(const NumberTable& table, int64_t begun_ns, const std::string& root = {});
+  /// Makes the disk have all whole chunks.
+  void sync() { writer_.sync(); }
+  void close();
+  McapCounts counts() const { return writer_.counts(); }
+
+ private:
+  std::filesystem::path folder_;
+  McapWriter writer_;
+  std::vector<std::pair<Topic, uint16_t>> topics_;
+};
+
+/// What one sensor sends, in a file that outlives it. Every member throws Error(Failure::Output). One thread.
 class McapRecording {
  public:
-  McapRecording(const std::filesystem::path& folder, const McapOptions& options);
+  McapRecording(McapFile& file, const McapOptions& options);
 
   /// A frame with what was measured of it. `depth`: none where it is not known. `stamp_ns`: of the exposure,
   /// since 1970, or since the recording began where its date is not known; negative counts as 0. `source`: as
@@ -48,21 +72,14 @@ class McapRecording {
   void add(const Frame& frame, const Touch& touch, const std::optional<DepthMap>& depth, int64_t stamp_ns,
            std::string_view source = {});
   void add(const viz::Event& event, int64_t stamp_ns);
-  /// Rows as JSON under `/log/NAME`. `begun_ns`: when the recording began, since 1970.
-  void add(const NumberTable& table, int64_t begun_ns);
-  /// Makes the disk have all whole chunks.
-  void sync() { writer_.sync(); }
-  void close();
-  McapCounts counts() const { return writer_.counts(); }
 
  private:
   void write(TopicKind kind, uint64_t sequence, int64_t stamp_ns);
 
-  std::filesystem::path folder_;
-  McapWriter writer_;
-  std::string sensor_;
+  McapWriter& writer_;
+  std::string root_;    ///< "/left" of two
+  std::string sensor_;  ///< as frame_id names it
   MeasuredColumns columns_;
-  std::vector<Topic> topics_;
   std::map<TopicKind, uint16_t> channels_;
   MessageBytes message_;
 };

@@ -22,7 +22,8 @@ McapSink::McapSink(const std::filesystem::path& folder, McapOptions options, Mca
     : how_(std::move(how)),
       pitch_mm_per_px_(options.sensor.pitch_mm_per_px),
       begun_ns_(monotonic_ns()),
-      recording_(folder, with_clock(std::move(options), clock_.error_ns)),
+      file_(folder),
+      recording_(file_, with_clock(std::move(options), clock_.error_ns)),
       writer_([this] { run(); }) {}
 
 McapSink::~McapSink() {
@@ -109,7 +110,7 @@ void McapSink::run() {
     try {
       write(*item);
       if (monotonic_ns() - synced_ns > kSync_ns) {
-        recording_.sync();
+        file_.sync();
         synced_ns = monotonic_ns();
       }
     } catch (const Error& failed) {
@@ -118,7 +119,7 @@ void McapSink::run() {
     lock.lock();
     (error.empty() ? status_.written : status_.dropped) += 1;
     status_.error = error;
-    status_.bytes = recording_.counts().bytes;
+    status_.bytes = file_.counts().bytes;
     spare_.push_back(std::move(item));
   }
 }
@@ -138,11 +139,11 @@ McapStatus McapSink::close() {
   writer_.join();
   if (!status_.error.empty()) return status_;
   try {
-    recording_.close();
+    file_.close();
   } catch (const Error& failed) {
     status_.error = failed.what();
   }
-  status_.bytes = recording_.counts().bytes;
+  status_.bytes = file_.counts().bytes;
   return status_;
 }
 

@@ -62,6 +62,7 @@ class McapSink {
   const double pitch_mm_per_px_;
   const WallClock clock_ = wall_clock();
   const int64_t begun_ns_;  ///< on CLOCK_MONOTONIC
+  McapFile file_;
   McapRecording recording_;
   mutable std::mutex mutex_;
   std::condition_variable work_, room_;

@@ -8,8 +8,7 @@
 
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
-#include "capture/hdf5/episode.h"
-#include "capture/mcap/recording.h"
+#include "capture/run/files_for_others.h"
 #include "capture/run/input.h"
 #include "capture/run/logs_beside.h"
 #include "capture/run/rest_check.h"
@@ -59,6 +58,8 @@ class Recorder {
         has_truth_(source.truth(0).has_value()),
         has_names_(!source.frame_name(0).empty()),
         rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz),
+        files_(request.both ? *request.both : own_files_),
+        start_ns_(std::llround(1e9 * request.offset_s)),
         touches_(separate) {
     columns_ = MeasuredColumns::of(sensor, request.outputs, separate)
                    .with(MeasuredColumns::Time, rate_Hz_ > 0)
@@ -149,8 +150,10 @@ class Recorder {
     if (contacts_) contacts_->close();
     if (logs_) write_logs();
     if (pictures_) pictures_->finish();
-    if (mcap_) close_mcap();
-    if (episode_ && summary_.complete) episode_->commit();
+    if (mcap_) add_events();
+    if (date_ahead_ns_) files_.zero_ns = start_ns_ - std::llround(1e9 * request_.offset_s);
+    if (!request_.both && summary_.complete) files_.close();
+    if (!request_.both && !summary_.complete && files_.mcap) files_.mcap->close();
     if (!request_.confidence.empty())
       write_whole(
           out_ / "confidence" / "confidence.json",
@@ -176,14 +179,17 @@ class Recorder {
                       : rate_Hz_ > 0 || source.live() ? "since the recording began, its date is not known"
                                                       : "pictures without times, 0.1 s apart";
     if (request_.mcap) {
-      McapOptions options{sensor_, request_.outputs, columns_, request_.cloud, facts, session};
-      mcap_.emplace(out_, options);
+      McapOptions options{sensor_, request_.outputs, columns_, request_.cloud, facts, session, request_.side};
+      if (!files_.mcap) files_.mcap.emplace(out_);
+      mcap_.emplace(*files_.mcap, options);
     }
     if (request_.episode.empty()) return;
     facts["stamps"] = rate_Hz_ > 0 ? "time_s since the recording began" : facts["stamps"];
     if (!session.empty()) facts["session"] = session;
-    const EpisodeOptions options{sensor_, pipeline_.format(), request_.outputs, columns_, facts};
-    episode_.emplace(request_.episode, options);
+    const EpisodeOptions options{sensor_, pipeline_.format(), request_.outputs, columns_,
+                                 facts,   request_.side};
+    if (!files_.episode) files_.episode.emplace(request_.episode);
+    episode_.emplace(*files_.episode, options);
   }
 
   void add_for_others(const Result& result, const Frame& frame, const Touch& touch, const std::string& name) {
@@ -193,19 +199,19 @@ class Recorder {
     if (frame.exposed_ns > 0 && date_ahead_ns_)
       start_ns_ = frame.exposed_ns + *date_ahead_ns_ - time_ns(touch);
     if (mcap_) mcap_->add(frame, touch, depth, start_ns_ + time_ns(touch), name);
-    if (episode_) episode_->add(frame, touch, depth, static_cast<double>(time_ns(touch)) / 1e9);
+    if (episode_)
+      episode_->add(frame, touch, depth, static_cast<double>(time_ns(touch)) / 1e9 + request_.offset_s);
   }
   int64_t time_ns(const Touch& touch) const {
     return rate_Hz_ > 0 ? touch.time_ns
                         : std::llround(static_cast<double>(touch.sequence) / kFolderRate_Hz * 1e9);
   }
 
-  void close_mcap() {
+  void add_events() {
     if (session_folder())
       for (const viz::Event& event : viz::read_events(*session_folder()))
         if (request_.range.contains(event.frame))
           mcap_->add(event, start_ns_ + std::llround(event.time_s * 1e9));
-    mcap_->close();
   }
   /// That is read.
   std::optional<std::filesystem::path> session_folder() const {
@@ -221,11 +227,7 @@ class Recorder {
     if (request_.rows && !out_.empty()) logs_->write(logs, out_);
     for (const AlignedLog& log : logs) {
       summary_.logs.push_back(describe(log));
-      NumberTable table{log.table.name, describe(log.clock), log.time_s, {}};
-      for (const LogColumn& column : log.table.columns)
-        table.columns.push_back({column.name, column.unit, column.values});
-      if (mcap_) mcap_->add(table, start_ns_);
-      if (episode_) episode_->add(table);
+      add_log(log, files_, start_ns_, request_.side.empty() ? "" : "/" + request_.side);
     }
   }
 
@@ -302,10 +304,12 @@ class Recorder {
   std::optional<Measurements> measurements_;
   std::optional<ContactRows> contacts_;
   std::optional<LogsBeside> logs_;
+  FilesForOthers own_files_;
+  FilesForOthers& files_;
   std::optional<McapRecording> mcap_;
   std::optional<Episode> episode_;
   std::optional<int64_t> date_ahead_ns_;  ///< of the clock that stamps frames
-  int64_t start_ns_ = 0;                  ///< of the recording, since 1970; 0: not known
+  int64_t start_ns_;                      ///< of the recording, since 1970, or among those of both
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::span<const float> depth_mm_;  ///< of the result that is added

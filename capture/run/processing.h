@@ -32,6 +32,7 @@ namespace palpate {
 namespace gpu {
 class Context;
 }
+struct FilesForOthers;
 
 /// Inputs of the pictures of a recording; all must outlive them.
 struct PictureSetting {
@@ -72,7 +73,11 @@ struct ProcessRequest : RunSettings {
   bool mcap = false;                     ///< recording.mcap and metadata.yaml, see capture/mcap
   bool cloud = false;                    ///< with points in it
   std::filesystem::path episode;         ///< file of HDF5, see capture/hdf5; also without a folder
-  bool rows = true;  ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
+  /// Of a finger: files of both for these two, which the caller closes; null: its own.
+  FilesForOthers* both = nullptr;
+  std::string side;     ///< "left" or "right" in them
+  double offset_s = 0;  ///< to add to its times for theirs
+  bool rows = true;     ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
   Digits digits = Digits::Deserved;  ///< of the rows
   std::function<void(const std::string& json)>
       on_row;  ///< receives each frame as json_line writes it; may be null

@@ -1,5 +1,6 @@
 // Reads every message of an MCAP file with the libraries of its makers and compares it with a table.
 //   node mcap.mjs FILE TABLE [--exact]     numbers of TABLE have all digits with --exact, else their own places
+//       [--of /left/]                      the table is that of topics that begin so
 //   node mcap.mjs FILE --cut N             reads what is left of the file where N cuts end it
 // What is found goes to stdout as JSON; the exit code is 1 where something differs.
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
@@ -10,6 +11,7 @@ import { readFileSync } from "node:fs";
 import { check, compareTouch, problems, rowsOf } from "./table.mjs";
 
 const [file, table, ...rest] = process.argv.slice(2);
+const begin = rest.includes("--of") ? rest[rest.indexOf("--of") + 1] : "/";
 const bytes = new Uint8Array(readFileSync(file));
 const decompressHandlers = { zstd: (packed, size) => decompress(packed, new Uint8Array(Number(size))) };
 
@@ -51,7 +53,7 @@ async function readAll(rows, exact) {
     } else {
       const message = JSON.parse(new TextDecoder().decode(data));
       for (const key of Object.keys(message)) check(key in readers.get(topic).properties, `${key} is not in the schema`);
-      if (topic.endsWith("/touch")) compareTouch(message, rows, exact, found);
+      if (topic.endsWith("/touch") && topic.startsWith(begin)) compareTouch(message, rows, exact, found);
     }
   }
   const counts = reader.statistics.channelMessageCounts;

@@ -65,6 +65,29 @@ TEST_F(McapFile, SaysWhatTheSessionSays) {
   EXPECT_EQ(yaml.find("touch"), std::string::npos);  // rosbag2 plays its own messages only
 }
 
+TEST_F(McapFile, HoldsTwoFingersAndTheirRows) {
+  const fs::path from = folder_ / "grip", out = folder_ / "out";
+  const auto finger = [](const char* side) {
+    return std::string("synthetic:grip?size=160x120&weight_N=0.6&skew_ms=5&side=") + side;
+  };
+  ASSERT_EQ(
+      run({"record", "--left", finger("left"), "--right", finger("right"), "--frames", "60", "--out", from})
+          .exit_code,
+      0);
+  ASSERT_EQ(run({"export", from, "--out", out, "--mcap"}).exit_code, 0);
+  for (const std::string side : {"left", "right"}) {
+    const Json all = read(out / "recording.mcap",
+                          "'" + (from / side / "frames.csv").string() + "' --exact --of /" + side + "/");
+    EXPECT_EQ(all.at("topics").at("/" + side + "/synthetic_waveguide/touch").at("messages"), 60);
+    EXPECT_EQ(all["topics"].at("/" + side + "/synthetic_waveguide/image").at("messages"), 60);
+    EXPECT_EQ(all["topics"].at("/pair").at("messages"), 60);
+    EXPECT_GT(all.at("cells"), 60 * 10);
+  }
+  const std::string yaml = slurp(out / "metadata.yaml");
+  EXPECT_NE(yaml.find("name: /left/synthetic_waveguide/wrench\n"), std::string::npos) << yaml;
+  expect_refusal({"export", from, "--out", out, "--csv"}, 2, {"two fingers", "left"});
+}
+
 TEST_F(McapFile, IsWrittenWhileRecording) {
   const fs::path from = session("press?mode=gel&size=160x120", {"--mcap", "--json"});
   const Json said = parse_json(slurp(folder_ / "stdout"));

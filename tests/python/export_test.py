@@ -53,6 +53,30 @@ def test_a_session_becomes_an_mcap_file(sessions, tmp_path):
     assert json.loads((tmp_path / "bag" / "summary.json").read_text())["frames"] == 12
 
 
+def test_two_fingers_become_one_episode(tmp_path):
+    h5py = pytest.importorskip("h5py", reason="NOT CHECKED: no h5py here")
+    sides = [f"synthetic:grip?size=96x80&rate=20&weight_N=0.6&skew_ms=5&side={side}" for side in ("left", "right")]
+    pp.record_pair(*sides, tmp_path / "all" / "grip", frames=40)
+    (tmp_path / "all" / "grip" / "log").mkdir()
+    lines = ["0\ttime_s,fz_N", *(f"0\t{7 + k / 20},{min(k / 20, 1)}" for k in range(40))]
+    (tmp_path / "all" / "grip" / "log" / "robot.lines").write_text("\n".join(lines) + "\n")
+    done = pp.export(tmp_path / "all", hdf5=tmp_path / "out")
+    assert done.files == (tmp_path / "out" / "grip.h5",)
+    with pp.open_pair(tmp_path / "all" / "grip", drop=False) as stream:
+        rows = list(stream)
+    with h5py.File(done.files[0]) as episode:
+        assert np.allclose(episode["pair/time_s"][:], [row.time_s for row in rows], atol=1e-6)
+        assert np.allclose(episode["left/touch/time_s"][:] + 0.0025, episode["pair/time_s"][:], atol=2e-6)
+        assert np.allclose(episode["right/frames/time_s"][:] - 0.0025, episode["pair/time_s"][:], atol=2e-6)
+        force = [float(row.grip.grip_force_N) for row in rows]
+        assert np.allclose(episode["pair/grip_force_N"][:], force, atol=1e-4, equal_nan=True)
+        assert episode["pair/grip_force_state"].asstr()[-1] == rows[-1].grip.grip_force_N.state == "valid"
+        assert episode["pair/load_z_N"].attrs["unit"] == "N"
+        both = (episode["left/touch/force_N"][:] + episode["right/touch/force_N"][:]) / 2
+        assert np.allclose(both, force, atol=1e-4, equal_nan=True)
+        assert len(episode["robot/fz_N"]) == len(episode["robot/time_s"]) > 30
+
+
 def test_a_sensor_in_memory_counts(sessions, tmp_path):
     sensor = pp.measure(sessions / "a", frames=1).sensor
     other = pp.Sensor.from_text(sensor.text.replace(sensor.name, "another gel"))

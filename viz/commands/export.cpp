@@ -3,6 +3,9 @@
 #include <algorithm>
 
 #include "capture/files/output_file.h"
+#include "capture/pair/pair_clock.h"
+#include "capture/pair/pair_export.h"
+#include "capture/pair/pair_files.h"
 #include "capture/run/input.h"
 #include "capture/run/processing.h"
 #include "capture/session/session.h"
@@ -72,7 +75,7 @@ std::string list_of_files(const ProcessRequest& request, bool folder) {
   for (const TractionFormat format : request.traction)
     files += ", traction/*." + std::string(extension(format));
   if (request.video) files += ", recording.mp4";
-  if (request.mcap) files += ", recording.mcap, metadata.yaml";
+  if (request.mcap && !request.both) files += ", recording.mcap, metadata.yaml";
   if (!request.episode.empty()) files += ", " + request.episode.string();
   if (!request.images.empty()) files += ", images/*" + request.images + ", sensor.json, background.png";
   return files;
@@ -84,9 +87,12 @@ std::vector<std::string> recordings_of(const std::vector<std::string>& inputs) {
   for (const std::string& input : inputs) {
     std::vector<std::string> within;
     std::error_code code;
-    if (!is_session(input) && std::filesystem::is_directory(input, code))
+    const auto whole = [](const std::filesystem::path& folder) {
+      return is_session(folder) || is_pair_session(folder);
+    };
+    if (!whole(input) && std::filesystem::is_directory(input, code))
       for (const auto& entry : std::filesystem::directory_iterator(input, code))
-        if (entry.is_directory(code) && is_session(entry.path())) within.push_back(entry.path());
+        if (entry.is_directory(code) && whole(entry.path())) within.push_back(entry.path());
     std::ranges::sort(within);
     if (within.empty()) within.push_back(input);
     all.insert(all.end(), within.begin(), within.end());
@@ -102,8 +108,9 @@ bool is_hdf5_file(const std::filesystem::path& path) {
 std::filesystem::path episode_file(const std::filesystem::path& folder, const std::string& recording) {
   std::filesystem::path path = recording;
   if (!path.has_filename()) path = path.parent_path();
-  std::string name =
-      is_session(recording) && std::filesystem::is_directory(recording) ? path.filename() : path.stem();
+  const bool folder_of_ours =
+      is_pair_session(recording) || (is_session(recording) && std::filesystem::is_directory(recording));
+  std::string name = folder_of_ours ? path.filename() : path.stem();
   for (char& c : name)
     if (c == ':' || c == '?' || c == '&' || c == '=') c = '_';
   return folder / (name + ".h5");
@@ -111,6 +118,49 @@ std::filesystem::path episode_file(const std::filesystem::path& folder, const st
 
 Report export_one(gpu::Context& context, const Common& common, const Options& options,
                   const std::string& recording, const std::filesystem::path& episode);
+
+/// Two fingers in one file, on the clock of their rows.
+Report export_pair(gpu::Context& context, const Common& common, const Options& options,
+                   const std::filesystem::path& folder, const std::filesystem::path& episode) {
+  if (!options.request.mcap && episode.empty())
+    throw Error(Failure::Usage, "--mcap or --hdf5 of two fingers", "other formats",
+                "palpate export " + finger_folder(folder, Side::Left).string());
+  if (options.request.mcap && common.out.empty())
+    throw Error(Failure::Usage, "--out FOLDER", "none", "--out with a folder for the files");
+  FilesForOthers both;
+  if (options.request.mcap) {
+    make_output_folder(common.out);
+    both.mcap.emplace(common.out);
+  }
+  if (!episode.empty()) both.episode.emplace(episode);
+  Report all;
+  for (const Side side : kSides) {
+    const std::filesystem::path session = finger_folder(folder, side);
+    Common here = common;
+    if (!common.out.empty()) here.out = finger_folder(common.out, side);
+    Options one = options;
+    one.request.both = &both;
+    one.request.side = to_string(side);
+    one.request.offset_s = pair_offset_s(session, folder / kPairRows, side).value_or(0);
+    const Report report = export_one(context, here, one, session, episode);
+    all.text += std::string(to_string(side)) + ": " + report.text + "\n";
+    all.json[to_string(side)] = report.json;
+    all.exit_code = report.exit_code;
+    if (report.exit_code == 0) continue;
+    if (both.mcap) both.mcap->close();  // what is there can be read
+    return all;
+  }
+  for (const std::string& log : add_pair_rows(folder, both)) all.text += "log " + log + "\n";
+  both.close();
+  if (both.mcap) all.text += common.out.string() + ": recording.mcap, metadata.yaml\n";
+  return all;
+}
+
+Report export_any(gpu::Context& context, const Common& common, const Options& options,
+                  const std::string& recording, const std::filesystem::path& episode) {
+  return is_pair_session(recording) ? export_pair(context, common, options, recording, episode)
+                                    : export_one(context, common, options, recording, episode);
+}
 
 /// One file each; those that are there already are whole, and stay.
 Report export_episodes(const Common& common, const Options& options) {
@@ -138,7 +188,7 @@ Report export_episodes(const Common& common, const Options& options) {
       continue;
     }
     if (!context) context = open_device(common);
-    const Report one = export_one(*context, common, options, recording, episode);
+    const Report one = export_any(*context, common, options, recording, episode);
     all.text += one.text + "\n";
     if (one.exit_code != 0) return {all.text, one.json, one.exit_code};
     written.push_back(episode.string());
@@ -157,7 +207,7 @@ Report run_export(const Common& common, const Options& options) {
     throw Error(Failure::Usage, "--hdf5 FILE.h5 with --out", "'" + options.hdf5 + "'",
                 "a name that ends in .h5");
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  return export_one(*context, common, options, options.inputs.at(0), options.hdf5);
+  return export_any(*context, common, options, options.inputs.at(0), options.hdf5);
 }
 
 Report export_one(gpu::Context& context, const Common& common, const Options& options,
@@ -240,7 +290,8 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--cloud", request.cloud, "With --mcap: the surface as points too, thrice the size");
   command->add_option(
       "--hdf5", options->hdf5,
-      "A file of HDF5 for learning: frames, touch, depth and skin, each with its times. A folder, "
+      "A file of HDF5 for learning: frames, touch, depth and skin, each with its times; of a pair "
+      "of fingers both. A folder, "
       "without --out: one file for each recording, and of a folder of sessions for each of them; "
       "files that are there already stay");
   command
