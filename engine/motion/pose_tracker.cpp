@@ -1,5 +1,6 @@
 #include "engine/motion/pose_tracker.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -66,7 +67,9 @@ const Pose& PoseTracker::update(const HeightMap& map) {
     begin(std::move(surface));
     return pose_;
   }
-  Registration found = register_surface(key_.surface, surface, from_key_, options_.registration);
+  RegistrationOptions options = options_.registration;
+  options.enough_residual_mm = 1.5 * last_residual_mm_;
+  Registration found = register_surface(key_.surface, surface, from_key_, options);
   PoseLoss loss = loss_of(found);
   if (loss != PoseLoss::None) {
     // Once more from where it would be, had it gone on.
@@ -90,6 +93,7 @@ void PoseTracker::begin(ContactSurface surface) {
   pose_.freedom.radius_mm = surface.radius_mm();
   pose_.overlap = 1;
   last_step_ = {};
+  link_.setZero();
   make_key(std::move(surface));
 }
 
@@ -109,8 +113,12 @@ void PoseTracker::take(const Registration& found) {
   pose_.loss = PoseLoss::None;
   pose_.motion = found.motion * key_.motion;
   pose_.at_mm = found.at_mm;
-  const Matrix6d before = carried_by(found.motion);
-  pose_.covariance = found.covariance + before * key_.covariance * before.transpose();
+  const Matrix6d moved = carried_by(found.motion);
+  link_ = found.covariance;
+  // A key frame's noise enters the motions to it and from it with opposite signs: it cancels in what both
+  // share.
+  const double shared = std::max(key_.overlap + found.overlap - 1, 0.0);
+  pose_.covariance = link_ + moved * (key_.before + (1 - shared) * key_.link) * moved.transpose();
   pose_.freedom = found.freedom.with(key_.freedom.after(found.motion));
   pose_.surface = found.freedom.kind;
   pose_.pivot_mm = found.freedom.pivot_mm;
@@ -133,7 +141,9 @@ bool PoseTracker::needs_key(const Registration& found) const {
 void PoseTracker::make_key(ContactSurface surface) {
   const Matrix6d moved = seen_at(pose_.at_mm, surface.centroid_mm());
   key_.motion = pose_.motion;
-  key_.covariance = moved * pose_.covariance * moved.transpose();
+  key_.link = moved * link_ * moved.transpose();
+  key_.before = moved * (pose_.covariance - link_) * moved.transpose();
+  key_.overlap = pose_.overlap;
   key_.freedom = pose_.freedom.at(surface.centroid_mm());
   key_.residual_mm = 0;
   last_at_mm_ = surface.centroid_mm();

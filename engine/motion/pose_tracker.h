@@ -72,11 +72,13 @@ class PoseTracker {
   const Pose& update(const HeightMap& map);
 
  private:
-  /// A key frame, with the motion from the track's begin to it and that motion's error, seen at its middle.
+  /// A key frame, with the motion from the track's begin to it and that motion's error, seen at its middle:
+  /// of the last link, from the key frame before, and of all links before.
   struct Key {
     ContactSurface surface;
     RigidMotion motion;
-    Matrix6d covariance = Matrix6d::Zero();
+    Matrix6d link = Matrix6d::Zero(), before = Matrix6d::Zero();
+    double overlap = 0;  ///< of the last link
     Freedom freedom;
     double residual_mm = 0;  ///< of its first frame
   };
@@ -90,6 +92,7 @@ class PoseTracker {
   Pose pose_;
   Key key_;
   RigidMotion from_key_, last_step_;
+  Matrix6d link_ = Matrix6d::Zero();  // error of from_key_
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
   double last_residual_mm_ = 0;
 };

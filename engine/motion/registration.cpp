@@ -89,10 +89,10 @@ struct Equations {
   std::vector<float> residual;
   std::vector<float> inverse_variance;
   double scale = 0;  ///< standard deviation of the residual, by the median or by squares
+  double mean_precision = 0;
 
   void compare(const Level& key, const Level& now, const Guess& guess, Spread by = Spread::Median);
-  /// Mean of the residuals' squares, none above Tukey's bound.
-  double loss(double of_scale) const;
+  double residual_mm() const { return scale / std::sqrt(mean_precision); }
 
  private:
   std::vector<float> sizes_;
@@ -127,21 +127,23 @@ void Equations::compare(const Level& key, const Level& now, const Guess& guess, 
   }
   if (residual.empty()) return;
   const auto count = static_cast<double>(residual.size());
-  double precision = 0, squares = 0;
-  for (const float p : inverse_variance) precision += double{p} / count;
+  double squares = 0;
+  mean_precision = 0;
+  for (const float p : inverse_variance) mean_precision += double{p} / count;
   for (const float r : residual) squares += double{r} * double{r} / count;
   sizes_.resize(residual.size());
   std::transform(residual.begin(), residual.end(), sizes_.begin(), [](float r) { return std::abs(r); });
-  const double least = kLeastResidual_px * now.pitch_mm * std::sqrt(precision);
+  const double least = kLeastResidual_px * now.pitch_mm * std::sqrt(mean_precision);
   scale = by == Spread::Median ? 1.4826 * double{nth_value(sizes_, sizes_.size() / 2)} : std::sqrt(squares);
   scale = std::max(scale, least);
 }
 
-double Equations::loss(double of_scale) const {
+/// Mean of the residuals' squares, none above Tukey's bound.
+double loss(const std::vector<float>& residuals, double scale) {
+  const double most = std::pow(kTukey * scale, 2);
   double sum = 0;
-  for (const float r : residual)
-    sum += std::min(double{r} * double{r}, kTukey * kTukey * of_scale * of_scale);
-  return sum / static_cast<double>(residual.size());
+  for (const float r : residuals) sum += std::min(double{r} * double{r}, most);
+  return sum / static_cast<double>(residuals.size());
 }
 
 struct Sums {
@@ -182,7 +184,8 @@ Sums add_up(const Equations& all, bool slope_of_score) {
 /// One level's steps; returns whether the last one was next to nothing.
 bool search(const Level& key, const Level& now, double radius_mm, Guess& guess, Equations& all, int& steps,
             const RegistrationOptions& options, Spread by, double enough_px) {
-  for (int step = 0; step < options.most_steps; ++step, ++steps) {
+  for (int step = 0; step < options.most_steps; ++step) {
+    ++steps;
     all.compare(key, now, guess, by);
     if (all.pixel.size() < kFewest) return false;
     const Sums sums = add_up(all, false);
@@ -210,25 +213,26 @@ struct Levels {
 Guess coarse_guess(const ContactSurface& key, const ContactSurface& now, Levels levels, double radius_mm,
                    const Guess& start, Equations& all, int& steps, const RegistrationOptions& options) {
   if (levels.first >= levels.end) return start;
-  const Level &there = key.levels()[levels.first], &here = now.levels()[levels.first];
   std::array<Guess, 3> guesses = {start, start, start};
-  std::array<double, 3> scales{};
+  std::array<std::vector<float>, 3> residuals;
+  double scale = INFINITY;
   for (size_t k = 0; k < 3; ++k) {
     for (size_t level = k == 0 ? levels.first + 1 : levels.end; level-- > levels.first;)
       search(key.levels()[level], now.levels()[level], radius_mm, guesses[k], all, steps, options,
              k == 1 ? Spread::Squares : Spread::Median, kCoarseStep_px);
-    all.compare(there, here, guesses[k]);
-    scales[k] = all.pixel.size() < kFewest ? INFINITY : all.scale;
+    if (k == 1)
+      all.compare(key.levels()[levels.first], now.levels()[levels.first], guesses[k], Spread::Median);
+    if (all.pixel.size() < kFewest) continue;
+    if (k == 0 && all.residual_mm() <= options.enough_residual_mm) return guesses[k];
+    residuals[k] = all.residual;
+    scale = std::min(scale, all.scale);
   }
-  const double scale = *std::min_element(scales.begin(), scales.end());
   size_t best = 0;
   double least = INFINITY;
-  for (size_t k = 0; k < 3 && std::isfinite(scale); ++k) {
-    all.compare(there, here, guesses[k]);
-    if (all.pixel.size() < kFewest) continue;
-    const double loss = all.loss(scale);
-    if (loss < least) best = k;
-    least = std::min(loss, least);
+  for (size_t k = 0; k < 3; ++k) {
+    const double left = residuals[k].empty() ? INFINITY : loss(residuals[k], scale);
+    if (left < least) best = k;
+    least = std::min(left, least);
   }
   return guesses[best];
 }
@@ -243,18 +247,15 @@ void judge(const Equations& all, const Level& now, double radius_mm, const Guess
                                    .pixels = double(all.pixel.size())},
                                   guess.middle, radius_mm, options.freedom);
   ScoreField field{.width = now.width, .height = now.height, .pixel = {}, .row = {}, .score = {}};
-  double precision = 0;
   for (size_t i = 0; i < all.pixel.size(); ++i) {
-    precision += double{all.inverse_variance[i]};
     const double r = double{all.residual[i]} / (kTukey * all.scale), rest = std::max(1 - r * r, 0.0);
     if (rest <= 0) continue;
     field.pixel.push_back(all.pixel[i]);
     field.row.push_back(all.row[i]);
     field.score.push_back(static_cast<float>(rest * rest * double{all.residual[i]}));
   }
-  const auto count = static_cast<double>(all.pixel.size());
-  out.fitting = static_cast<double>(field.pixel.size()) / count;
-  out.residual_mm = all.scale / std::sqrt(precision / count);
+  out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(all.pixel.size());
+  out.residual_mm = all.residual_mm();
   const ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
   const Matrix6d turned = carried_by({guess.turn, Vector3d::Zero()});
   const Matrix6d spread = turned * solution.inverse;
@@ -277,7 +278,8 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
   const Level &there = key.levels()[finest], &here = now.levels()[finest];
   out.converged =
       search(there, here, radius_mm, guess, all, out.steps, options, Spread::Median, kFineStep_px);
-  all.compare(there, here, guess);
+  // A last step of next to nothing leaves the residuals as they are.
+  if (!out.converged) all.compare(there, here, guess);
   if (all.pixel.size() < kFewest) return out;
   out.found = true;
   out.motion = guess.motion();

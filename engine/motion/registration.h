@@ -13,6 +13,8 @@ namespace palpate {
 struct RegistrationOptions {
   uint32_t finest_level = 0;  ///< the last level of ContactSurface that is used
   int most_steps = 12;        ///< on each level
+  /// A search near the start that leaves no more than this is taken without looking farther.
+  double enough_residual_mm = 0;
   FreedomOptions freedom;
 };
 
