@@ -135,7 +135,7 @@ PairOutcome record_pair(const std::function<gpu::Context&()>& context, const Pai
 
 PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs::path& folder,
                          const fs::path& out, const std::function<void(const GripFrame&)>& on_row,
-                         const RunWatch& watch) {
+                         const RunWatch& watch, const std::function<void(const PairParts&)>& attach) {
   std::error_code code;
   if (fs::equivalent(folder, out, code))
     throw Error(Failure::Output, "a folder of its own for the results",
@@ -152,7 +152,7 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
                  MeasuredColumns::of(finger.found.sensor, finger.found.outputs));
     finger.live.on_result = [&rows](const Touch& touch) { rows->add(touch, nullptr); };
   }
-  PairRows rows(out, open.info, std::move(open.grip));
+  PairRows rows(out, open.info, open.grip);
   std::optional<int64_t> zero_ns;
   std::vector<uint64_t> numbers;  // of the rows
   std::vector<double> times_s;
@@ -166,7 +166,9 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
     if (on_row) on_row(row);
   };
   options.interrupted = [&watch] { return watch.stopped(); };
-  PairOutcome outcome = measure(context(), fingers, {}, std::move(options), watch);
+  PairOutcome outcome = measure(context(), fingers, {}, std::move(options), watch, [&](PairOptions& run) {
+    if (attach) attach({fingers, run, nullptr, open.grip});
+  });
   rows.close();
   for (std::optional<Measurements>& one : measurements) one->close();
   const FindClock clock = [&out](const fs::path& from) { return pair_clock(from, out / kPairRows); };

@@ -79,9 +79,10 @@ PairOutcome record_pair(const std::function<gpu::Context&()>& context, const Pai
 
 /// Measures a recorded pair again with its own sensors and settings into `out`: pairs.csv, equal to the
 /// recorded one where every frame was measured then, left/ and right/ with measurements.csv, and NAME_log.csv
-/// of each log at the rows. Throws Error.
+/// of each log at the rows. `attach`: as PairRequest has it. Throws Error.
 PairOutcome process_pair(const std::function<gpu::Context&()>& context, const std::filesystem::path& folder,
                          const std::filesystem::path& out,
-                         const std::function<void(const GripFrame&)>& on_row, const RunWatch& watch);
+                         const std::function<void(const GripFrame&)>& on_row, const RunWatch& watch,
+                         const std::function<void(const PairParts&)>& attach = {});
 
 }  // namespace palpate

@@ -68,7 +68,7 @@ function listen(client) {
     if (grips.length > 60 && message.grip_force_N?.state === "valid" && message.grip_force_N.value > 0.1) ask("zero");
   });
   client.on("error", (error) => check(false, String(error)));
-  client.on("close", finish);
+  client.on("close", ({ code }) => { found.code = code; finish(); });
 }
 
 // Rows of pairs.csv by their frames; what was sent after a zero is less than its row by the same all the time.

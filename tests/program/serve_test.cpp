@@ -1,7 +1,11 @@
 // `palpate serve` with the client of the protocol's makers (tests/clients), and what it refuses.
 #include <sys/wait.h>
 
+#include <csignal>
+#include <future>
+
 #include "tests/support/clients.h"
+#include "tests/support/eventually.h"
 #include "tests/support/free_port.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -84,6 +88,28 @@ TEST_F(Program, ServesTwoFingersAndTheirGrip) {
     for (const char* side : {"left", "right"})
       EXPECT_TRUE(contains(slurp(session / side / "events.csv"), "mark,here")) << side;
   }
+}
+
+TEST_F(Program, ServesWhatItProcesses) {
+  if (clients_folder().empty())
+    GTEST_SKIP() << "NOT CHECKED: npm brings no client of Foxglove's protocol here";
+  const std::string port = free_port();
+  const fs::path out = folder_ / "out", answer = folder_ / "answer.json";
+  const pid_t server = start({"process", "synthetic:palpation?size=160x120&repeat=0", "--serve", "--port",
+                              port, "--out", out, "--json"});
+  const std::string command = "node '" + (clients_folder() / "live.mjs").string() + "' " + port + " '" +
+                              (out / "measurements.csv").string() + "' >'" + answer.string() + "'";
+  std::future<int> client = std::async(std::launch::async, [&] { return std::system(command.c_str()); });
+  // The client marks after a while; it is told of the end, and compares then.
+  EXPECT_TRUE(eventually([&] { return fs::exists(out / "events.csv"); }));
+  kill(server, SIGINT);
+  const Ended ended = finish(server);
+  EXPECT_EQ(ended.exit_code, 130) << ended.err;
+  EXPECT_EQ(client.get(), 0) << slurp(answer);
+  const Json found = parse_json(slurp(answer));
+  EXPECT_GT(found["touches"], 3);
+  EXPECT_EQ(found["code"], 1001) << found;
+  EXPECT_EQ(parse_json(ended.out)["served"]["clients"], 1);
 }
 
 /// The exit code of browser.mjs, 2 where it cannot run.

@@ -1,5 +1,7 @@
 // palpate process: from a recording to measurements.
 
+#include <spdlog/spdlog.h>
+
 #include "capture/files/measurements.h"
 #include "capture/run/input.h"
 #include "capture/run/processing.h"
@@ -11,9 +13,11 @@
 #include "viz/commands/option_groups/look_options.h"
 #include "viz/commands/option_groups/pair_options.h"
 #include "viz/commands/option_groups/run_options.h"
+#include "viz/commands/option_groups/serve_options.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/run_watch.h"
 #include "viz/commands/support/trace_option.h"
+#include "viz/commands/workflow/serving.h"
 #include "viz/display/recording_pictures.h"
 
 namespace palpate {
@@ -28,11 +32,12 @@ struct Options {
   bool all_digits = false;
   BlockChoice block;
   LookOptions look;
+  ServeChoice serve;
   TraceOption trace;
 };
 
 /// A recorded pair of fingers, as it was recorded.
-Report process_fingers(const Common& common, const ProcessRequest& asked) {
+Report process_fingers(const Common& common, const ProcessRequest& asked, const ServeChoice& serve) {
   const std::filesystem::path folder = asked.input;
   if (!asked.sensor.empty() || !asked.background.empty() || !asked.chosen_outputs.empty() || asked.solver ||
       !asked.depth.empty() || !asked.confidence.empty() || asked.pictures || asked.video ||
@@ -41,14 +46,21 @@ Report process_fingers(const Common& common, const ProcessRequest& asked) {
                 finger_folder(folder, Side::Left).string() + " with these options");
   std::function<void(const GripFrame&)> on_row;
   if (common.jsonl) on_row = [](const GripFrame& row) { print_line(grip_json_line(row)); };
+  std::optional<Serving> serving;
+  const auto attach = [&](const PairParts& parts) {
+    if (!serve.on) return;
+    serving.emplace(serve.options(), parts, common.out);
+    spdlog::info("{}", serving->where());
+  };
   std::unique_ptr<gpu::Context> context;
   const PairOutcome outcome = process_pair(
       [&]() -> gpu::Context& {
         context = open_device(common);
         return *context;
       },
-      folder, common.out, on_row, run_watch(common));
+      folder, common.out, on_row, run_watch(common), attach);
   Facts facts = facts_of(outcome);
+  if (serving) facts.take(serving->finish());
   facts.json["complete"] = !outcome.run.interrupted;
   return {facts.text, facts.json,
           outcome.run.interrupted      ? kInterrupted
@@ -58,7 +70,7 @@ Report process_fingers(const Common& common, const ProcessRequest& asked) {
 
 Report process(const Common& common, Options options) {
   ProcessRequest& request = options.request;
-  if (is_pair_session(request.input)) return process_fingers(common, request);
+  if (is_pair_session(request.input)) return process_fingers(common, request, options.serve);
   request.input = options.camera.input(request.input);
   if (request.input.empty())
     throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
@@ -94,12 +106,22 @@ Report process(const Common& common, Options options) {
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
   const std::unique_ptr<TraceFile> trace = options.trace.start();
   const std::unique_ptr<gpu::Context> context = open_device(common);
+  std::optional<Serving> serving;
+  if (options.serve.on) {
+    serving.emplace(
+        options.serve.options(),
+        LiveHub::Publisher{sensor, request.outputs, MeasuredColumns::of(sensor, request.outputs), {}},
+        common.out);
+    serving->attach(request);
+    spdlog::info("{}", serving->where());
+  }
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report = facts_of(summary, request, sensor, *context);
   if (!has_scale(sensor)) report.text.insert(0, "no scale is known: lengths are in px (--sensor FILE)\n");
   report.say("\nwritten: " + (common.out / "measurements.csv").string() +
              (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") +
              (wants(request.outputs, Output::Force) ? ", summary.csv" : "") + ", summary.json");
+  if (serving) report.take(serving->finish());
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;
 }
@@ -151,6 +173,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command->add_setting("--picture-every", request.picture_every, Check::range(uint64_t{1}, uint64_t{1000000}),
                        "Write a picture (and film frame) every N frames");
   options->look.add(*command);
+  options->serve.add_to(*command);
   options->block.add_to(*command);
   add_settings(
       *command, request,
@@ -169,6 +192,8 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       "  palpate process press.avi --sensor gel.json --out out/press --depth png16 --depth ply --video\n"
       "  palpate process press.avi --sensor gel.json --out out/press --confidence png16\n"
       "  palpate process --camera /dev/video0 --sensor pad.json --out out/press     until Ctrl-C\n"
+      "  palpate process press.avi --sensor gel.json --out out/press --serve     seen in a browser "
+      "meanwhile\n"
       "  palpate process out/grip --out out/again                   both fingers of a recorded pair\n"
       "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
       "Rows of measurements.csv are whole as they are written; summary.json appears at the end and states\n"

@@ -102,13 +102,11 @@ py::dict record_pair_to(const Fingers& fingers, const std::filesystem::path& gri
     std::shared_ptr<gpu::Context> context;
     PairOutcome ended = record_pair([&]() -> gpu::Context& { return *(context = shared_device(device)); },
                                     request, watch_of(stop));
-    for (const Recording::Written& session : ended.sessions)
-      if (!session.status.error.empty())
-        throw Error(Failure::Output, "a session in '" + session.folder.string() + "'", session.status.error,
-                    "another folder");
+    if (const std::string error = ended.error(); !error.empty())
+      throw Error(Failure::Output, "a pair in '" + folder.string() + "'", error, "another folder");
     return ended;
   });
-  py::dict d = pair_dict(folder, outcome.sessions, outcome.rows);
+  py::dict d = pair_dict(folder, outcome.recordings.at(0).sessions, outcome.rows);
   d["pairs"] = outcome.run.skew.pairs();
   d["skew_mean_ms"] = outcome.run.skew.mean_ms();
   d["skew_sd_ms"] = outcome.run.skew.sd_ms();

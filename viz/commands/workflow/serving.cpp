@@ -2,10 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "capture/files/event_log.h"
+#include "engine/base/clock.h"
 #include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/workflow/web_page.h"
@@ -122,6 +124,20 @@ void Serving::attach(LiveOptions& options, Recording* recording) {
   watch(options);
 }
 
+void Serving::attach(ProcessRequest& request) {
+  static constexpr int64_t kApart_ns = 1'000'000'000 / 30, kShare = 33;
+  request.on_result = [this, before = std::move(request.on_result), next_ns = int64_t{0}](
+                          const Pipeline& pipeline, const Result& result, const Frame& frame) mutable {
+    if (before) before(pipeline, result, frame);
+    const int64_t start_ns = monotonic_ns();
+    if (start_ns < next_ns) return;
+    carry_out();
+    show(0, frame, result);
+    const int64_t end_ns = monotonic_ns();
+    next_ns = end_ns + std::max(kApart_ns, kShare * (end_ns - start_ns));
+  };
+}
+
 template <typename Switch>
 void Serving::take(Switch* recording) {
   if (!recording) return;
@@ -132,14 +148,18 @@ void Serving::take(Switch* recording) {
 template <typename Options>
 void Serving::watch(Options& options) {
   options.interrupted = [this, before = std::move(options.interrupted)] {
-    server_->carry_out(
-        [this](size_t request, const std::string& argument) { return handle(request, argument); });
+    carry_out();
     return before && before();
   };
   options.on_device_lost = [this, before = std::move(options.on_device_lost)](const DeviceLost& lost) {
     event("device lost", lost.what());
     if (before) before(lost);
   };
+}
+
+void Serving::carry_out() {
+  server_->carry_out(
+      [this](size_t request, const std::string& argument) { return handle(request, argument); });
 }
 
 void Serving::show(size_t finger, const Frame& frame, const Result& result) {

@@ -11,6 +11,7 @@
 #include "capture/live/live_options.h"
 #include "capture/live/recorder.h"
 #include "capture/pair/pair_session.h"
+#include "capture/run/processing.h"
 #include "capture/serve/server.h"
 #include "engine/base/facts.h"
 #include "viz/live/tare.h"
@@ -36,6 +37,9 @@ class Serving {
 
   /// Serves the run of these options from its start on; both outlive the run. `recording` may be null.
   void attach(LiveOptions& options, Recording* recording);
+  /// Serves what is processed: the newest frame, 30 times a second at most, and less often where it would
+  /// take more than 3 % of the thread that processes.
+  void attach(ProcessRequest& request);
   /// Where, in a line for people, with a warning for those who serve others than this machine.
   std::string where() const;
   /// Ends; a line and the numbers of what was served.
@@ -56,6 +60,7 @@ class Serving {
   Serving(ServeOptions options, std::vector<LiveHub::Publisher> publishers, std::filesystem::path notes);
   template <typename Switch>
   void take(Switch* recording);
+  void carry_out();
   /// Of a run of one finger or two: what is asked of its caller's thread.
   template <typename Options>
   void watch(Options& options);
