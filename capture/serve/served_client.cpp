@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/json.h"
+
 namespace palpate {
 namespace {
 
@@ -20,7 +22,11 @@ void ServerState::update_wishes() {
 }
 
 ServedClient::ServedClient(net::ip::tcp::socket socket, ServerState& state)
-    : state_(state), ws_(std::move(socket)), stalled_(ws_.get_executor()), protocol_(state.offer) {
+    : state_(state),
+      ws_(std::move(socket)),
+      stalled_(ws_.get_executor()),
+      due_(ws_.get_executor()),
+      protocol_(state.offer) {
   allowance_ = kMostPerSecond;
   allowance_at_ = std::chrono::steady_clock::now();
 }
@@ -56,13 +62,14 @@ void ServedClient::pump() {
   }
   for (size_t i = 0; i < turns_.size(); ++i) {
     Turn& turn = turns_[(next_turn_ + i) % turns_.size()];
-    if (turn.waits) continue;
+    if (turn.waits || turn.rests) continue;
     message_ = state_.hub.next(turn.topic, turn.sent);
     if (!message_) continue;
     next_turn_ = (next_turn_ + i + 1) % turns_.size();
     if (message_->number > turn.sent + 1) dropped(message_->number - turn.sent - 1);
     turn.sent = message_->number;
     turn.waits = turn.paced;
+    rest(turn);
     head_ = message_head(turn.subscription, message_->time_ns);
     ws_.binary(true);
     const std::array<net::const_buffer, 2> buffers = {net::buffer(head_), net::buffer(message_->bytes)};
@@ -76,7 +83,7 @@ void ServedClient::pump() {
 uint64_t ServedClient::ready() const {
   uint64_t topics = 0;
   for (const Turn& turn : turns_) {
-    if (turn.waits) continue;
+    if (turn.waits || turn.rests) continue;
     if (!is_picture(state_.offer.topics[turn.topic].kind) || state_.hub.newest(turn.topic) <= turn.sent)
       topics |= uint64_t{1} << turn.topic;
   }
@@ -128,9 +135,13 @@ void ServedClient::take(std::span<const uint8_t> bytes) {
       ws_.got_text() ? protocol_.take_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()})
                      : protocol_.take_binary(bytes);
   for (std::string& text : answer.texts) say(std::move(text));
-  if (!answer.calls.empty()) {
+  for (FoxgloveCall& call : answer.calls) {
+    if (call.service + 1 == state_.offer.requests.size()) {
+      take_view(call);
+      continue;
+    }
     const std::lock_guard lock(state_.mutex);
-    for (FoxgloveCall& call : answer.calls) state_.calls.push_back({weak_from_this(), std::move(call)});
+    state_.calls.push_back({weak_from_this(), std::move(call)});
   }
   for (const uint32_t id : answer.ready) {
     const auto turn = std::ranges::find_if(turns_, [&](const Turn& t) { return t.subscription == id; });
@@ -157,6 +168,63 @@ void ServedClient::take(std::span<const uint8_t> bytes) {
   next_turn_ = 0;
   state_.update_wishes();
   pump();
+}
+
+void ServedClient::take_view(const FoxgloveCall& call) {
+  double rate_Hz = 0;
+  try {
+    const json::Value given = json::parse(call.argument.empty() ? "{}" : call.argument, {.deepest = 8});
+    if (!given.is_object()) throw json::Error("no object");
+    if (const json::Value* rate = given.find("rate_Hz")) {
+      rate_Hz = rate->number();
+      if (!(rate_Hz >= kSlowestView_Hz && rate_Hz <= kFastestView_Hz)) throw json::Error("out of bounds");
+    }
+  } catch (const json::Error& error) {
+    return say(call_failure({call.service + 1, call.id, {}},
+                            std::string("wanted {\"rate_Hz\": 0.1 to 120}, or {} for as many pictures as are "
+                                        "taken; found ") +
+                                error.what()));
+  }
+  apart_ = std::chrono::duration<double>(rate_Hz > 0 ? 1 / rate_Hz : 0);
+  for (Turn& turn : turns_) turn.due = {};
+  wake();
+  say(call_answer(call, rate_Hz > 0 ? json::Value{{"rate_Hz", rate_Hz}}.dump() : "{}"));
+}
+
+/// The next is due on a grid, so that the rate is kept whenever pictures come.
+void ServedClient::rest(Turn& turn) {
+  if (apart_.count() == 0 || !is_picture(state_.offer.topics[turn.topic].kind)) return;
+  const auto now = std::chrono::steady_clock::now();
+  const auto apart = std::chrono::duration_cast<std::chrono::steady_clock::duration>(apart_);
+  turn.due = std::max(turn.due, now - apart) + apart;
+  if (turn.due <= now) turn.due = now + apart;
+  turn.rests = true;
+  wake();
+}
+
+/// Ends the rest of pictures that are due, and comes again for the others.
+void ServedClient::wake() {
+  const auto now = std::chrono::steady_clock::now();
+  auto next = std::chrono::steady_clock::time_point::max();
+  bool any = false;
+  for (Turn& turn : turns_) {
+    if (!turn.rests) continue;
+    if (turn.due > now) {
+      next = std::min(next, turn.due);
+      continue;
+    }
+    turn.rests = false;
+    turn.sent = state_.hub.passed(turn.topic);  // what went by meanwhile was not wanted
+    any = true;
+  }
+  due_.cancel();
+  if (next != std::chrono::steady_clock::time_point::max()) {
+    due_.expires_at(next);
+    due_.async_wait([weak = weak_from_this()](beast::error_code error) {
+      if (const auto self = weak.lock(); self && !error && !self->closing_) self->wake();
+    });
+  }
+  if (any) state_.update_wishes();
 }
 
 void ServedClient::put(Text text) {
@@ -213,6 +281,7 @@ void ServedClient::tell_drops() {
 void ServedClient::cut() {
   closing_ = true;
   stalled_.cancel();
+  due_.cancel();
   beast::error_code ignored;
   beast::get_lowest_layer(ws_).socket().close(ignored);
 }

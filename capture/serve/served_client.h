@@ -30,6 +30,13 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 namespace net = boost::asio;
 
+/// The request that the server answers itself, behind those of its owner: {"rate_Hz": 5}, pictures of each
+/// topic a second at most to the client that asks; {}: as many as it takes.
+inline constexpr double kSlowestView_Hz = 0.1, kFastestView_Hz = 120;
+inline const ServedRequest kView = {
+    "/view", "palpate.View",
+    R"({"type":"object","properties":{"rate_Hz":{"type":"number","minimum":0.1,"maximum":120}}})"};
+
 /// Time that a request may take to come, and its answer to go.
 inline constexpr std::chrono::seconds kForRequest{10};
 
@@ -87,6 +94,8 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
     size_t topic = 0;
     uint64_t sent = 0;
     bool paced = false, waits = false;  ///< the client says when it is ready, and has not
+    bool rests = false;                 ///< until the next is due, by the client's rate
+    std::chrono::steady_clock::time_point due{};
   };
 
   void greet();
@@ -96,6 +105,11 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
   void put(Text text);
   template <typename Buffers, typename Done>
   void write(const Buffers& buffers, Done done);
+
+  /// Carries out kView.
+  void take_view(const FoxgloveCall& call);
+  void rest(Turn& turn);
+  void wake();
 
   void dropped(uint64_t count);
 
@@ -107,7 +121,8 @@ class ServedClient : public std::enable_shared_from_this<ServedClient> {
 
   ServerState& state_;
   websocket::stream<beast::tcp_stream> ws_;
-  net::steady_timer stalled_;
+  net::steady_timer stalled_, due_;
+  std::chrono::duration<double> apart_{0};  ///< of pictures; 0: as many as are taken
   FoxgloveClient protocol_;
   beast::flat_buffer in_;
   std::deque<Text> texts_;

@@ -110,6 +110,7 @@ struct LiveServer::Impl {
               .mutex = {},
               .calls = {},
               .summary = {}} {
+    requests.push_back(kView);
     state.offer = {state.options.name, session_name(), hub.topics(), std::move(requests)};
   }
   void listen();

@@ -24,8 +24,9 @@ class LiveServer {
  public:
   static constexpr size_t kMostClients = 16;
 
-  /// Listens when this returns. The hub outlives the server. Throws Error(Failure::Usage) for an address that
-  /// needs a token and has none, Error(Failure::Input) where the port is taken.
+  /// Listens when this returns. Behind `requests` clients may ask for "/view", the rate of their own
+  /// pictures, which the server carries out. The hub outlives the server. Throws Error(Failure::Usage) for an
+  /// address that needs a token and has none, Error(Failure::Input) where the port is taken.
   LiveServer(LiveHub& hub, ServeOptions options, std::vector<ServedRequest> requests);
   ~LiveServer();
   LiveServer(const LiveServer&) = delete;

@@ -31,7 +31,7 @@ TEST_F(Program, ServesWhatItWritesToTheProtocolsOwnClient) {
   for (const auto& [topic, messages] : found["topics"].items()) EXPECT_GT(messages, 0) << topic;
   EXPECT_GT(found["touches"], 20);
   EXPECT_GT(found["cells"], 1000);
-  EXPECT_EQ(found["services"].size(), 4u);
+  EXPECT_EQ(found["services"].size(), 5u);
   EXPECT_EQ(found["events"][0]["event"], "mark");
   EXPECT_EQ(found["events"][0]["text"], "here");
   EXPECT_TRUE(contains(found["answers"]["4"], "a session to stop")) << found["answers"];
@@ -56,7 +56,8 @@ void expect_served_pair(const fs::path& program_folder, const fs::path& out, con
   EXPECT_GE(found["zeros"], 1);
   EXPECT_LE(found["zeros"], 2);  // rounded
   std::vector<std::string> services = found["services"];
-  EXPECT_EQ(services, (std::vector<std::string>{"/grip/zero", "/grip/mark", "/grip/start", "/grip/stop"}));
+  EXPECT_EQ(services,
+            (std::vector<std::string>{"/grip/zero", "/grip/mark", "/grip/start", "/grip/stop", "/view"}));
   for (const auto& [call, said] : found["answers"].items()) EXPECT_TRUE(said.is_object()) << said;
 }
 

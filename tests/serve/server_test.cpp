@@ -261,6 +261,48 @@ TEST_F(ServerTest, AClientThatSaysWhenItIsReadyGetsOneMessageATime) {
   });
 }
 
+TEST_F(ServerTest, AClientChoosesTheRateOfItsPictures) {
+  const uint16_t port = serve();
+  Client slow(port), fast(port);
+  const auto channels = slow.greet();
+  fast.greet();
+  const uint32_t depth = channels.at("/" + topic_name(sensor_.name) + "/depth");
+  constexpr double kRate_Hz = 4;
+  constexpr int kPictures = 4;
+  slow.call(2, 1, R"({"rate_Hz": 4})");
+  std::string answer = slow.next();
+  while (slow.is_text()) answer = slow.next();
+  EXPECT_EQ(parse_json(answer.substr(17))["rate_Hz"], kRate_Hz);
+  const auto begin = std::chrono::steady_clock::now();
+  slow.subscribe({depth});
+  fast.subscribe({depth});
+  std::atomic<bool> done{false};
+  int of_fast = 0;
+  publish_while([&] {
+    std::thread reader([&] {
+      for (; !done; ++of_fast) fast.each({depth});
+    });
+    for (int i = 0; i < kPictures; ++i) slow.each({depth});
+    done = true;
+    reader.join();
+  });
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_GE(took.count(), (kPictures - 1) / kRate_Hz);
+  EXPECT_GT(of_fast, kPictures);
+  for (const char* nonsense :
+       {R"({"rate_Hz": 0})", R"({"rate_Hz": 1e9})", R"({"rate_Hz": "fast"})", "[]", "{"}) {
+    slow.call(2, 7, nonsense);
+    Json failure = slow.next_text();
+    while (failure["op"] != "serviceCallFailure") failure = slow.next_text();
+    EXPECT_TRUE(contains(failure["message"], "0.1 to 120")) << failure;
+    EXPECT_FALSE(contains(failure["message"], "\n")) << failure;
+  }
+  // As many as come again.
+  slow.call(2, 8, "{}");
+  for (answer = slow.next(); slow.is_text() || answer[0] != 3;) answer = slow.next();
+  EXPECT_EQ(answer.substr(17), "{}");
+}
+
 TEST_F(ServerTest, CallsAreAnsweredOrFail) {
   const uint16_t port = serve();
   Client client(port);
