@@ -58,7 +58,7 @@ class Rows {
     json::Value line;
     for (size_t i = 0; i < columns_.size(); ++i) {
       const Column& c = columns_[i];
-      const std::string word(table.cell(c.at));
+      const std::string& word = table.cell(c.at);
       const double number = c.words ? kNaN : table.number_if_any(c.at).value_or(kNaN);
       if (files_.episode && c.words) files_.episode->writer().append_text(datasets_[i], word);
       if (files_.episode && !c.words) files_.episode->writer().append(datasets_[i], &number);
