@@ -94,6 +94,7 @@ void PoseTracker::begin(ContactSurface surface) {
   pose_.overlap = 1;
   last_step_ = {};
   link_.setZero();
+  last_residual_mm_ = 0;
   make_key(std::move(surface));
 }
 
@@ -147,7 +148,6 @@ void PoseTracker::make_key(ContactSurface surface) {
   key_.freedom = pose_.freedom.at(surface.centroid_mm());
   key_.residual_mm = 0;
   last_at_mm_ = surface.centroid_mm();
-  last_residual_mm_ = 0;
   key_.surface = std::move(surface);
   from_key_ = {};
   ++pose_.keys;

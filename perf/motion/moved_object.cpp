@@ -21,6 +21,13 @@ SolidObject textured_dome(double relief_mm) {
             return 0.45 - (x * x + y * y) / 60 + relief_mm * sum / std::sqrt(6.0);
           }};
 }
+
+SolidObject textured_plane() {
+  return {"textured plane", [dome = textured_dome()](double x, double y) {
+            return dome.depth_mm(x, y) + (x * x + y * y) / 60;
+          }};
+}
+
 SolidObject ball(double radius_mm, double depth_mm) {
   return {"ball", [=](double x, double y) {
             const double square = radius_mm * radius_mm - x * x - y * y;
@@ -82,22 +89,24 @@ namespace {
 /// In place, by a Gaussian whose weights sum to 1; the border goes on.
 void blur(std::vector<float>& map, uint32_t width, uint32_t height, double sd_px) {
   if (sd_px <= 0) return;
-  const int far = static_cast<int>(std::ceil(3 * sd_px));
+  const auto far = static_cast<size_t>(std::ceil(3 * sd_px));
   std::vector<float> kernel, line;
   double sum = 0;
-  for (int k = -far; k <= far; ++k) sum += std::exp(-k * k / (2 * sd_px * sd_px));
-  for (int k = -far; k <= far; ++k)
-    kernel.push_back(static_cast<float>(std::exp(-k * k / (2 * sd_px * sd_px)) / sum));
+  const auto weight = [&](size_t k) {
+    const double way = static_cast<double>(k) - static_cast<double>(far);
+    return std::exp(-way * way / (2 * sd_px * sd_px));
+  };
+  for (size_t k = 0; k <= 2 * far; ++k) sum += weight(k);
+  for (size_t k = 0; k <= 2 * far; ++k) kernel.push_back(static_cast<float>(weight(k) / sum));
   const auto pass = [&](uint32_t lines, uint32_t length, size_t next, size_t step) {
     line.resize(length);
     for (uint32_t l = 0; l < lines; ++l) {
       for (uint32_t i = 0; i < length; ++i) line[i] = map[l * next + i * step];
-      for (int i = 0; i < static_cast<int>(length); ++i) {
+      for (size_t i = 0; i < length; ++i) {
         float value = 0;
-        for (int k = -far; k <= far; ++k)
-          value += kernel[static_cast<size_t>(k + far)] *
-                   line[static_cast<size_t>(std::clamp(i + k, 0, static_cast<int>(length) - 1))];
-        map[l * next + static_cast<size_t>(i) * step] = value;
+        for (size_t k = 0; k < kernel.size(); ++k)
+          value += kernel[k] * line[std::clamp<size_t>(i + k, far, far + length - 1) - far];
+        map[l * next + i * step] = value;
       }
     }
   };
@@ -147,8 +156,9 @@ PressedMap pressed(const SolidObject& object, const RigidMotion& motion, const P
   out.contact.resize(pixels);
   const RigidMotion back = motion.inverse();
   for (size_t i = 0; i < pixels; ++i) {
-    const double x = (static_cast<double>(i % pad.width) - (pad.width - 1) / 2.0) * pad.pitch_mm;
-    const double y = (static_cast<double>(i / pad.width) - (pad.height - 1) / 2.0) * pad.pitch_mm;
+    const size_t column = i % pad.width, row = i / pad.width;
+    const double x = (static_cast<double>(column) - (pad.width - 1) / 2.0) * pad.pitch_mm;
+    const double y = (static_cast<double>(row) - (pad.height - 1) / 2.0) * pad.pitch_mm;
     double z = 0;
     for (int step = 0; step < 6; ++step) {
       const Eigen::Vector3d p = back * Eigen::Vector3d(x, y, z);

@@ -23,6 +23,8 @@ struct SolidObject {
 
 /// A dome of 30 mm radius with waves of about 1.5 mm in all directions.
 SolidObject textured_dome(double relief_mm = 0.04);
+/// The same waves without the dome: it fills the pad wherever it slides.
+SolidObject textured_plane();
 SolidObject ball(double radius_mm = 8, double depth_mm = 0.7);
 SolidObject plane(double depth_mm = 0.4);
 /// Along a line that is no axis of the pad.
