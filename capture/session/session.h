@@ -46,7 +46,7 @@ struct SessionOptions {
 
 /// Progress of a recording.
 struct SessionStatus {
-  uint64_t recorded = 0;       ///< frames accepted by record()
+  uint64_t recorded = 0;  ///< frames accepted by record()
   /// Numbers of the first and the last of them.
   uint64_t first_frame = 0, last_frame = 0;
   uint64_t written = 0;        ///< of those, handed to the file

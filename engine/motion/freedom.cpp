@@ -143,8 +143,8 @@ Solution solve(const SlopeInformation& told, const Vector3d& at_mm, double radiu
   // noise's information over the root of how many pixels are independent, one in kCorrelated_px.
   constexpr double kCorrelated_px = 25, kSure = 6;
   MatrixXd noise = down.asDiagonal() * told.noise * down.asDiagonal();
-  // Where the search ended on the wrong wave of a texture both frames' slopes differ as by noise, and agree by
-  // chance in less than half.
+  // Where the search ended on the wrong wave of a texture both frames' slopes differ as by noise, and agree
+  // by chance in less than half.
   noise *= std::max(kSure / std::sqrt(std::max(told.pixels / kCorrelated_px, 1.0)), 1.0);
   noise.diagonal().array() += options.least_slope * options.least_slope * told.weight;
   const dense::Cholesky factor(noise);
