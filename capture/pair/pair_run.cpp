@@ -388,7 +388,7 @@ class PairRun {
   }
   void tell_state(Side side) {
     Finger& finger = sides_[index(side)];
-    std::string state;
+    std::string state = finger.state;  // one that has ended in good order brings no frames again
     if (ended(side)) {
       try {
         if (finger.error) std::rethrow_exception(finger.error);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <tuple>
 
 #include "palpate/error.h"
 
@@ -39,18 +40,26 @@ std::vector<NamedCamera> named_cameras(const fs::path& sys) {
                        .port = (usb.empty() ? device : usb).filename().string(),
                        .serial = usb.empty() ? "" : first_line(usb / "serial")});
   }
-  std::ranges::sort(cameras, {}, &NamedCamera::port);
+  std::ranges::sort(cameras, {},
+                    [](const NamedCamera& camera) { return std::tie(camera.port, camera.path); });
   return cameras;
+}
+
+/// Its port; of several on one device their cards tell them apart.
+static const std::string& name_of(const NamedCamera& camera, const std::vector<NamedCamera>& cameras) {
+  return std::ranges::count(cameras, camera.port, &NamedCamera::port) > 1 ? camera.card : camera.port;
 }
 
 std::string find_camera(const std::string& name, const std::vector<NamedCamera>& cameras) {
   std::vector<std::string> found;
   std::string names;
   for (const NamedCamera& camera : cameras) {
-    if (name == camera.port || (name == camera.serial && !name.empty())) found.push_back(camera.path);
-    names += (names.empty() ? "" : ", ") + camera.port;
+    const std::string& own = name_of(camera, cameras);
+    if (name == own || name == camera.port || (name == camera.serial && !name.empty()))
+      found.push_back(camera.path);
+    names += (names.empty() ? "" : ", ") + own;
     if (!camera.serial.empty()) names += " or " + camera.serial;
-    names += " (" + camera.card + ")";
+    if (own != camera.card) names += " (" + camera.card + ")";
   }
   if (found.size() == 1) return found.front();
   const bool number =

@@ -18,7 +18,8 @@ struct NamedCamera {
 /// The first node of each camera, by their ports. `sys`: of another tree, for tests.
 std::vector<NamedCamera> named_cameras(const std::filesystem::path& sys = "/sys");
 
-/// The node of the camera with this port or serial number. Throws Error(Failure::Device) with the names there
+/// The node of the camera with this port or serial number; of several on one device, which a bus without
+/// ports may have, with this card. Throws Error(Failure::Device) with the names there
 /// are; also for a node's number, which is none.
 std::string find_camera(const std::string& name, const std::vector<NamedCamera>& cameras);
 

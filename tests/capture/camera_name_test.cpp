@@ -59,6 +59,18 @@ TEST_F(CameraName, IsThePortOrTheSerialNumber) {
   EXPECT_EQ(find_camera("vivid.0", cameras), "/dev/video9");
 }
 
+TEST_F(CameraName, OfSeveralOnOneDeviceTheCardTellsThemApart) {
+  fs::create_directories(sys_ / "devices/platform/vivid.1");
+  node(10, "devices/platform/vivid.1", "left eye", 0);
+  node(12, "devices/platform/vivid.1", "right eye", 0);
+  const std::vector<NamedCamera> cameras = named_cameras(sys_);
+  EXPECT_EQ(find_camera("left eye", cameras), "/dev/video10");
+  EXPECT_EQ(find_camera("right eye", cameras), "/dev/video12");
+  EXPECT_EQ(find_camera("vivid.0", cameras), "/dev/video9");
+  EXPECT_TRUE(contains(refused("vivid.1"), "found 'vivid.1', which several have"));
+  EXPECT_TRUE(contains(refused("vivid.1"), "left eye, right eye"));
+}
+
 TEST_F(CameraName, ANumberIsRefusedWithTheNames) {
   for (const char* number : {"0", "/dev/video4"})
     EXPECT_EQ(refused(number),
