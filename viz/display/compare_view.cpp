@@ -25,20 +25,6 @@ ImU32 colour_of(size_t which) {
   return ink(which == 0 ? theme().chosen : theme().second);
 }
 
-/// A rectangle on the grid.
-ViewRect rect(double x, double y, double width, double height) {
-  return {static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<uint32_t>(std::max(width, 1.0)),
-          static_cast<uint32_t>(std::max(height, 1.0))};
-}
-
-/// The largest part of `room` that has the picture's shape.
-ViewRect fitted(const ViewRect& room, const RecordingCurve& curve) {
-  const double aspect = static_cast<double>(curve.width) / std::max(curve.height, 1u);
-  const double height = std::min<double>(room.height, room.width / aspect);
-  return rect(room.x + (room.width - height * aspect) / 2, room.y + (room.height - height) / 2,
-              height * aspect, height);
-}
-
 std::deque<Sample> samples_of(const RecordingCurve& curve, double zero_s) {
   std::deque<Sample> samples;
   for (size_t i = 0; i < curve.points.size(); ++i) {
@@ -66,12 +52,12 @@ CompareLayout compare_layout(VkExtent2D extent, float scale) {
   const double above = height - heading - charts - foot;
   const double image = std::max(1.0, (width - table - 3 * margin) / 2);
   CompareLayout l;
-  l.heading = rect(margin, grid, width - 2 * margin, heading - grid);
-  l.a = rect(margin, heading + 3 * grid, image, above - 4 * grid);
-  l.b = rect(2 * margin + image, heading + 3 * grid, image, above - 4 * grid);
-  l.table = rect(3 * margin + 2 * image, heading, table - margin, above);
-  l.charts = rect(0, height - charts - foot, width, charts);
-  l.foot = rect(0, height - foot, width, foot);
+  l.heading = rect_of(margin, grid, width - 2 * margin, heading - grid);
+  l.a = rect_of(margin, heading + 3 * grid, image, above - 4 * grid);
+  l.b = rect_of(2 * margin + image, heading + 3 * grid, image, above - 4 * grid);
+  l.table = rect_of(3 * margin + 2 * image, heading, table - margin, above);
+  l.charts = rect_of(0, height - charts - foot, width, charts);
+  l.foot = rect_of(0, height - foot, width, foot);
   return l;
 }
 
@@ -195,7 +181,7 @@ void CompareView::words(const CompareState& state) {
     for (size_t cut = 4; ImGui::CalcTextSize(shown.c_str()).x > size_of(at).x && cut < name.size(); ++cut)
       shown = std::string(kNames[i]) + "  .." + name.substr(cut);
     list->AddText(place, colour_of(i), shown.c_str());
-    const ViewRect inner = fitted(at, *curves_[i]);
+    const ViewRect inner = fitted(at, aspect_of(*curves_[i]));
     list->AddRect(corner(inner), far_corner(inner), colour_of(i), 0, 0, 2 * scale);
     if (curves_[i]->has_depth)
       shadowed_text(list,
@@ -285,7 +271,8 @@ void CompareView::record(VkCommandBuffer cmd, VkExtent2D extent, CompareState& s
   if (content) content(layout_);
   begin_pass();
   for (size_t i = 0; i < 2; ++i)
-    images_[i].draw(cmd, pictures_[i], {}, fitted(i == 0 ? layout_.a : layout_.b, *curves_[i]), extent);
+    images_[i].draw(cmd, pictures_[i], {}, fitted(i == 0 ? layout_.a : layout_.b, aspect_of(*curves_[i])),
+                    extent);
   frame_->draw(cmd);
 }
 

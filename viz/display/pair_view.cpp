@@ -28,19 +28,6 @@ constexpr std::array<const char*, 2> kNames{"left", "right"};
 constexpr int kBandAlpha = 70;
 constexpr double kLongestSilence_s = 1;
 
-ViewRect rect(double x, double y, double width, double height) {
-  return {static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<uint32_t>(std::max(width, 1.0)),
-          static_cast<uint32_t>(std::max(height, 1.0))};
-}
-
-/// The largest part of a room that has the frame's shape, in its middle.
-ViewRect fitted(const ViewRect& room, const FrameFormat& format) {
-  const double aspect = static_cast<double>(format.width) / std::max(format.height, 1u);
-  const double height = std::min<double>(room.height, room.width / aspect);
-  return rect(room.x + (room.width - height * aspect) / 2, room.y + (room.height - height) / 2,
-              height * aspect, height);
-}
-
 }  // namespace
 
 PairLayout pair_layout(VkExtent2D extent, float scale, const std::array<FrameFormat, 2>& formats,
@@ -57,15 +44,16 @@ PairLayout pair_layout(VkExtent2D extent, float scale, const std::array<FrameFor
   const double each = std::floor(left / 2 / grid) * grid;
   for (size_t i = 0; i < 2; ++i) {
     const double x = static_cast<double>(i) * each;
-    l.heads[i] = rect(x + grid, 0, each - 2 * grid, head);
+    l.heads[i] = rect_of(x + grid, 0, each - 2 * grid, head);
     // Where there is no surface the image has its place.
     const double image = has_surface[i] ? std::floor(0.34 * (above - head) / grid) * grid : above - head;
-    l.surfaces[i] = rect(x, head, has_surface[i] ? each : 1, has_surface[i] ? above - head - image : 1);
-    l.images[i] = fitted(rect(x + grid, above - image + grid / 2, each - 2 * grid, image - grid), formats[i]);
+    l.surfaces[i] = rect_of(x, head, has_surface[i] ? each : 1, has_surface[i] ? above - head - image : 1);
+    l.images[i] = fitted(rect_of(x + grid, above - image + grid / 2, each - 2 * grid, image - grid),
+                         aspect_of(formats[i]));
   }
-  l.panel = rect(left, 0, panel, height - foot);
-  l.charts = rect(0, above, left, charts);
-  l.foot = rect(0, height - foot, width, foot);
+  l.panel = rect_of(left, 0, panel, height - foot);
+  l.charts = rect_of(0, above, left, charts);
+  l.foot = rect_of(0, height - foot, width, foot);
   return l;
 }
 

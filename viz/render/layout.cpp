@@ -15,17 +15,6 @@ constexpr double kFlags_px = 16, kPlayerKeys_px = 32;  // above and below the th
 constexpr double kNumbers_px = 440;                    // below the image
 constexpr double kLowBarRoom_px = 32;                  // below a small surface
 
-/// The largest rectangle of an aspect in a room: in its middle, or at its top.
-ViewRect fitted(const ViewRect& room, double aspect, bool at_top) {
-  ViewRect r;
-  const double fit = std::min(room.width / aspect, static_cast<double>(room.height));
-  r.height = std::max(1u, static_cast<uint32_t>(fit));
-  r.width = std::max(1u, std::min(room.width, static_cast<uint32_t>(std::lround(fit * aspect))));
-  r.x = room.x + static_cast<int32_t>((room.width - r.width) / 2);
-  r.y = at_top ? room.y : room.y + static_cast<int32_t>((room.height - r.height) / 2);
-  return r;
-}
-
 ViewRect inset(const ViewRect& r, int32_t margin) {
   const auto less = [margin](uint32_t side) {
     return std::max(1u, side - std::min(2 * static_cast<uint32_t>(margin), side - 1));
@@ -81,6 +70,21 @@ void share(Layout& l, const ViewRect& small, int32_t margin, double aspect, bool
 const char* to_string(Arrangement arrangement) {
   constexpr std::array kNames{"one large", "both equal", "one alone"};
   return kNames[static_cast<size_t>(arrangement)];
+}
+
+ViewRect rect_of(double x, double y, double width, double height) {
+  return {static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<uint32_t>(std::max(width, 1.0)),
+          static_cast<uint32_t>(std::max(height, 1.0))};
+}
+
+ViewRect fitted(const ViewRect& room, double aspect, bool at_top) {
+  ViewRect r;
+  const double fit = std::min(room.width / aspect, static_cast<double>(room.height));
+  r.height = std::max(1u, static_cast<uint32_t>(fit));
+  r.width = std::max(1u, std::min(room.width, static_cast<uint32_t>(std::lround(fit * aspect))));
+  r.x = room.x + static_cast<int32_t>((room.width - r.width) / 2);
+  r.y = at_top ? room.y : room.y + static_cast<int32_t>((room.height - r.height) / 2);
+  return r;
 }
 
 bool is_roomy(const ViewRect& surface, float scale) {

@@ -60,6 +60,15 @@ inline constexpr double kAxisLeft_px = 52, kAxisRight_px = 10;
 /// Room beside the surface for the colour bar, and around the pad for the axes' labels, at scale 1.
 inline constexpr double kColourBarRoom_px = 92;
 inline constexpr double kLabelRoom_px = 52;
+/// A rectangle of whole pixels, at least one wide and high.
+ViewRect rect_of(double x, double y, double width, double height);
+/// The largest part of a room that has this width over height: in its middle, or at its top.
+ViewRect fitted(const ViewRect& room, double aspect, bool at_top = false);
+/// Width over height of what has both.
+template <typename Sized>
+double aspect_of(const Sized& of) {
+  return static_cast<double>(of.width) / (of.height > 0 ? of.height : 1);
+}
 /// Whether the surface has this room; else its grid alone shows lengths, and its colours have a low bar.
 bool is_roomy(const ViewRect& surface, float scale);
 /// Room around the pad.
