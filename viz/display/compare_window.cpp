@@ -13,6 +13,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/display/picture.h"
+#include "viz/display/snapshot.h"
 #include "viz/panels/actions/actions.h"
 #include "viz/panels/actions/help.h"
 #include "viz/render/drawing.h"
@@ -216,8 +217,7 @@ void CompareWindow::draw() {
   if (!save) return;
   const auto image = window_.captured();
   if (!image || folder_.empty()) {
-    use_.state.note = folder_.empty() ? "no folder to write to: HOME is not set, and there is no --out"
-                                      : "pictures are not possible on this display";
+    use_.state.note = folder_.empty() ? kNoFolder : "pictures are not possible on this display";
     return;
   }
   try {

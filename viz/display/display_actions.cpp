@@ -19,8 +19,6 @@
 
 namespace palpate::viz {
 
-constexpr const char* kNoFolder = "no folder to write to: HOME is not set, and there is no --out";
-
 void Display::save_snapshot() {
   auto image = window_.captured();
   if (!image) {
@@ -31,16 +29,8 @@ void Display::save_snapshot() {
     stats_.note = kNoFolder;
     return;
   }
-  const Frame& shown = current_->captured->frame;
-  Snapshot snapshot{std::move(*image), {}, current_->result.touch, columns_};
-  // A copy: the frame's own memory goes back to the camera.
-  snapshot.frame.format = shown.format;
-  snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
-  if (has_surface()) {
-    const std::span<const float> depth_mm = current_->result.depth_mm();
-    snapshot.depth_mm.assign(depth_mm.begin(), depth_mm.end());
-    snapshot.pitch_mm_per_px = pitch_mm_per_px_;
-  }
+  Snapshot snapshot = snapshot_of(current_->captured->frame, current_->result, columns_, pitch_mm_per_px_);
+  snapshot.picture = std::move(*image);
   background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
                    stem = next_file(notes_folder(), "palpate", snapshots_)] {
     return "wrote " + write_snapshot(*snapshot, stem);

@@ -9,6 +9,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "capture/files/event_log.h"
@@ -37,61 +38,33 @@ using std::chrono::milliseconds;
 // Limit of a picture on a CPU driver, where two fingers measure on the same cores.
 constexpr double kDrawBudget_ms = 22;
 constexpr size_t kMostRows = 4096;  // that wait for a picture
-constexpr const char* kNoFolder = "no folder to write to: HOME is not set, and there is no --out";
-
-constexpr KeyPress control(int key) {
-  return {key, false, true};
-}
-constexpr KeyPress with_shift(int key) {
-  return {key, true};
-}
-constexpr KeyPress with_alt(int key, bool shift = false) {
-  return {key, shift, false, true};
-}
 
 /// What a window of two fingers has of the actions of one.
 bool is_of_two(const Action& action) {
-  static const std::vector<KeyPress> kHas = {{'R'},
-                                             {'T'},
-                                             {'O'},
-                                             {'A'},
-                                             {'E'},
-                                             {'L'},
-                                             {'G'},
-                                             {'Y'},
-                                             {'K'},
-                                             {'J'},
-                                             {'P'},
-                                             {'Z'},
-                                             {'W'},
-                                             {'S'},
-                                             {'M'},
-                                             {'U'},
-                                             {'V'},
-                                             {'H'},
-                                             {'Q'},
-                                             with_shift('Z'),
-                                             {GLFW_KEY_PAGE_UP},
-                                             {GLFW_KEY_PAGE_DOWN},
-                                             {GLFW_KEY_EQUAL},
-                                             {GLFW_KEY_MINUS},
-                                             {GLFW_KEY_LEFT_BRACKET},
-                                             {GLFW_KEY_RIGHT_BRACKET},
-                                             {GLFW_KEY_F11},
-                                             {GLFW_KEY_ESCAPE},
-                                             control(GLFW_KEY_EQUAL),
-                                             control(GLFW_KEY_MINUS),
-                                             with_alt(GLFW_KEY_LEFT),
-                                             with_alt(GLFW_KEY_RIGHT),
-                                             with_alt(GLFW_KEY_UP),
-                                             with_alt(GLFW_KEY_DOWN),
-                                             with_alt(GLFW_KEY_LEFT, true),
-                                             with_alt(GLFW_KEY_RIGHT, true),
-                                             with_alt(GLFW_KEY_UP, true),
-                                             with_alt(GLFW_KEY_DOWN, true),
-                                             with_alt(GLFW_KEY_PAGE_UP),
-                                             with_alt(GLFW_KEY_PAGE_DOWN)};
-  return !action.chords.empty() && std::ranges::find(kHas, action.chords.front()) != kHas.end();
+  constexpr std::string_view kLetters = "RTOAELGYKJPZWSMUVHQ";
+  static const std::vector<KeyPress> kOthers = {with_shift('Z'),
+                                                {GLFW_KEY_PAGE_UP},
+                                                {GLFW_KEY_PAGE_DOWN},
+                                                {GLFW_KEY_EQUAL},
+                                                {GLFW_KEY_MINUS},
+                                                {GLFW_KEY_LEFT_BRACKET},
+                                                {GLFW_KEY_RIGHT_BRACKET},
+                                                {GLFW_KEY_F11},
+                                                {GLFW_KEY_ESCAPE},
+                                                control(GLFW_KEY_EQUAL),
+                                                control(GLFW_KEY_MINUS),
+                                                with_alt(GLFW_KEY_PAGE_UP),
+                                                with_alt(GLFW_KEY_PAGE_DOWN)};
+  if (action.chords.empty()) return false;
+  const KeyPress& chord = action.chords.front();
+  if (chord == KeyPress{chord.key} && chord.key < 128 &&
+      kLetters.find(static_cast<char>(chord.key)) != std::string_view::npos)
+    return true;
+  // With Alt the arrows turn the surface, with Shift as well they move it.
+  const bool arrow = chord.key == GLFW_KEY_LEFT || chord.key == GLFW_KEY_RIGHT || chord.key == GLFW_KEY_UP ||
+                     chord.key == GLFW_KEY_DOWN;
+  return (arrow && chord == with_alt(chord.key, chord.shift)) ||
+         std::ranges::find(kOthers, chord) != kOthers.end();
 }
 
 struct Button {
@@ -132,12 +105,9 @@ struct PairWindow::Impl {
 
   Window& window() { return *run.window.window; }
   void make_view() {
-    ViewState kept = view ? view->state() : ViewState{};
-    const bool again = view.has_value() || remade;
-    if (remade) kept = *std::exchange(remade, std::nullopt);
     view.emplace(context, window().pass(), run.sensors, Window::kPicturesInFlight, window().handle(),
                  window().scale());
-    if (again) view->state() = kept;
+    if (remade) view->state() = *std::exchange(remade, std::nullopt);
   }
 
   void take(const std::array<RunningFinger*, 2>& fingers);
@@ -382,20 +352,11 @@ void PairWindow::Impl::snapshot() {
   for (const Side side : kSides) {
     const auto& measured = current[index(side)];
     if (!measured) continue;
-    const Frame& frame = measured->captured->frame;
-    Snapshot one{{},
-                 {},
-                 measured->result.touch,
-                 MeasuredColumns::of(run.sensors[index(side)], surface_of(measured->result).buffer
-                                                                   ? Output::Force | Output::Surface
-                                                                   : Outputs(Output::Force))};
-    one.frame.format = frame.format;
-    one.frame.bytes.assign(frame.pixels(), frame.pixels() + frame.format.frame_bytes());
-    if (surface_of(measured->result).buffer) {
-      const std::span<const float> depth_mm = measured->result.depth_mm();
-      one.depth_mm.assign(depth_mm.begin(), depth_mm.end());
-      one.pitch_mm_per_px = run.sensors[index(side)].pitch_mm_per_px;
-    }
+    const Sensor& sensor = run.sensors[index(side)];
+    const Outputs outputs =
+        surface_of(measured->result).buffer ? Output::Force | Output::Surface : Outputs(Output::Force);
+    Snapshot one = snapshot_of(measured->captured->frame, measured->result,
+                               MeasuredColumns::of(sensor, outputs), sensor.pitch_mm_per_px);
     background.add([one = std::make_shared<Snapshot>(std::move(one)), stem, side] {
       write_snapshot(*one, stem.string() + "-" + to_string(side));
       return "wrote " + stem.string() + ".png, and frame, depth and numbers of both";

@@ -1,14 +1,29 @@
 #include "viz/display/snapshot.h"
 
 #include <algorithm>
+#include <span>
 
 #include "capture/files/depth/depth_tiff.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
+#include "engine/pipeline/surface_map.h"
 #include "viz/display/picture.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
+
+Snapshot snapshot_of(const Frame& frame, const Result& result, MeasuredColumns columns,
+                     double pitch_mm_per_px) {
+  Snapshot snapshot{{}, {}, result.touch, columns};
+  snapshot.frame.format = frame.format;
+  snapshot.frame.bytes.assign(frame.pixels(), frame.pixels() + frame.format.frame_bytes());
+  if (surface_of(result).buffer) {
+    const std::span<const float> depth_mm = result.depth_mm();
+    snapshot.depth_mm.assign(depth_mm.begin(), depth_mm.end());
+    snapshot.pitch_mm_per_px = pitch_mm_per_px;
+  }
+  return snapshot;
+}
 
 std::filesystem::path next_file(const std::filesystem::path& folder, const char* name, int& number) {
   std::filesystem::path stem;

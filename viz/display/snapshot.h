@@ -7,6 +7,7 @@
 
 #include "capture/files/measurements.h"
 #include "palpate/frame.h"
+#include "palpate/pipeline.h"
 #include "palpate/touch.h"
 #include "viz/render/render_target.h"
 #include "viz/render/surface_view.h"
@@ -21,6 +22,14 @@ struct Snapshot {
   std::vector<float> depth_mm = {};  ///< of the frame's pixels; empty without a surface
   double pitch_mm_per_px = 0;
 };
+
+/// Why nothing is written.
+inline constexpr const char* kNoFolder = "no folder to write to: HOME is not set, and there is no --out";
+
+/// Of a measured frame, without a picture; its pixels and its depth are copied, since their memory goes back
+/// to camera and engine.
+Snapshot snapshot_of(const Frame& frame, const Result& result, MeasuredColumns columns,
+                     double pitch_mm_per_px);
 
 /// The first of NAME-0001, NAME-0002, ... in `folder`, from `number` on, of which nothing exists; `number`
 /// becomes its number.

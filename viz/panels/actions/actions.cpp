@@ -22,15 +22,6 @@ namespace {
 
 using S = ViewState;
 
-constexpr KeyPress control(int key, bool shift = false) {
-  return {key, shift, true};
-}
-constexpr KeyPress with_shift(int key) {
-  return {key, true, false};
-}
-constexpr KeyPress with_alt(int key, bool shift = false) {
-  return {key, shift, false, true};
-}
 std::vector<KeyPress> keys(std::initializer_list<int> codes) {
   std::vector<KeyPress> all;
   for (const int code : codes) all.push_back({code});

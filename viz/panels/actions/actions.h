@@ -54,6 +54,17 @@ struct Action {
   bool possible(const Circumstances& now) const;
 };
 
+/// A key that is pressed with others held.
+constexpr KeyPress control(int key, bool shift = false) {
+  return {key, shift, true};
+}
+constexpr KeyPress with_shift(int key) {
+  return {key, true, false};
+}
+constexpr KeyPress with_alt(int key, bool shift = false) {
+  return {key, shift, false, true};
+}
+
 /// Keys of a player's actions that have buttons, too.
 inline constexpr KeyPress kMarkBefore{GLFW_KEY_COMMA, false, true}, kMarkAfter{GLFW_KEY_PERIOD, false, true};
 inline constexpr KeyPress kLoopFrom{GLFW_KEY_LEFT_BRACKET, false, false, true},
