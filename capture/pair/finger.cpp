@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "capture/files/output_file.h"
 #include "capture/live/patience.h"
 #include "capture/open_source.h"
 #include "palpate/error.h"
@@ -36,6 +37,21 @@ PairFinger OpenFinger::pair() const {
                  : std::shared_ptr<Source>(open_source(found.input, found.sensor));
   };
   return {std::move(open), {found.sensor, background, pipeline}, live};
+}
+
+FingerTables::FingerTables(const std::filesystem::path& folder, std::array<OpenFinger, 2>& fingers) {
+  for (const Side side : kSides) {
+    OpenFinger& finger = fingers[index(side)];
+    std::optional<Measurements>& rows = rows_[index(side)];
+    make_output_folder(finger_folder(folder, side));
+    rows.emplace(finger_folder(folder, side) / "measurements.csv",
+                 MeasuredColumns::of(finger.found.sensor, finger.found.outputs));
+    finger.live.on_result = [&rows](const Touch& touch) { rows->add(touch, nullptr); };
+  }
+}
+
+void FingerTables::close() {
+  for (std::optional<Measurements>& rows : rows_) rows->close();
 }
 
 PairInfo pair_info(const std::array<OpenFinger, 2>& fingers) {

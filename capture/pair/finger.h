@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "capture/files/measurements.h"
 #include "capture/pair/pair_files.h"
 #include "capture/pair/pair_run.h"
 #include "capture/run/input.h"
@@ -26,6 +28,21 @@ struct OpenFinger {
   double rate_Hz() const { return live.rate_Hz > 0 ? live.rate_Hz : source->rate_Hz(); }
   /// As run_pair takes it; once, and this outlives the run.
   PairFinger pair() const;
+};
+
+/// measurements.csv of both fingers, each in the folder of its side.
+class FingerTables {
+ public:
+  /// Makes the folders; both fingers' results go there from now on. Throws Error(Failure::Output).
+  FingerTables(const std::filesystem::path& folder, std::array<OpenFinger, 2>& fingers);
+  FingerTables(const FingerTables&) = delete;
+  FingerTables& operator=(const FingerTables&) = delete;
+
+  /// Hands all rows to the disk. Throws Error(Failure::Output).
+  void close();
+
+ private:
+  std::array<std::optional<Measurements>, 2> rows_;
 };
 
 /// What pair.json says of both at the start: inputs, and the period of the slower one.

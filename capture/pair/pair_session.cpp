@@ -141,17 +141,8 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
     throw Error(Failure::Output, "a folder of its own for the results",
                 "'" + out.string() + "', which is measured", "another --out folder");
   OpenPair open = open_recorded_pair(folder, watch);
-  Fingers& fingers = open.fingers;
   make_output_folder(out);
-  std::array<std::optional<Measurements>, 2> measurements;
-  for (const Side side : kSides) {
-    OpenFinger& finger = fingers[index(side)];
-    std::optional<Measurements>& rows = measurements[index(side)];
-    make_output_folder(finger_folder(out, side));
-    rows.emplace(finger_folder(out, side) / "measurements.csv",
-                 MeasuredColumns::of(finger.found.sensor, finger.found.outputs));
-    finger.live.on_result = [&rows](const Touch& touch) { rows->add(touch, nullptr); };
-  }
+  FingerTables measurements(out, open.fingers);
   PairRows rows(out, open.info, open.grip);
   std::optional<int64_t> zero_ns;
   std::vector<uint64_t> numbers;  // of the rows
@@ -166,11 +157,12 @@ PairOutcome process_pair(const std::function<gpu::Context&()>& context, const fs
     if (on_row) on_row(row);
   };
   options.interrupted = [&watch] { return watch.stopped(); };
-  PairOutcome outcome = measure(context(), fingers, {}, std::move(options), watch, [&](PairOptions& run) {
-    if (attach) attach({fingers, run, nullptr, open.grip});
-  });
+  PairOutcome outcome =
+      measure(context(), open.fingers, {}, std::move(options), watch, [&](PairOptions& run) {
+        if (attach) attach({open.fingers, run, nullptr, open.grip});
+      });
   rows.close();
-  for (std::optional<Measurements>& one : measurements) one->close();
+  measurements.close();
   const FindClock clock = [&out](const fs::path& from) { return pair_clock(from, out / kPairRows); };
   for (const AlignedLog& log : session_logs(folder, outcome.logs, clock)) {
     write_log_at_frames(out / (log.table.name + "_log.csv"), log, numbers, times_s);

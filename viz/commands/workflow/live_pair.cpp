@@ -29,33 +29,25 @@ namespace {
 class PairTables {
  public:
   PairTables(const fs::path& folder, std::array<OpenFinger, 2>& fingers, const std::optional<KnownGrip>& grip)
-      : meter_(grip) {
-    for (const Side side : kSides) {
-      OpenFinger& finger = fingers[index(side)];
-      std::optional<Measurements>& rows = fingers_[index(side)];
-      make_output_folder(finger_folder(folder, side));
-      rows.emplace(finger_folder(folder, side) / "measurements.csv",
-                   MeasuredColumns::of(finger.found.sensor, finger.found.outputs));
-      finger.live.on_result = [&rows](const Touch& touch) { rows->add(touch, nullptr); };
-      finger.live.latency_file = finger_folder(folder, side) / "latency.csv";
-    }
-    pairs_.emplace(folder / kPairRows);
-    pairs_->append(grip_header());
+      : meter_(grip), fingers_(folder, fingers), pairs_(folder / kPairRows) {
+    for (const Side side : kSides)
+      fingers[index(side)].live.latency_file = finger_folder(folder, side) / "latency.csv";
+    pairs_.append(grip_header());
   }
   void add(const Matched<FingerTouch>& pair) {
-    pairs_->append(grip_row(meter_.add(pair)));
+    pairs_.append(grip_row(meter_.add(pair)));
     ++rows_;
   }
   uint64_t rows() const { return rows_; }
   void close() {
-    pairs_->close();
-    for (std::optional<Measurements>& rows : fingers_) rows->close();
+    pairs_.close();
+    fingers_.close();
   }
 
  private:
   PairMeter meter_;
-  std::optional<LineFile> pairs_;
-  std::array<std::optional<Measurements>, 2> fingers_;
+  FingerTables fingers_;
+  LineFile pairs_;
   uint64_t rows_ = 0;
 };
 
