@@ -45,7 +45,7 @@ class FingerTables {
   std::array<std::optional<Measurements>, 2> rows_;
 };
 
-/// What pair.json says of both at the start: inputs, and the period of the slower one.
+/// Inputs of both and the period of the slower one, as pair.json has them at the start.
 PairInfo pair_info(const std::array<OpenFinger, 2>& fingers);
 
 }  // namespace palpate
