@@ -33,6 +33,7 @@ bool LiveEngine::submit() {
   // Any of several frames of which only the last got here may have come after a gap.
   if (next.gaps != gaps_) next.frame.after_gap = true;
   next.leased = next.frame.leased != nullptr;
+  if (session_.track_anew.exchange(false)) pipeline_.restart_motion();
   if (!pipeline_.submit(next.frame)) return false;
   gaps_ = next.gaps;
   ++in_flight_;

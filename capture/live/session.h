@@ -93,6 +93,7 @@ struct LiveSession {
   std::atomic<bool> device_lost{false};
   std::atomic<uint32_t> device_losses{0};  ///< after which it was opened anew
   std::atomic<bool> paused{false};
+  std::atomic<bool> track_anew{false};  ///< the object's motion is to count from the next frame
   std::atomic<uint64_t> captured{0};
   std::atomic<uint64_t> passed_over{0};  ///< captured, but the recorder had no room: not measured either
   std::atomic<uint64_t> processed{0};

@@ -56,7 +56,7 @@ const char* to_string(SurfaceSolver solver);
 inline const std::map<std::string, Output> kOutputNames = {
     {"force", Output::Force},       {"surface", Output::Surface},   {"confidence", Output::Confidence},
     {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin},
-    {"traction", Output::Traction}};
+    {"traction", Output::Traction}, {"motion", Output::Motion}};
 /// Requested outputs, with those that they need: contacts and skin bring the force.
 Outputs outputs_of(std::span<const Output> asked);
 

@@ -24,7 +24,8 @@ const std::array kSettings = {
     Setting{"background", "--background", "Untouched image (default: the sensor file's, or the first frames)",
             &S::background},
     Setting{"outputs", "--outputs",
-            "What to measure: force, surface, confidence, contacts, gradient, skin, traction (default: what "
+            "What to measure: force, surface, confidence, contacts, gradient, skin, traction, motion "
+            "(default: what "
             "the sensor can)",
             &S::chosen_outputs},
     Setting{"solver", "--solver", "Surface solver: live or best", &S::solver},

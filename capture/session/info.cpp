@@ -15,12 +15,13 @@ namespace {
 using Json = json::Value;
 
 constexpr int kVersion = 1;
-constexpr std::array<std::pair<const char*, Output>, 6> kOutputs = {{{"force", Output::Force},
+constexpr std::array<std::pair<const char*, Output>, 7> kOutputs = {{{"force", Output::Force},
                                                                      {"surface", Output::Surface},
                                                                      {"confidence", Output::Confidence},
                                                                      {"contacts", Output::Contacts},
                                                                      {"skin", Output::Skin},
-                                                                     {"traction", Output::Traction}}};
+                                                                     {"traction", Output::Traction},
+                                                                     {"motion", Output::Motion}}};
 // The last two are in older sessions only.
 constexpr std::array<std::pair<const char*, std::pair<SurfaceSolver, SolveBy>>, 6> kSolvers = {
     {{"live", {SurfaceSolver::Live, SolveBy::Auto}},

@@ -32,6 +32,7 @@ MeasuredColumns MeasuredColumns::of(const Sensor& sensor, Outputs outputs, bool 
   add(wants(outputs, Output::Gradient) || (touching && gradient), Gradient);
   add(follows_light(sensor), Light);
   add(wants(outputs, Output::Traction), Traction);
+  add(wants(outputs, Output::Motion) && !separate, Object);
   return columns;
 }
 

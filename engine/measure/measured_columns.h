@@ -33,7 +33,8 @@ struct MeasuredColumns {
     ShiftPixels = 1 << 19,       ///< the same, where no scale is known
     Dented = 1 << 20,
     Extrapolated = 1 << 21,
-    Truth = 1 << 22,
+    Object = 1 << 22,
+    Truth = 1 << 23,
   };
   /// All that a sensor with a scale could fill, without truth and source.
   static constexpr uint32_t kAll =

@@ -17,7 +17,8 @@ std::string error_name(std::string_view name, std::string_view unit) {
 
 bool has_value(const Estimate& estimate) {
   return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact &&
-         estimate.validity != Validity::PictureDamaged && estimate.validity != Validity::NotFollowed;
+         estimate.validity != Validity::PictureDamaged && estimate.validity != Validity::NotFollowed &&
+         estimate.validity != Validity::Undetermined;
 }
 
 }  // namespace palpate

@@ -83,7 +83,7 @@ std::span<const MeasuredQuantity<Touch>> touch_quantities();
 std::span<const MeasuredQuantity<Touch>> shape_quantities();
 /// The six components of the wrench: "wrench_fx_N", "fx_N" within a wrench.
 std::span<const MeasuredQuantity<Touch>> wrench_quantities();
-inline constexpr std::string_view kWrenchPrefix = "wrench_";
+inline constexpr std::string_view kWrenchPrefix = "wrench_", kObjectPrefix = "object_";
 std::span<const MeasuredQuantity<ContactTouch>> contact_quantities();
 
 /// "force_sd_N" of "force_N", "stick_share_sd" of "stick_share".
@@ -92,12 +92,14 @@ template <typename Of>
 std::string error_name(const MeasuredQuantity<Of>& quantity) {
   return quantity.error ? quantity.error : error_name(quantity.name, quantity.unit);
 }
-/// The attribute of a touch, "wrench.fx_N" that of its wrench; "" where there is none.
+/// The attribute of a touch, "wrench.fx_N" that of its wrench, "motion.track" of its object; "" where there
+/// is none.
 template <typename Of>
 std::string python_name(const MeasuredQuantity<Of>& quantity) {
   if (quantity.python) return quantity.python;
   const std::string name = quantity.name;
-  return name.starts_with(kWrenchPrefix) ? "wrench." + name.substr(kWrenchPrefix.size()) : name;
+  if (name.starts_with(kWrenchPrefix)) return "wrench." + name.substr(kWrenchPrefix.size());
+  return name.starts_with(kObjectPrefix) ? "motion." + name.substr(kObjectPrefix.size()) : name;
 }
 
 /// "shear x, N" of "shear_x_N".

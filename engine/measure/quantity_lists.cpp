@@ -383,6 +383,76 @@ constexpr MeasuredQuantity<Touch> kTraction[] = {
          .why = "--traction writes the ratio of each cell"}),
 };
 
+/// A component of the object's pose.
+template <std::array<Estimate, 3> ObjectPose::*Of, size_t K>
+QuantityValue pose_component(const Touch& touch) {
+  return touch.object ? QuantityValue{((*touch.object).*Of)[K]} : QuantityValue{};
+}
+template <size_t K>
+QuantityValue contact_middle(const Touch& touch) {
+  return touch.object ? QuantityValue{touch.object->at_mm[K]} : QuantityValue{};
+}
+
+constexpr MeasuredQuantity<Touch> kObject[] = {
+    field<Touch, &Touch::object, &ObjectPose::state>(
+        "object_state", G::Object,
+        "Whether the object that touches the pad is followed: `begun` (a track's first frame), `tracked`, "
+        "`lost`, "
+        "`no contact` or `picture damaged`. After a loss the next frame begins a new track.",
+        {.row = {"object"}}),
+    field<Touch, &Touch::object, &ObjectPose::loss>(
+        "object_loss", G::Object,
+        "Why it was lost: `little overlap` with the key frame, `large residual`, `many strangers` (pixels "
+        "that do "
+        "not fit), `large step` (by a third of the contact in one frame); else `none`.",
+        {.why = "the state says that it was lost"}),
+    field<Touch, &Touch::object, &ObjectPose::track>(
+        "object_track", G::Object, "Number of the track, from 1; motions count from its first frame.",
+        {.why = "a new track begins at 0"}),
+    field<Touch, &Touch::object, &ObjectPose::surface>(
+        "object_surface", G::Object,
+        "What of the motion this contact does not determine: `none`, or the shape that slides along itself "
+        "unseen "
+        "(`ball`: its turns; `plane`: shifts along it and the turn about its normal; `cylinder`, "
+        "`revolution`, "
+        "`extrusion`, `screw`, `other`). Components that it touches have no number.",
+        {.row = {.label = "not determined, as of a"}}),
+    made<Touch>(
+        "object_x_mm", G::Object, Number,
+        "Middle of the contact that is followed, to the right of the picture's middle; the motions are of "
+        "the object's point that is there now.",
+        contact_middle<0>, {.why = "the picture shows it"}),
+    made<Touch>("object_y_mm", G::Object, Number, "The same, downwards.", contact_middle<1>,
+                {.why = "the picture shows it"}),
+    made<Touch>("object_z_mm", G::Object, Number, "The same, into the pad.", contact_middle<2>,
+                {.why = "the picture shows it"}),
+    made<Touch>("object_shift_x_mm", G::Object, Estimated,
+                "How far that point of the object has moved to the right since the track began.",
+                pose_component<&ObjectPose::shift_mm, 0>, {.row = {"object moved", 3, true}}),
+    made<Touch>("object_shift_y_mm", G::Object, Estimated, "The same, downwards.",
+                pose_component<&ObjectPose::shift_mm, 1>, {.row = {"object moved", 3, true}}),
+    made<Touch>("object_shift_z_mm", G::Object, Estimated, "The same, into the pad.",
+                pose_component<&ObjectPose::shift_mm, 2>, {.row = {"object moved", 3, true}}),
+    made<Touch>("object_turn_x_rad", G::Object, Estimated,
+                "How far the object has turned since then about the axis to the right: a component of its "
+                "rotation vector.",
+                pose_component<&ObjectPose::turn_rad, 0>,
+                {.row = {"object turned", 2, true, "deg", 57.29578}}),
+    made<Touch>("object_turn_y_rad", G::Object, Estimated, "The same, about the axis downwards.",
+                pose_component<&ObjectPose::turn_rad, 1>,
+                {.row = {"object turned", 2, true, "deg", 57.29578}}),
+    made<Touch>("object_turn_z_rad", G::Object, Estimated, "The same, about the normal, from +x towards +y.",
+                pose_component<&ObjectPose::turn_rad, 2>,
+                {.row = {"object turned", 2, true, "deg", 57.29578}}),
+    field<Touch, &Touch::object, &ObjectPose::residual_mm>(
+        "object_residual_mm", G::Object,
+        "Difference that the motion leaves between both surfaces, a standard deviation.",
+        {.why = "the state says where it matters"}),
+    field<Touch, &Touch::object, &ObjectPose::overlap>(
+        "object_overlap", G::Object, "Part of the contact that the key frame shares, 0 to 1.",
+        {.why = "the state says where it matters"}),
+};
+
 // Quantities with a special form in a table's row.
 constexpr MeasuredQuantity<Touch> kOfFrame[] = {
     field<Touch, &Touch::at_border>("at_border", kNoColumn,
@@ -432,7 +502,7 @@ std::span<const MeasuredQuantity<FrameKey>> frame_quantities() {
 
 std::span<const MeasuredQuantity<Touch>> touch_quantities() {
   static const std::vector<MeasuredQuantity<Touch>> all =
-      joined<Touch>({{&kContact, 1}, kShape<Touch>, kSurface, kSkinAndLight, kTraction, kOfFrame});
+      joined<Touch>({{&kContact, 1}, kShape<Touch>, kSurface, kSkinAndLight, kTraction, kObject, kOfFrame});
   return all;
 }
 

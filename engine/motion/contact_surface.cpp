@@ -96,8 +96,15 @@ void find_slopes(Level& level) {
 }
 
 void list_inside(Level& level) {
-  for (uint32_t pixel = 0; pixel < level.mask.size(); ++pixel)
-    if (level.mask[pixel] != 0) level.inside.push_back(pixel);
+  level.inside_variance.assign(level.mask.size(), -1);
+  for (uint32_t y = 0, pixel = 0; y < level.height; ++y)
+    for (uint32_t x = 0; x < level.width; ++x, ++pixel) {
+      if (level.mask[pixel] == 0) continue;
+      level.inside.push_back(pixel);
+      level.column.push_back(static_cast<float>(x));
+      level.row.push_back(static_cast<float>(y));
+      level.inside_variance[pixel] = level.variance[pixel];
+    }
 }
 
 Level coarser(const Level& fine) {

@@ -24,8 +24,11 @@ class ContactSurface {
     double left_mm = 0, top_mm = 0;                             ///< of the first pixel's centre
     std::vector<float> depth = {}, slope_x = {}, slope_y = {};  ///< mm; mm/mm
     std::vector<float> variance = {};                           ///< of depth, up to a common factor
-    std::vector<uint8_t> mask = {};     ///< of each pixel: whether it is inside the contact
-    std::vector<uint32_t> inside = {};  ///< those pixels, rising
+    std::vector<uint8_t> mask = {};            ///< of each pixel: whether it is inside the contact
+    std::vector<uint32_t> inside = {};         ///< those pixels, rising
+    std::vector<float> column = {}, row = {};  ///< of each of those
+    /// Variance of each pixel inside, -1 of others.
+    std::vector<float> inside_variance = {};
   };
 
   ContactSurface() = default;

@@ -40,16 +40,26 @@ Vector3d still_place(const Twists& twists, const Vector3d& at) {
   return at + Vector3d(dense::shortest_solution(left, right));
 }
 
+/// What is unknown, in radians, so that each direction turns about an axis of its own, those first, or not at
+/// all.
+struct Turning {
+  Twists twists;
+  Eigen::Index turns = 0;
+};
+Turning turning_first(const Freedom& freedom) {
+  constexpr double kNoTurn = 0.05;  // share of turning below which a direction is a shift
+  const dense::Svd parts = dense::svd(freedom.unknown.bottomRows<3>(), Eigen::ComputeFullV);
+  Turning out{.twists = turns_by(1 / freedom.radius_mm).asDiagonal() * (freedom.unknown * parts.v)};
+  const Eigen::Index most = std::min<Eigen::Index>(freedom.unknown.cols(), 3);
+  while (out.turns < most && parts.values[out.turns] > kNoTurn) ++out.turns;
+  return out;
+}
+
 /// Names what its unknown directions are, and finds its axis.
 void name(Freedom& freedom) {
-  constexpr double kNoTurn = 0.05;  // share of turning below which a direction is a shift
   const Eigen::Index count = freedom.unknown.cols();
   if (count == 0) return;
-  // Turned so that each direction turns about an axis of its own or not at all.
-  const dense::Svd parts = dense::svd(freedom.unknown.bottomRows<3>(), Eigen::ComputeFullV);
-  const Twists turned = turns_by(1 / freedom.radius_mm).asDiagonal() * (freedom.unknown * parts.v);
-  Eigen::Index turns = 0;
-  while (turns < std::min<Eigen::Index>(count, 3) && parts.values[turns] > kNoTurn) ++turns;
+  const auto [turned, turns] = turning_first(freedom);
   const Eigen::Index shifts = count - turns;
   freedom.kind = Slippage::Other;
   if (turns == 3 && shifts == 0) {
@@ -79,30 +89,24 @@ void name(Freedom& freedom) {
 
 }  // namespace
 
-std::string_view name_of(Slippage kind) {
-  switch (kind) {
-    case Slippage::None:
-      return "none";
-    case Slippage::Ball:
-      return "ball";
-    case Slippage::Plane:
-      return "plane";
-    case Slippage::Cylinder:
-      return "cylinder";
-    case Slippage::Revolution:
-      return "revolution";
-    case Slippage::Extrusion:
-      return "extrusion";
-    case Slippage::Screw:
-      return "screw";
-    case Slippage::Other:
-      break;
-  }
-  return "other";
-}
-
 double Freedom::unknown_share(int component) const {
   return unknown.row(component).norm();
+}
+
+RigidMotion Freedom::least_turn(const RigidMotion& motion) const {
+  RigidMotion out = motion;
+  if (unknown.cols() == 0) return out;
+  // Turns about the pivot itself may be of any size.
+  const Vector3d place = has_pivot() ? pivot_mm : at_mm;
+  const Turning there = turning_first(at(place));
+  if (there.turns == 0) return out;
+  const Twists turning = there.twists.leftCols(there.turns);
+  for (int step = 0; step < 3; ++step) {
+    const MatrixXd left = turning.bottomRows<3>();
+    const Vector6d twist = turning * dense::shortest_solution(left, Eigen::VectorXd(-turn_vector(out.turn)));
+    out = motion_about(place, twist) * out;
+  }
+  return out;
 }
 
 Freedom Freedom::at(const Vector3d& place) const {

@@ -3,25 +3,11 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <string_view>
 
 #include "engine/motion/rigid_motion.h"
+#include "palpate/object_pose.h"
 
 namespace palpate {
-
-/// Surfaces that slide along themselves (Gelfand and Guibas, Shape Segmentation Using Local Slippage
-/// Analysis, 2004), by what may be done to them unseen.
-enum class Slippage {
-  None,        ///< the surface determines all six
-  Ball,        ///< turns about its centre
-  Plane,       ///< two shifts along it, and its turn about the third
-  Cylinder,    ///< shift along its axis and turn about it
-  Revolution,  ///< turn about its axis
-  Extrusion,   ///< shift along a line
-  Screw,       ///< both at once about an axis
-  Other
-};
-std::string_view name_of(Slippage kind);
 
 /// The directions are twists seen at at_mm: three shifts, mm, and three turns, radians times radius_mm.
 struct Freedom {
@@ -43,6 +29,15 @@ struct Freedom {
   double unknown_sd(int component) const {
     return unknown_share(component) * (component < 3 ? radius_mm : 1);
   }
+
+  /// Whether pivot_mm is one.
+  bool has_pivot() const {
+    return kind == Slippage::Ball || kind == Slippage::Cylinder || kind == Slippage::Revolution ||
+           kind == Slippage::Screw;
+  }
+  /// Of the motions that differ from this one by what is unknown, the one that turns least: a ball's is the
+  /// shift of its centre.
+  RigidMotion least_turn(const RigidMotion& motion) const;
 
   /// The same seen at another place.
   Freedom at(const Eigen::Vector3d& place) const;

@@ -8,36 +8,6 @@
 
 namespace palpate {
 
-std::string_view name_of(PoseState state) {
-  switch (state) {
-    case PoseState::NoContact:
-      return "no contact";
-    case PoseState::Begun:
-      return "begun";
-    case PoseState::Tracked:
-      return "tracked";
-    case PoseState::Lost:
-      break;
-  }
-  return "lost";
-}
-
-std::string_view name_of(PoseLoss loss) {
-  switch (loss) {
-    case PoseLoss::None:
-      return "none";
-    case PoseLoss::LittleOverlap:
-      return "little overlap";
-    case PoseLoss::LargeResidual:
-      return "large residual";
-    case PoseLoss::ManyStrangers:
-      return "many strangers";
-    case PoseLoss::LargeStep:
-      break;
-  }
-  return "large step";
-}
-
 PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
   const Matrix6d moved = seen_at(at_mm, place_mm);
   const Matrix6d spread = moved * covariance * moved.transpose();
@@ -59,10 +29,7 @@ PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
 const Pose& PoseTracker::update(const HeightMap& map) {
   ContactSurface surface(map, options_.surface);
   constexpr size_t kFewest = 200;  // pixels of a contact
-  if (surface.count() < kFewest) {
-    pose_ = {.track = pose_.track};
-    return pose_;
-  }
+  if (surface.count() < kFewest) return lift();
   if (pose_.state == PoseState::NoContact || pose_.state == PoseState::Lost) {
     begin(std::move(surface));
     return pose_;
@@ -83,6 +50,11 @@ const Pose& PoseTracker::update(const HeightMap& map) {
   }
   take(found);
   if (needs_key(found)) make_key(std::move(surface));
+  return pose_;
+}
+
+const Pose& PoseTracker::lift() {
+  pose_ = {.track = pose_.track};
   return pose_;
 }
 

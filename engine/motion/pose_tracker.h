@@ -3,9 +3,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string_view>
 
 #include "engine/motion/registration.h"
+#include "palpate/object_pose.h"
 
 namespace palpate {
 
@@ -23,16 +23,6 @@ struct PoseOptions {
   double least_fitting = 0.6;  ///< part of the pixels
   double most_step = 1.0 / 3;  ///< motion of the contact's middle in a frame, in diameters
 };
-
-enum class PoseState {
-  NoContact,  ///< too little of it
-  Begun,      ///< a track's first frame: every motion is 0 by definition
-  Tracked,
-  Lost  ///< the next frame begins a new track
-};
-enum class PoseLoss { None, LittleOverlap, LargeResidual, ManyStrangers, LargeStep };
-std::string_view name_of(PoseState state);
-std::string_view name_of(PoseLoss loss);
 
 /// Of the object's point at at_mm: its shifts since the track began, and the object's turns about the axes x,
 /// y and z (the rotation vector), in the pad's axes; NaN, error too, where the surface does not determine
@@ -70,6 +60,10 @@ class PoseTracker {
 
   /// Frames in order. Throws Error where a map is not as HeightMap says.
   const Pose& update(const HeightMap& map);
+  /// A frame that nothing touches: the track ends.
+  const Pose& lift();
+  /// The next frame that something touches begins a new track.
+  void restart() { lift(); }
 
  private:
   /// A key frame, with the motion from the track's begin to it and that motion's error, seen at its middle:

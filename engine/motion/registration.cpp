@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "engine/base/nth_value.h"
+#include "engine/base/simd.h"
 #include "engine/motion/residual_noise.h"
 
 namespace palpate {
@@ -15,7 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Level = ContactSurface::Level;
-using Row = std::array<float, 6>;
 
 constexpr size_t kFewest = 60;                               // pixels that a motion takes
 constexpr double kTukey = 4.685;                             // loses a twentieth under normal noise
@@ -38,57 +37,21 @@ struct Guess {
   }
 };
 
-/// Depth of the key frame at a place in pixels (Catmull-Rom), and its slopes (bilinear).
-struct Sample {
-  double depth, slope_x, slope_y, variance;
-};
-std::optional<Sample> sample(const Level& level, double x, double y) {
-  const double left = std::floor(x), top = std::floor(y);
-  if (!(left >= 1 && top >= 1 && left + 3 <= level.width && top + 3 <= level.height)) return std::nullopt;
-  const double u = x - left, v = y - top;
-  const size_t at = static_cast<size_t>(top) * level.width + static_cast<size_t>(left);
-  const size_t nearest = at + (u < 0.5 ? 0 : 1) + (v < 0.5 ? 0 : level.width);
-  if (level.mask[nearest] == 0) return std::nullopt;
-  const auto cubic = [](double t) {
-    return std::array<double, 4>{t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
-                                 t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
-  };
-  const std::array<double, 4> across = cubic(u), down = cubic(v);
-  double depth = 0;
-  const float* row = level.depth.data() + (at - level.width - 1);
-  for (size_t k = 0; k < 4; ++k, row += level.width)
-    depth += down[k] * (across[0] * double{row[0]} + across[1] * double{row[1]} + across[2] * double{row[2]} +
-                        across[3] * double{row[3]});
-  const auto linear = [&](const std::vector<float>& of) {
-    const float* p = of.data() + at;
-    return (1 - v) * ((1 - u) * double{p[0]} + u * double{p[1]}) +
-           v * ((1 - u) * double{p[level.width]} + u * double{p[level.width + 1]});
-  };
-  return Sample{depth, linear(level.slope_x), linear(level.slope_y), double{level.variance[nearest]}};
-}
-
-Row row_of(const Vector3d& normal, const Vector3d& place, double scale) {
-  const Vector3d turning = cross(place) * normal;
-  Row row{};
-  for (int k = 0; k < 3; ++k) {
-    row[static_cast<size_t>(k)] = static_cast<float>(-normal[k] * scale);
-    row[static_cast<size_t>(k) + 3] = static_cast<float>(-turning[k] * scale);
-  }
-  return row;
-}
-
 /// What Tukey's weights are about. By squares nothing is a stranger yet: relief on flat ground fits almost
 /// everywhere, and by the median its edges would be left out before they fit.
 enum class Spread { Squares, Median };
 
-/// All pixels that can be compared, each divided by its standard error (up to a common factor).
+constexpr size_t kLanes = 8;  // that sums are split into, whatever the processor's are
+
+/// The pixels inside, each divided by its standard error (up to a common factor). Those that cannot be
+/// compared have an inverse variance of 0.
 struct Equations {
-  std::vector<uint32_t> pixel;
-  std::vector<Row> row;         ///< of a step, by the mean of both slopes
-  std::vector<Row> difference;  ///< of the two slopes' rows
-  std::vector<float> residual;
-  std::vector<float> inverse_variance;
-  double scale = 0;  ///< standard deviation of the residual, by the median or by squares
+  size_t count = 0;
+  std::array<std::vector<float>, 6> row;         ///< of a step, by the mean of both slopes
+  std::array<std::vector<float>, 6> difference;  ///< of the two slopes' rows
+  std::vector<float> residual, inverse_variance;
+  std::vector<float> compared;  ///< the residuals of those that can be, in a row
+  double scale = 0;             ///< standard deviation of the residual, by the median or by squares
   double mean_precision = 0;
 
   void compare(const Level& key, const Level& now, const Guess& guess, Spread by = Spread::Median);
@@ -98,43 +61,150 @@ struct Equations {
   std::vector<float> sizes_;
 };
 
-void Equations::compare(const Level& key, const Level& now, const Guess& guess, Spread by) {
-  pixel.clear();
-  row.clear();
-  difference.clear();
-  residual.clear();
-  inverse_variance.clear();
-  const Matrix3d back = guess.turn.transpose();
-  for (const uint32_t at : now.inside) {
-    const uint32_t line = at / now.width, column = at % now.width;
-    const Vector3d q(now.left_mm + column * now.pitch_mm, now.top_mm + line * now.pitch_mm,
-                     double{now.depth[at]});
-    const Vector3d place = back * (q - guess.middle - guess.shift);
-    const Vector3d p = place + guess.middle;
-    const auto there = sample(key, (p[0] - key.left_mm) / key.pitch_mm, (p[1] - key.top_mm) / key.pitch_mm);
-    if (!there) continue;
-    Vector3d turned = back * Vector3d(double{now.slope_x[at]}, double{now.slope_y[at]}, -1);
-    if (turned[2] > -0.05) continue;  // seen from the side
-    turned /= -turned[2];
-    const Vector3d normal(there->slope_x, there->slope_y, -1);
-    const double precision = 1 / (there->variance + double{now.variance[at]});
-    const double scaled = std::sqrt(precision);
-    pixel.push_back(at);
-    row.push_back(row_of((normal + turned) / 2, place, scaled));
-    difference.push_back(row_of(normal - turned, place, scaled));
-    residual.push_back(static_cast<float>((there->depth - p[2]) * scaled));
-    inverse_variance.push_back(static_cast<float>(precision));
+/// Each pixel by itself: its depth at the key frame's place (Catmull-Rom), slopes there (bilinear).
+struct Compare {
+  const float *key_depth, *key_slope_x, *key_slope_y, *key_variance;
+  const float *depth, *slope_x, *slope_y, *variance, *column, *line;
+  const uint32_t* inside;
+  std::array<float*, 6> row, difference;
+  float *residual, *inverse_variance;
+  size_t count;
+  int key_width, key_height;
+  float pitch, per_pitch;
+  std::array<float, 9> back;    ///< turns, rows
+  std::array<float, 3> origin;  ///< of the first pixel, from the guess's middle and shift, mm
+  std::array<float, 3> middle;  ///< of the guess, from the key frame's first pixel, mm; z is a depth
+
+  PALPATE_INLINE void run() const {
+    PALPATE_INDEPENDENT
+    for (size_t i = 0; i < count; ++i) one(i);
   }
-  if (residual.empty()) return;
-  const auto count = static_cast<double>(residual.size());
-  double squares = 0;
-  mean_precision = 0;
-  for (const float p : inverse_variance) mean_precision += double{p} / count;
-  for (const float r : residual) squares += double{r} * double{r} / count;
-  sizes_.resize(residual.size());
-  std::transform(residual.begin(), residual.end(), sizes_.begin(), [](float r) { return std::abs(r); });
+
+ private:
+  PALPATE_INLINE static std::array<float, 4> cubic(float t) {
+    return {t * (-0.5f + t * (1 - 0.5f * t)), 1 + t * t * (-2.5f + 1.5f * t), t * (0.5f + t * (2 - 1.5f * t)),
+            t * t * (-0.5f + 0.5f * t)};
+  }
+
+  PALPATE_INLINE void one(size_t i) const {
+    const auto at = static_cast<int>(inside[i]);
+    const float qx = origin[0] + column[i] * pitch, qy = origin[1] + line[i] * pitch,
+                qz = origin[2] + depth[at];
+    const float x = back[0] * qx + back[1] * qy + back[2] * qz,
+                y = back[3] * qx + back[4] * qy + back[5] * qz,
+                z = back[6] * qx + back[7] * qy + back[8] * qz;
+    const float px = (x + middle[0]) * per_pitch, py = (y + middle[1]) * per_pitch;
+    // Places beyond the map are read within it, and left out.
+    const auto most_x = static_cast<float>(key_width - 3), most_y = static_cast<float>(key_height - 3);
+    const float held_x = std::min(std::max(px, 1.0f), most_x), held_y = std::min(std::max(py, 1.0f), most_y);
+    const auto left = static_cast<int>(held_x), top = static_cast<int>(held_y);
+    const float u = held_x - static_cast<float>(left), v = held_y - static_cast<float>(top);
+    const int here = top * key_width + left;
+    const float there_variance =
+        key_variance[here + static_cast<int>(u + 0.5f) + static_cast<int>(v + 0.5f) * key_width];
+    const std::array<float, 4> across = cubic(u), down = cubic(v);
+    float there = 0;
+    for (int k = 0; k < 4; ++k) {
+      const float* d = key_depth + (here + (k - 1) * key_width - 1);
+      there += down[static_cast<size_t>(k)] *
+               (across[0] * d[0] + across[1] * d[1] + across[2] * d[2] + across[3] * d[3]);
+    }
+    const auto linear = [&](const float* of) {
+      return (1 - v) * ((1 - u) * of[here] + u * of[here + 1]) +
+             v * ((1 - u) * of[here + key_width] + u * of[here + key_width + 1]);
+    };
+    const float sx = slope_x[at], sy = slope_y[at];
+    const float tz = back[6] * sx + back[7] * sy - back[8];
+    const float steep = -1 / std::min(tz, -0.05f);  // what is seen from the side is left out
+    const float tx = (back[0] * sx + back[1] * sy - back[2]) * steep,
+                ty = (back[3] * sx + back[4] * sy - back[5]) * steep;
+    const float lx = linear(key_slope_x), ly = linear(key_slope_y);
+    const bool good =
+        (px >= 1) & (py >= 1) & (px < most_x) & (py < most_y) & (there_variance > 0) & (tz <= -0.05f);
+    const float precision = good ? 1 / (std::max(there_variance, 0.0f) + variance[at]) : 0;
+    const float scaled = std::sqrt(precision);
+    residual[i] = (there - middle[2] - z) * scaled;
+    inverse_variance[i] = precision;
+    // Both normals have -1 as their third component.
+    const auto store = [&](const std::array<float*, 6>& to, float nx, float ny, float nz) {
+      to[0][i] = -nx * scaled;
+      to[1][i] = -ny * scaled;
+      to[2][i] = -nz * scaled;
+      to[3][i] = -(y * nz - z * ny) * scaled;
+      to[4][i] = -(z * nx - x * nz) * scaled;
+      to[5][i] = -(x * ny - y * nx) * scaled;
+    };
+    store(row, (lx + tx) / 2, (ly + ty) / 2, -1);
+    store(difference, lx - tx, ly - ty, 0);
+  }
+};
+
+void Equations::compare(const Level& key, const Level& now, const Guess& guess, Spread by) {
+  count = now.inside.size();
+  // Sums take whole lanes.
+  const size_t room = (count + kLanes - 1) / kLanes * kLanes;
+  for (auto* of : {&row, &difference})
+    for (std::vector<float>& values : *of) values.assign(room, 0);
+  residual.assign(room, 0);
+  inverse_variance.assign(room, 0);
+  Compare work{.key_depth = key.depth.data(),
+               .key_slope_x = key.slope_x.data(),
+               .key_slope_y = key.slope_y.data(),
+               .key_variance = key.inside_variance.data(),
+               .depth = now.depth.data(),
+               .slope_x = now.slope_x.data(),
+               .slope_y = now.slope_y.data(),
+               .variance = now.variance.data(),
+               .column = now.column.data(),
+               .line = now.row.data(),
+               .inside = now.inside.data(),
+               .row = {},
+               .difference = {},
+               .residual = residual.data(),
+               .inverse_variance = inverse_variance.data(),
+               .count = count,
+               .key_width = static_cast<int>(key.width),
+               .key_height = static_cast<int>(key.height),
+               .pitch = static_cast<float>(now.pitch_mm),
+               .per_pitch = static_cast<float>(1 / key.pitch_mm),
+               .back = {},
+               .origin = {},
+               .middle = {}};
+  const Matrix3d back = guess.turn.transpose();
+  const Vector3d corner(now.left_mm, now.top_mm, 0), moved = guess.middle + guess.shift;
+  const Vector3d key_corner(key.left_mm, key.top_mm, 0);
+  for (size_t k = 0; k < 6; ++k) {
+    work.row[k] = row[k].data();
+    work.difference[k] = difference[k].data();
+  }
+  for (size_t k = 0; k < 9; ++k)
+    work.back[k] =
+        static_cast<float>(back(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)));
+  for (size_t k = 0; k < 3; ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    work.origin[k] = static_cast<float>(corner[at] - moved[at]);
+    work.middle[k] = static_cast<float>(guess.middle[at] - key_corner[at]);
+  }
+  run_widest(work);
+  compared.clear();
+  double squares = 0, precisions = 0;
+  for (size_t i = 0; i < count; ++i) {
+    if (inverse_variance[i] <= 0) continue;
+    compared.push_back(residual[i]);
+    squares += double{residual[i]} * double{residual[i]};
+    precisions += double{inverse_variance[i]};
+  }
+  if (compared.empty()) return;
+  const auto pixels = static_cast<double>(compared.size());
+  mean_precision = precisions / pixels;
   const double least = kLeastResidual_px * now.pitch_mm * std::sqrt(mean_precision);
-  scale = by == Spread::Median ? 1.4826 * double{nth_value(sizes_, sizes_.size() / 2)} : std::sqrt(squares);
+  if (by == Spread::Median) {
+    sizes_.resize(compared.size());
+    std::transform(compared.begin(), compared.end(), sizes_.begin(), [](float r) { return std::abs(r); });
+    scale = 1.4826 * double{nth_value(sizes_, sizes_.size() / 2)};
+  } else {
+    scale = std::sqrt(squares / pixels);
+  }
   scale = std::max(scale, least);
 }
 
@@ -153,31 +223,73 @@ struct Sums {
   double weight = 0;
 };
 
-/// `slope_of_score`: weighs rows by the score's slope instead of its weight.
-Sums add_up(const Equations& all, bool slope_of_score) {
-  Sums sums;
-  double square[21] = {}, difference[21] = {}, gradient[6] = {};
-  for (size_t i = 0; i < all.pixel.size(); ++i) {
-    const double r = double{all.residual[i]} / (kTukey * all.scale), rest = 1 - r * r;
-    if (rest <= 0) continue;
-    const double weight = rest * rest, used = slope_of_score ? rest * (1 - 5 * r * r) : weight;
-    const Row &row = all.row[i], &other = all.difference[i];
+constexpr size_t kProducts = 21;  // of six and six
+
+/// Weighted products of rows, by lanes and in parts, so that their order is the same on every processor.
+template <bool Judged>
+struct AddUp {
+  std::array<const float*, 6> row, difference;
+  const float *residual, *inverse_variance;
+  size_t first, end;  ///< multiples of kLanes
+  float per_bound;    ///< 1 / Tukey's
+  float* sums;  ///< kLanes each of: 21 products, 6 of the gradient, the weight; judged: 21 of differences
+
+  PALPATE_INLINE void run() const {
+    for (size_t at = first; at < end; at += kLanes) PALPATE_INDEPENDENT
+    for (size_t lane = 0; lane < kLanes; ++lane) one(at + lane, lane);
+  }
+
+ private:
+  PALPATE_INLINE void one(size_t i, size_t lane) const {
+    const float r = residual[i] * per_bound, rest = std::max(1 - r * r, 0.0f);
+    const float weight = rest * rest;
+    // Judged: the slope of the score.
+    const float used = Judged ? rest * (1 - 5 * r * r) : weight;
     for (size_t a = 0, k = 0; a < 6; ++a) {
-      gradient[a] += weight * double{row[a]} * double{all.residual[i]};
+      const float mine = row[a][i], scaled = used * mine;
+      [[maybe_unused]] const float other = Judged ? used * difference[a][i] : 0;
       for (size_t b = 0; b <= a; ++b, ++k) {
-        square[k] += used * double{row[a]} * double{row[b]};
-        difference[k] += used * double{other[a]} * double{other[b]};
+        sums[k * kLanes + lane] += scaled * row[b][i];
+        if constexpr (Judged) sums[(kProducts + 7 + k) * kLanes + lane] += other * difference[b][i];
       }
+      sums[(kProducts + a) * kLanes + lane] += weight * mine * residual[i];
     }
-    sums.weight += used * double{all.inverse_variance[i]};
+    sums[(kProducts + 6) * kLanes + lane] += used * inverse_variance[i];
   }
+};
+
+/// Judged: rows weighed by the score's slope instead of its weight, and the differences.
+template <bool Judged>
+Sums add_up(const Equations& all) {
+  constexpr size_t kPart = 256 * kLanes;  // of single precision, before it goes into double
+  std::array<double, 2 * kProducts + 7> whole{};
+  std::array<float, whole.size() * kLanes> part;
+  for (size_t first = 0; first < all.residual.size(); first += kPart) {
+    part.fill(0);
+    AddUp<Judged> work{.row = {},
+                       .difference = {},
+                       .residual = all.residual.data(),
+                       .inverse_variance = all.inverse_variance.data(),
+                       .first = first,
+                       .end = std::min(first + kPart, all.residual.size()),
+                       .per_bound = static_cast<float>(1 / (kTukey * all.scale)),
+                       .sums = part.data()};
+    for (size_t k = 0; k < 6; ++k) {
+      work.row[k] = all.row[k].data();
+      work.difference[k] = all.difference[k].data();
+    }
+    run_widest(work);
+    for (size_t k = 0; k < part.size(); ++k) whole[k / kLanes] += double{part[k]};
+  }
+  Sums sums;
   for (int a = 0, k = 0; a < 6; ++a) {
-    sums.gradient[a] = gradient[a];
+    sums.gradient[a] = whole[kProducts + static_cast<size_t>(a)];
     for (int b = 0; b <= a; ++b, ++k) {
-      sums.square(a, b) = sums.square(b, a) = square[k];
-      sums.difference(a, b) = sums.difference(b, a) = difference[k];
+      sums.square(a, b) = sums.square(b, a) = whole[static_cast<size_t>(k)];
+      sums.difference(a, b) = sums.difference(b, a) = whole[kProducts + 7 + static_cast<size_t>(k)];
     }
   }
+  sums.weight = whole[kProducts + 6];
   return sums;
 }
 
@@ -187,13 +299,13 @@ bool search(const Level& key, const Level& now, double radius_mm, Guess& guess, 
   for (int step = 0; step < options.most_steps; ++step) {
     ++steps;
     all.compare(key, now, guess, by);
-    if (all.pixel.size() < kFewest) return false;
-    const Sums sums = add_up(all, false);
+    if (all.compared.size() < kFewest) return false;
+    const Sums sums = add_up<false>(all);
     // Far from the truth the two frames' slopes have nothing in common: only the floor bounds a step.
     const Solution solution = solve({.information = sums.square,
                                      .noise = Matrix6d::Zero(),
                                      .weight = sums.weight,
-                                     .pixels = double(all.pixel.size())},
+                                     .pixels = double(all.compared.size())},
                                     guess.middle, radius_mm, options.freedom);
     Vector6d move = -(solution.inverse * sums.gradient);
     const double size_mm = move.head<3>().norm() + move.tail<3>().norm() * radius_mm;
@@ -222,9 +334,9 @@ Guess coarse_guess(const ContactSurface& key, const ContactSurface& now, Levels 
              k == 1 ? Spread::Squares : Spread::Median, kCoarseStep_px);
     if (k == 1)
       all.compare(key.levels()[levels.first], now.levels()[levels.first], guesses[k], Spread::Median);
-    if (all.pixel.size() < kFewest) continue;
+    if (all.compared.size() < kFewest) continue;
     if (k == 0 && all.residual_mm() <= options.enough_residual_mm) return guesses[k];
-    residuals[k] = all.residual;
+    residuals[k] = all.compared;
     scale = std::min(scale, all.scale);
   }
   size_t best = 0;
@@ -240,21 +352,23 @@ Guess coarse_guess(const ContactSurface& key, const ContactSurface& now, Levels 
 /// What is left over, and what it makes of the motion.
 void judge(const Equations& all, const Level& now, double radius_mm, const Guess& guess,
            const RegistrationOptions& options, Registration& out) {
-  const Sums sums = add_up(all, true);
+  const Sums sums = add_up<true>(all);
   const Solution solution = solve({.information = sums.square - sums.difference / 4,
                                    .noise = sums.difference / 2,
                                    .weight = sums.weight,
-                                   .pixels = double(all.pixel.size())},
+                                   .pixels = double(all.compared.size())},
                                   guess.middle, radius_mm, options.freedom);
   ScoreField field{.width = now.width, .height = now.height, .pixel = {}, .row = {}, .score = {}};
-  for (size_t i = 0; i < all.pixel.size(); ++i) {
+  for (size_t i = 0; i < all.count; ++i) {
+    if (all.inverse_variance[i] <= 0) continue;
     const double r = double{all.residual[i]} / (kTukey * all.scale), rest = std::max(1 - r * r, 0.0);
     if (rest <= 0) continue;
-    field.pixel.push_back(all.pixel[i]);
-    field.row.push_back(all.row[i]);
+    field.pixel.push_back(now.inside[i]);
+    std::array<float, 6>& row = field.row.emplace_back();
+    for (size_t k = 0; k < 6; ++k) row[k] = all.row[k][i];
     field.score.push_back(static_cast<float>(rest * rest * double{all.residual[i]}));
   }
-  out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(all.pixel.size());
+  out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(all.compared.size());
   out.residual_mm = all.residual_mm();
   const ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
   const Matrix6d turned = carried_by({guess.turn, Vector3d::Zero()});
@@ -280,13 +394,31 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
       search(there, here, radius_mm, guess, all, out.steps, options, Spread::Median, kFineStep_px);
   // A last step of next to nothing leaves the residuals as they are.
   if (!out.converged) all.compare(there, here, guess);
-  if (all.pixel.size() < kFewest) return out;
+  if (all.compared.size() < kFewest) return out;
   out.found = true;
   out.motion = guess.motion();
   out.at_mm = guess.middle + guess.shift;
-  out.overlap = static_cast<double>(all.pixel.size()) /
+  out.overlap = static_cast<double>(all.compared.size()) /
                 static_cast<double>(std::min(there.inside.size(), here.inside.size()));
   judge(all, here, radius_mm, guess, options, out);
+  // What slides along itself only nearly fits again after a step or two.
+  constexpr double kLargeTurn = 0.002;
+  const RigidMotion least = out.freedom.least_turn(out.motion);
+  if (turn_vector(least.turn * out.motion.turn.transpose()).norm() > kLargeTurn) {
+    guess = Guess(least, key.centroid_mm());
+    out.converged =
+        search(there, here, radius_mm, guess, all, out.steps, options, Spread::Median, kFineStep_px);
+    if (!out.converged) all.compare(there, here, guess);
+    out.motion = guess.motion();
+    out.at_mm = guess.middle + guess.shift;
+    judge(all, here, radius_mm, guess, options, out);
+  }
+  out.motion = out.freedom.least_turn(out.motion);
+  const Vector3d at = out.motion * key.centroid_mm();
+  const Matrix6d moved = seen_at(out.at_mm, at);
+  out.covariance = moved * out.covariance * moved.transpose();
+  out.freedom = out.freedom.at(at);
+  out.at_mm = at;
   return out;
 }
 

@@ -19,8 +19,8 @@ struct RegistrationOptions {
 };
 
 struct Registration {
-  /// Of the object, from the key frame to now, in the pad's axes. Along what is unknown it stays about where
-  /// the search began.
+  /// Of the object, from the key frame to now, in the pad's axes. Of those that what is unknown leaves open,
+  /// the one that turns least (Freedom::least_turn): a ball's is its centre's shift.
   RigidMotion motion;
   /// Where the middle of the key frame's contact is now.
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();

@@ -126,6 +126,7 @@ void assemble(FrameParts& parts, const FrameStamp& stamp, TouchHistory& history,
   touch.picture = stamp.fault;
   touch.repeated = stamp.repeated;
   touch.light = parts.light_unknown ? LightSummary{.state = LightState::Unknown} : stamp.light;
+  touch.object = parts.object;
   if (stamp.fault != PictureFault::None) return write_spoilt(parts, touch);
   const bool light_unknown = touch.light && touch.light->state == LightState::Unknown;
   write_contact(parts, touch);

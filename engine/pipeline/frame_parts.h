@@ -65,6 +65,7 @@ struct FrameParts {
   std::optional<SurfacePart> surface;
   std::optional<MarkerSummary> markers;
   std::optional<TractionPart> traction;
+  std::optional<ObjectPose> object;
   bool light_unknown = false;  ///< too little of a gel with markers is as in the untouched image
   SurfaceMap map;
   TractionMaps traction_maps;

@@ -51,6 +51,7 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
   if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_on_host);
+  if (plan.motion) object_.emplace(sensor, format);
   if (gel_contacts_ && surface_) rest_correction_.emplace(format.width, format.height);
   if (rest_correction_ && sensor.reading == SurfaceReading::Photometric)
     smooth_touch_.emplace(sensor, format);
@@ -221,6 +222,18 @@ FrameParts& Frames::measure(uint32_t index) {
   if (markers_) measure_markers(slot);
   if (traction_) traction_->measure(slot, parts_);
   return parts_;
+}
+
+void Frames::follow_object(uint32_t index, bool after_gap) {
+  const TraceSpan span("object motion");
+  if (after_gap) object_->restart();
+  const FrameSlot& slot = slots_[index];
+  parts_.object = object_->follow(surface_->heights(slot), parts_.surface->summary.depth_offset_mm,
+                                  parts_.touched(), gel_contacts_ ? &*gel_contacts_ : nullptr);
+}
+
+void Frames::restart_motion() {
+  if (object_) object_->restart();
 }
 
 // Forgets the start of contacts, noise and traction.

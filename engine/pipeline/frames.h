@@ -14,6 +14,7 @@
 #include "engine/pipeline/frame_parts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/layer_traction.h"
+#include "engine/pipeline/object_follower.h"
 #include "engine/pipeline/plan.h"
 #include "engine/pipeline/surface/surface_method.h"
 #include "engine/stages/frame/cell_change.h"
@@ -45,6 +46,11 @@ class Frames {
   void wait(uint32_t slot);
   /// Parts of the finished frame by itself, valid until the next one; solves what the host has to.
   FrameParts& measure(uint32_t slot);
+  /// FramePlan::motion: adds the object's pose to the parts of the frame that was measured last. `after_gap`:
+  /// the frames before are not its predecessors.
+  void follow_object(uint32_t slot, bool after_gap);
+  /// The object's track begins anew.
+  void restart_motion();
 
   /// As Result's, of a frame that is measured. `rest_mm`: SurfaceSummary::depth_offset_mm.
   void read_depth_mm(uint32_t slot, double rest_mm, std::vector<float>& depth_mm) const;
@@ -92,8 +98,9 @@ class Frames {
   std::optional<Confidence> confidence_;
   std::unique_ptr<SurfaceMethod> surface_;
   std::optional<LayerTraction> traction_;
-  std::optional<ImportPages> pages_;  ///< where leased frames are read in place
-  std::vector<Region> found_;         ///< in the frame that is measured; kept so that frames allocate nothing
+  std::optional<ObjectFollower> object_;  ///< whose motion is asked for
+  std::optional<ImportPages> pages_;      ///< where leased frames are read in place
+  std::vector<Region> found_;  ///< in the frame that is measured; kept so that frames allocate nothing
   std::vector<ContactTouch> gray_regions_;
   FrameParts parts_;
   std::deque<FrameSlot> slots_;

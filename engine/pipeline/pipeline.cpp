@@ -11,6 +11,7 @@
 #include "engine/measure/picture/picture_check.h"
 #include "engine/pipeline/assemble.h"
 #include "engine/pipeline/frames.h"
+#include "engine/pipeline/object_follower.h"
 #include "engine/pipeline/pipeline_access.h"
 #include "engine/pipeline/specks.h"
 #include "engine/pipeline/steady_light.h"
@@ -159,6 +160,8 @@ struct Pipeline::Impl {
       unseen += stamp.after_gap ? kMostUnseen + 1 : 1;
     else
       stamp.after_gap = stamp.after_gap || std::exchange(unseen, 0) > kMostUnseen;
+    if (plan.motion && spoilt) parts.object = unknown_pose(PoseState::PictureDamaged);
+    if (plan.motion && !spoilt) frames.follow_object(index, stamp.after_gap);
     assemble(parts, stamp, history, touch);
     if (!spoilt) {
       result.traction = parts.traction_maps;
@@ -299,6 +302,10 @@ std::optional<Result> Pipeline::wait() {
 Result Pipeline::process(const Frame& frame) {
   if (!submit(frame)) throw std::logic_error("Pipeline::process needs a free slot: end a Result first");
   return *wait();
+}
+
+void Pipeline::restart_motion() {
+  impl_->frames.restart_motion();
 }
 
 uint64_t Pipeline::memory_bytes() const {

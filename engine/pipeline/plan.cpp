@@ -32,11 +32,16 @@ bool needs_markers(const Sensor& sensor, const FrameFormat& format) {
          format.channels == 3 && format.bit_depth == 8;
 }
 
-// Contacts are found where they are requested, and where traction restricts pressure to them: over a whole
-// frame the errors of slopes would add up to a force.
+bool needs_motion(Outputs outputs, bool separate) {
+  return wants(outputs, Output::Motion) && !separate;
+}
+
+// Contacts are found where they are requested, where traction restricts pressure to them: over a whole frame
+// the errors of slopes would add up to a force, and where motion restricts the surface to them.
 bool needs_contacts(const Sensor& sensor, Outputs outputs) {
   return wants(outputs, Output::Contacts) ||
-         (needs_traction(sensor, outputs) && sensor.reading != SurfaceReading::Elastic);
+         (needs_traction(sensor, outputs) && sensor.reading != SurfaceReading::Elastic) ||
+         (wants(outputs, Output::Motion) && has_gel_contacts(sensor));
 }
 
 bool needs_gel_contacts(const Sensor& sensor, Outputs outputs) {
@@ -66,6 +71,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
   plan.traction = needs_traction(sensor, options.outputs);
+  plan.motion = needs_motion(options.outputs, options.separate);
   // Where each pixel has its confidence, specks have none and are left out by it.
   plan.specks = plan.background && !plan.confidence && sensor.bit_depth == 8 &&
                 sensor.reading == SurfaceReading::Photometric;

@@ -34,6 +34,7 @@ struct FramePlan {
   bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
   SurfaceKind surface = SurfaceKind::None;
   bool traction = false;  ///< by the layer
+  bool motion = false;    ///< of the object
   bool traction_on_host = false;
   bool weights = false;  ///< the surface counts each pixel by its confidence
   Solve solve = Solve::Live;

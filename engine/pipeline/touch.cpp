@@ -40,8 +40,64 @@ const char* to_string(Validity validity) {
       return "light unknown";
     case Validity::NotFollowed:
       return "not followed";
+    case Validity::Undetermined:
+      return "not determined";
     case Validity::PictureDamaged:
       return "picture damaged";
+  }
+  return "?";
+}
+
+const char* to_string(PoseState state) {
+  switch (state) {
+    case PoseState::NoContact:
+      return "no contact";
+    case PoseState::Begun:
+      return "begun";
+    case PoseState::Tracked:
+      return "tracked";
+    case PoseState::Lost:
+      return "lost";
+    case PoseState::PictureDamaged:
+      return "picture damaged";
+  }
+  return "?";
+}
+
+const char* to_string(PoseLoss loss) {
+  switch (loss) {
+    case PoseLoss::None:
+      return "none";
+    case PoseLoss::LittleOverlap:
+      return "little overlap";
+    case PoseLoss::LargeResidual:
+      return "large residual";
+    case PoseLoss::ManyStrangers:
+      return "many strangers";
+    case PoseLoss::LargeStep:
+      return "large step";
+  }
+  return "?";
+}
+
+const char* to_string(Slippage kind) {
+  switch (kind) {
+    case Slippage::None:
+      return "none";
+    case Slippage::Ball:
+      return "ball";
+    case Slippage::Plane:
+      return "plane";
+    case Slippage::Cylinder:
+      return "cylinder";
+    case Slippage::Revolution:
+      return "revolution";
+    case Slippage::Extrusion:
+      return "extrusion";
+    case Slippage::Screw:
+      return "screw";
+    case Slippage::Other:
+      return "other";
   }
   return "?";
 }

@@ -88,6 +88,12 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, Outputs outputs)
             "frames of 8 x 8 px or more, for traction",
             std::to_string(format.width) + " x " + std::to_string(format.height), "outputs without traction");
   }
+  if (wants(outputs, Output::Motion)) {
+    require(wants(outputs, Output::Surface), sensor, "the output surface with motion", "motion alone",
+            "asking for both");
+    require(has_scale(sensor), sensor, "a scale, for motion in mm", "none",
+            "'pitch_mm_per_px' in the sensor file, or outputs without motion");
+  }
   if (!wants(outputs, Output::Surface)) return;
   require(sensor.reading != SurfaceReading::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",

@@ -12,6 +12,7 @@
 #include "capture/files/true_quantities.h"
 #include "capture/messages/touch_json.h"
 #include "capture/run/comparison.h"
+#include "engine/base/numbers.h"
 #include "palpate/options.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/json.h"
@@ -38,7 +39,11 @@ constexpr const char* kHeader =
     "stick_share,stick_share_sd,gradient_sum,light_state,light_change_gray,wrench_fx_N,wrench_fx_sd_N,"
     "wrench_fy_N,wrench_fy_sd_N,wrench_fz_N,wrench_fz_sd_N,wrench_mx_Nmm,wrench_mx_sd_Nmm,wrench_my_Nmm,"
     "wrench_my_sd_Nmm,wrench_mz_Nmm,wrench_mz_sd_Nmm,wrench_state,pressure_max_kPa,shear_max_kPa,"
-    "pressed_area_mm2,unexplained_slope,bending_mm,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,"
+    "pressed_area_mm2,unexplained_slope,bending_mm,object_state,object_loss,object_track,object_surface,"
+    "object_x_mm,object_y_mm,object_z_mm,object_shift_x_mm,object_shift_x_sd_mm,object_shift_y_mm,object_"
+    "shift_y_sd_mm,object_shift_z_mm,object_shift_z_sd_mm,object_turn_x_rad,object_turn_x_sd_rad,object_turn_"
+    "y_rad,object_turn_y_sd_rad,object_turn_z_rad,object_turn_z_sd_rad,object_residual_mm,object_overlap,"
+    "true_contact,true_force_N,true_shear_x_N,true_shear_y_N,"
     "true_slip,"
     "true_center_x_px,true_center_y_px,true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,"
     "true_volume_mm3,true_torsion_rad,true_stick_share";
@@ -53,9 +58,10 @@ constexpr const char* kRow =
     "00,4,0.1000,0.0000,-0.200,0.020,onset unseen,0.0123,0.25,-0.0123,-0.25,incipient "
     "slip,skin,0.420,0.011,slopes "
     "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,9,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,"
-    "0."
-    "800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for the "
-    "pad,33.00,11.00,6.50,0.0150,7.2500,1,0.85,0.1,-0.2,1,10,20,30,0.43,0.005000,1,0.8,0.031,0.79";
+    "0.800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for the "
+    "pad,33.00,11.00,6.50,0.0150,7.2500,tracked,none,2,revolution,0.5000,-0.2500,0.4000,0.310,0.020,-0.310,0."
+    "030,0.110,0.010,0.0210,0.0040,-0.0210,0.0050,,,0.0021,0.750000,1,0.85,0.1,-0.2,1,10,20,30,0.43,0.005000,"
+    "1,0.8,0.031,0.79";
 
 Touch distinct_touch() {
   Touch t;
@@ -111,6 +117,18 @@ Touch distinct_touch() {
   w.slipping_fraction = 0.25;
   w.unexplained_slope = 0.015;
   w.bending_mm = 7.25;
+  ObjectPose& object = t.object.emplace();
+  object.state = PoseState::Tracked;
+  object.track = 2;
+  object.surface = Slippage::Revolution;
+  object.at_mm = {0.5, -0.25, 0.4};
+  object.shift_mm = {
+      {{0.31, 0.02, Validity::Valid}, {-0.31, 0.03, Validity::Valid}, {0.11, 0.01, Validity::Valid}}};
+  object.turn_rad = {{{0.021, 0.004, Validity::Valid},
+                      {-0.021, 0.005, Validity::Valid},
+                      {kNaN, kNaN, Validity::Undetermined}}};
+  object.residual_mm = 0.0021;
+  object.overlap = 0.75;
   return t;
 }
 
@@ -223,6 +241,8 @@ std::string output_of(uint32_t group) {
       return "gradient";
     case Groups::Traction:
       return "traction";
+    case Groups::Object:
+      return "motion";
     default:
       return "";
   }

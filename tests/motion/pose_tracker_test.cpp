@@ -120,7 +120,7 @@ TEST(PoseTracker, TellsALostTrack) {
         if (pose.state == PoseState::Lost && lost_at < 0) lost_at = frame;
         if (frame == 11)
           std::printf("%s %g mm: lost at %d, %s\n", object.name.c_str(), jump_mm, lost_at,
-                      std::string(name_of(pose.state)).c_str());
+                      to_string(pose.state));
       }
       EXPECT_GE(lost_at, 8) << object.name << jump_mm;
       EXPECT_LE(lost_at, 9) << object.name << jump_mm;

@@ -53,6 +53,7 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
   if (shown.settings) scene_.state().choose(shown.settings->view);
   scene_.state().vsync = window_.vsync();
   scene_.state().replay = options.replay;
+  scene_.state().follows_object = wants(what.outputs, Output::Motion) && !what.separate;
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
   scene_.set_timeline({.timed = timed,

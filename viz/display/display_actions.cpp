@@ -253,6 +253,7 @@ void Display::carry_out_requests() {
     stats_due_ = {};
   }
   if (requested(state.zero_requested)) switch_zero(true);
+  if (requested(state.track_requested)) session_.track_anew = true;
   if (requested(state.zero_cleared_requested)) switch_zero(false);
   if (requested(state.mark_requested)) mark_event();
   const bool table = requested(state.chart_table_requested),

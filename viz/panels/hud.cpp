@@ -70,7 +70,7 @@ std::array<float, 2> foot_line(const ViewRect& surface, float scale) {
 }
 
 void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& content, const Touch& shown,
-                  ViewState& state, const Profile* profile, float scale) {
+                  const Trail& trail, ViewState& state, const Profile* profile, float scale) {
   const SurfaceStyle style = state.style(2 * std::max(on.half_mm.x, on.half_mm.y));
   std::vector<PlacedText> placed;
   // Where numbers would overlap, the grid alone shows lengths.
@@ -79,7 +79,11 @@ void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& co
   draw_traction(list, on.eye, on.view, on.half_mm, content.traction, state.arrows,
                 content.sensor.shear ? content.sensor.shear->friction : 0, scale);
   if (state.contacts)
-    draw_touch(list, on, shown, content.frame.format, {.scale = scale, .unknown = content.unknown},
+    draw_touch(list, on, shown, content.frame.format,
+               {.scale = scale,
+                .unknown = content.unknown,
+                .trail = &trail,
+                .pitch_mm_per_px = content.sensor.pitch_mm_per_px},
                std::move(placed));
   if (profile) draw_section(list, on.view, on.eye, state.line, *profile, on.half_mm, style, scale);
   if (roomy && content.unknown && content.unknown->all)
@@ -91,12 +95,14 @@ void mark_surface(ImDrawList* list, const SurfacePlace& on, const HudContent& co
 }
 
 void mark_image(ImDrawList* list, const ViewRect& image, const HudContent& content, const Touch& shown,
-                const ViewState& state, bool section, double full_shear_N, bool explains, float scale) {
+                const Trail& trail, const ViewState& state, bool section, double full_shear_N, bool explains,
+                float scale) {
   const FrameFormat& format = content.frame.format;
   const ImVec2 low = corner(image), high = far_corner(image);
   list->AddRect({low.x - 1, low.y - 1}, {high.x + 1, high.y + 1}, ink(theme().frame));
   draw_touch(list, image, shown, format,
-             {state.contacts, state.skin, full_shear_N, scale, content.unknown, explains});
+             {state.contacts, state.skin, full_shear_N, scale, content.unknown, explains,
+              state.contacts ? &trail : nullptr, content.sensor.pitch_mm_per_px});
   if (content.live && content.live->press && content.live->press->last)
     draw_lump(list, image, *content.live->press->last, content.sensor, format, scale);
   if (content.strain) draw_strain_bar(list, image, *content.strain, state, scale);
@@ -117,6 +123,7 @@ void follow_double_click(const Layout& layout, ViewState& state) {
 
 void Hud::follow(const Touch& touch, uint64_t position) {
   history_.add(touch, position);
+  trail_.add(touch);
   headline_.follow(touch, history_.timeline().separate);
   const auto reach = [this](const Estimate& x, const Estimate& y) {
     const double shear_N = std::hypot(x.value, y.value);
@@ -137,9 +144,10 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   const Touch shown = tared(content.touch, state.tare);
   ImDrawList* under = ImGui::GetBackgroundDrawList();
   const bool section = profile != nullptr;
-  if (eye) mark_surface(under, {*eye, layout.surface, half_mm}, content, shown, state, profile, scale);
+  if (eye)
+    mark_surface(under, {*eye, layout.surface, half_mm}, content, shown, trail_, state, profile, scale);
   if (layout.has_image)
-    mark_image(under, layout.image, content, shown, state, section, full_shear_N_,
+    mark_image(under, layout.image, content, shown, trail_, state, section, full_shear_N_,
                !eye || !is_roomy(layout.surface, scale), scale);
   const ChartStyle chart_style = charts_of(state, layout, history_, scale);
   if (layout.has_charts)

@@ -6,6 +6,7 @@
 
 #include "viz/live/history.h"
 #include "viz/live/stats.h"
+#include "viz/live/trail.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/headline.h"
 #include "viz/panels/numbers/measurement.h"
@@ -40,6 +41,7 @@ class Hud {
 
  private:
   History history_;
+  Trail trail_;
   Headline headline_;
   ChartMouse chart_mouse_;
   SectionMouse section_mouse_;

@@ -10,7 +10,8 @@
 
 namespace palpate::python {
 
-constexpr std::string_view kWrench = "wrench.";  ///< begins the attributes of a touch's wrench
+// Beginnings of the attributes of a touch's wrench and of its object's motion.
+constexpr std::string_view kWrench = "wrench.", kMotion = "motion.";
 
 /// An attribute of one class.
 template <typename Of>

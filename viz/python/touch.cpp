@@ -37,6 +37,17 @@ struct PyWrench {
   std::shared_ptr<HeldFrame> held;
 };
 
+/// Of the object that touches the pad.
+struct PyMotion {
+  std::shared_ptr<HeldFrame> held;
+
+  const ObjectPose& pose() const {
+    if (const auto& object = held->touch().object) return *object;
+    throw Refusal{"SensorError", "motion", "outputs without it, or separate pictures",
+                  "outputs=[\"force\", \"surface\", \"motion\"], and rate_Hz or sequence=True for images"};
+  }
+};
+
 Estimate depth_of(const Touch& touch) {
   if (!touch.surface) return {};
   const SurfaceSummary& s = *touch.surface;
@@ -109,6 +120,34 @@ void bind_wrench(py::module_& module) {
     const auto& traction = w.held->touch().traction;
     return "<palpate.Wrench fz " + measured(traction ? traction->fz_N : Estimate{}, "N").text() + ">";
   });
+}
+
+template <size_t Count>
+py::object square_array(const std::array<double, Count>& values, py::ssize_t side) {
+  return hand_out(std::vector<double>(values.begin(), values.end()), {side, side});
+}
+
+py::object pose_matrix(const ObjectPose& pose) {
+  std::array<double, 16> rows{};
+  for (size_t k = 0; k < 3; ++k) {
+    for (size_t c = 0; c < 3; ++c) rows[4 * k + c] = pose.rotation[3 * k + c];
+    rows[4 * k + 3] = pose.translation_mm[k];
+  }
+  rows[15] = 1;
+  return square_array(rows, 4);
+}
+
+void bind_motion(py::module_& module) {
+  py::class_<PyMotion> bound(module, "Motion");
+  bind_quantities(
+      bound, touch_quantities(), [](const PyMotion& m) -> const Touch& { return m.held->touch(); }, kMotion);
+  bound.def_property_readonly("pose", [](const PyMotion& m) { return pose_matrix(m.pose()); })
+      .def_property_readonly("covariance",
+                             [](const PyMotion& m) { return square_array(m.pose().covariance, 6); })
+      .def("__repr__", [](const PyMotion& m) {
+        const ObjectPose& pose = m.pose();
+        return text("<palpate.Motion %s, track %u>", to_string(pose.state), pose.track);
+      });
 }
 
 /// For each quantity of a touch, its column, those of its error and state, its attribute and the attribute's
@@ -279,6 +318,7 @@ void bind_touch(py::module_& module) {
   bind_contact(module);
   bind_truth(module);
   bind_wrench(module);
+  bind_motion(module);
   py::class_<PyTouch> bound(module, "Touch");
   bind_quantities(bound, frame_quantities(), [](const PyTouch& t) {
     return FrameKey{t.touch().sequence, t.touch().time_ns, t.held().file()};
@@ -316,7 +356,12 @@ void bind_touch(py::module_& module) {
       .def_property_readonly("pressure_kPa", &PyTouch::pressure_kPa)
       .def_property_readonly("shear_kPa", &PyTouch::shear_kPa)
       .def_property_readonly("extrapolated", &PyTouch::extrapolated)
-      .def_property_readonly("wrench", [](const PyTouch& t) { return PyWrench{t.shared()}; });
+      .def_property_readonly("wrench", [](const PyTouch& t) { return PyWrench{t.shared()}; })
+      .def_property_readonly("motion", [](const PyTouch& t) {
+        PyMotion motion{t.shared()};
+        motion.pose();
+        return motion;
+      });
   module.def("quantities", &quantities);
 }
 

@@ -11,6 +11,7 @@
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
+#include "viz/live/trail.h"
 #include "viz/render/image/unknown_cells.h"
 #include "viz/render/orbit.h"
 #include "viz/render/surface_view.h"
@@ -53,6 +54,8 @@ struct ImageMarks {
   float scale = 1;                        ///< of text and lines
   const UnknownCells* unknown = nullptr;  ///< hatched
   bool explains_unknown = false;          ///< says so in words, where nothing else does
+  const Trail* trail = nullptr;           ///< of the object, with its axes
+  double pitch_mm_per_px = 0;             ///< for the trail
 };
 
 /// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch

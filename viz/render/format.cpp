@@ -50,6 +50,8 @@ Verdict force_verdict(Validity validity) {
       return {"light UNKNOWN: too little is as in the untouched image", Meaning::Wrong};
     case Validity::NotFollowed:
       return {"separate pictures: not followed", Meaning::Explains};
+    case Validity::Undetermined:
+      return {"the surface does not show it", Meaning::Explains};
     case Validity::PictureDamaged:
       return {"picture DAMAGED on its way here: nothing is measured", Meaning::Wrong};
     default:

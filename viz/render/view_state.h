@@ -79,6 +79,7 @@ struct ViewState : ViewSettings {
   bool can_show_traction = false;  ///< its layer gives pressure, with a skin shear as well
   bool can_show_strain = true;     ///< of the surface's area: its slopes are seen, not computed from pressure
   bool can_show_skin = true;       ///< it follows its skin
+  bool follows_object = false;     ///< the motion of what touches the pad is measured
   bool whole_recording = true;     ///< charts of a replay from end to end, else chart_span_s
   std::optional<TimeSpan>
       chart_view;  ///< part of the charts' time that was zoomed or panned to; none: as above
@@ -105,6 +106,7 @@ struct ViewState : ViewSettings {
   bool recording_switched_requested = false;
   bool zero_requested = false;
   bool zero_cleared_requested = false;
+  bool track_requested = false;    ///< the object's motion counts anew
   bool mark_requested = false;     ///< with the text in `label`, which may be empty
   bool sources_requested = false;  ///< back to the list
   bool full_screen_requested = false;

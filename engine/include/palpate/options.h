@@ -19,6 +19,10 @@ enum class Output : uint32_t {
   /// with a layer (layer_of). Pressure is looked for in contacts, which are found for it where Contacts was
   /// not asked for.
   Traction = 64,
+  /// The rigid motion of the object that touches the pad (Touch::object), from the surface inside its
+  /// contact; with Surface, which it needs, of sensors with a scale. Contacts are found for it where they
+  /// were not asked for. Of several the one that is followed is the largest at the track's beginning.
+  Motion = 128,
 };
 
 /// A set of outputs: Output::Force | Output::Surface. Others are not built: no kernels, no memory.

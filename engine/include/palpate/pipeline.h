@@ -106,6 +106,10 @@ class PALPATE_API Pipeline {
   /// submit and wait, where no frame is in flight: for tests and single images.
   Result process(const Frame& frame);
 
+  /// The object's motion (Output::Motion) counts anew: the next frame that is collected and that something
+  /// touches begins a track.
+  void restart_motion();
+
   /// Bytes of device memory that this pipeline holds.
   uint64_t memory_bytes() const;
 

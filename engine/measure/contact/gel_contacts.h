@@ -79,6 +79,9 @@ class GelContacts {
     double area_px = 0;
   };
   Dent dent(std::span<const float> depth_mm) const;
+  /// The contact that a cell of the last frame lies in, from 1 in the order of `found`; 0: in none.
+  uint32_t contact_of(size_t cell) const { return foot_[cell] != 0 ? owner_[cell] : 0; }
+  uint32_t count() const { return count_; }
   /// All contacts of the last frame as one shape; area 0 without any.
   const ContactTouch& whole() const { return whole_; }
   /// Whether each cell of the last frame is surely not touched: kRestMargin_mm from any contact's outline.

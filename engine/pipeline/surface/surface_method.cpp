@@ -15,7 +15,8 @@ SurfaceMethod::SurfaceMethod(gpu::Context& context, const Sensor& sensor, const 
       grid_(grid_for(format.width, format.height)),
       rest_level_(context, contact, grid_, tuning),
       changes_heights_(plan.gel_contacts || plan.solve == Solve::Exact),
-      reads_heights_(changes_heights_ || (plan.traction && plan.surface != SurfaceKind::Elastic)) {}
+      reads_heights_(changes_heights_ || (plan.traction && plan.surface != SurfaceKind::Elastic) ||
+                     plan.motion) {}
 
 void SurfaceMethod::make(FrameSlot& slot) const {
   SurfaceSlot& s = slot.surface;

@@ -48,7 +48,7 @@ class SurfaceMethod {
   virtual uint64_t memory_bytes(const FrameSlot& slot) const;
 
   /// Heights of the frame that is measured, in host memory: with contacts of a gel, with traction by the
-  /// layer's surface, and where the host solves.
+  /// layer's surface, with motion, and where the host solves.
   HeightRows heights(const FrameSlot& slot) const;
   /// Where the host has changed them: finds their rest level again, and moves them back to the device.
   void finish_heights(FrameSlot& slot) const;

@@ -316,6 +316,9 @@ class Actions {
       add("end that zero", {with_shift(GLFW_KEY_Z)}, [](S& state) { state.zero_cleared_requested = true; });
     });
     add(
+        "follow the object anew, from here", {with_shift('O')},
+        [](S& state) { state.track_requested = true; }, Needs::Object);
+    add(
         "record a session, or end it", keys({GLFW_KEY_W}),
         [](S& state) { state.recording_switched_requested = true; }, Needs::NoPlayer);
     add("snapshot: picture, frame, depth and numbers of this moment", keys({GLFW_KEY_S}),
@@ -419,6 +422,7 @@ Circumstances circumstances(const LiveStats* live, bool has_surface, const ViewS
           .friction = has_surface && state.can_show(Quantity::Friction),
           .traction = has_surface && state.can_show_traction,
           .skin = state.can_show_skin,
+          .object = state.follows_object,
           .from_list = live && live->from_list};
 }
 
@@ -442,6 +446,8 @@ bool Action::possible(const Circumstances& now) const {
       return now.friction;
     case Needs::Skin:
       return now.skin;
+    case Needs::Object:
+      return now.object;
     case Needs::List:
       return now.from_list;
     default:
@@ -467,6 +473,8 @@ const char* reason_against(Needs needs) {
       return "this sensor does not have these colours";
     case Needs::Skin:
       return "no strain of the skin: this sensor does not follow its skin";
+    case Needs::Object:
+      return "the object's motion is not measured: --outputs force --outputs surface --outputs motion";
     case Needs::List:
       return "the list of sources is that of palpate without a command";
     default:

@@ -25,6 +25,7 @@ struct Circumstances {
   bool pressure = false, strain = false, friction = false;  ///< the surface can have their colours
   bool traction = false;                                    ///< and arrows of it
   bool skin = false;                                        ///< the sensor follows its skin
+  bool object = false;                                      ///< the motion of the object is measured
   bool from_list = false;                                   ///< the person came from the list of sources
 };
 Circumstances circumstances(const LiveStats* live, bool has_surface, const ViewState& state);
@@ -41,6 +42,7 @@ enum class Needs {
   Strain,
   Friction,
   Skin,
+  Object,
   List
 };
 

@@ -206,6 +206,7 @@ std::vector<Card> cards_of(const HudFrame& frame, const Touch& t, const HudConte
   add(std::move(contact), kContact);
   add({.title = "surface"}, kSurface);
   add({.title = "motion"}, kMotion);
+  add({.title = "object"}, Groups::Object);
   return cards;
 }
 

@@ -23,7 +23,7 @@ __version__ = "@PROJECT_VERSION@"
 _FILES = {
     "_arrays": "Heights Match PlateFit Strain ThinPlate integrate match",
     "_export": "Exported export",
-    "_live": "Contact Estimate Sensor Stream Touch Truth Wrench open",
+    "_live": "Contact Estimate Motion Sensor Stream Touch Truth Wrench open",
     "_machine": "Camera Device Recorded Simulation cameras devices record simulate",
     "_mechanics": "Compression Contacting Pressed WrenchSeries contact forward strain wrench",
     "_pair": "Grip Pair PairRecorded PairStream open_pair record_pair",

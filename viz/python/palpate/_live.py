@@ -9,7 +9,7 @@ from typing import Union
 from ._core import _palpate, path_text
 from ._errors import ArgumentError
 
-__all__ = ["Contact", "Estimate", "Sensor", "Stream", "Touch", "Truth", "Wrench", "open"]
+__all__ = ["Contact", "Estimate", "Motion", "Sensor", "Stream", "Touch", "Truth", "Wrench", "open"]
 
 Contact = _palpate.Contact
 Estimate = _palpate.Estimate
@@ -18,6 +18,7 @@ Stream = _palpate.Stream
 Touch = _palpate.Touch
 Truth = _palpate.Truth
 Wrench = _palpate.Wrench
+Motion = _palpate.Motion
 
 Path = Union[str, "os.PathLike[str]"]
 

@@ -157,6 +157,18 @@ class Wrench:
 
     # quantities: wrench
 
+class Motion:
+    """Rigid motion of the object that touches the pad, since its track began: x right, y down, z into the pad, from the
+    picture's middle.  What the surface does not determine is NaN, its state "not determined"."""
+
+    # quantities: motion
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """4 x 4: where a point of the object went, mm; along what is not determined it stays about where it was."""
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """6 x 6, of three shifts (mm) of the contact's middle and three turns (rad) about it."""
+
 class Touch(_Shape):
     """The measurements of one frame.
 
@@ -194,6 +206,8 @@ class Touch(_Shape):
         """rows x columns, True where the pad is dented at a place or with a colour that its calibration never saw."""
     @property
     def wrench(self) -> Wrench: ...
+    @property
+    def motion(self) -> Motion: ...
     @property
     def skin_points(self) -> NDArray[np.float32]:
         """Followed places x 5: x and y at rest, shift in x and y (px), correlation (0: lost)."""

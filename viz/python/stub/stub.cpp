@@ -48,6 +48,7 @@ std::string attributes_of(const std::string& list) {
   if (list == "frame") return attributes(frame_quantities());
   if (list == "touch") return own_attributes(touch_quantities());
   if (list == "wrench") return attributes(touch_quantities(), kWrench);
+  if (list == "motion") return attributes(touch_quantities(), kMotion);
   if (list == "grip") return attributes(grip_quantities());
   if (list == "truth") return attributes(true_quantities());
   throw std::logic_error("no list of quantities '" + list + "'");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
@@ -142,6 +143,37 @@ void draw_unknown(ImDrawList* list, const At& at, const UnknownCells& map, float
   }
 }
 
+constexpr ImU32 kTrail = IM_COL32(120, 230, 170, 255);
+constexpr ImU32 kAxes[3] = {IM_COL32(255, 96, 88, 255), IM_COL32(110, 220, 90, 255),
+                            IM_COL32(96, 150, 255, 255)};
+
+/// The way that the object has gone, and its axes, x red, y green, z blue, where its turns are known; at
+/// first z points into the picture and is a dot. `reach_px` of the frame: an axis in the picture's plane.
+template <typename At>
+void draw_trail(ImDrawList* list, const At& at, const Trail& trail, const FrameFormat& format,
+                double pitch_mm_per_px, float scale) {
+  if (trail.places_mm().empty() || !(pitch_mm_per_px > 0)) return;
+  const auto pixel = [&](const std::array<double, 2>& mm) {
+    return at(mm[0] / pitch_mm_per_px + 0.5 * (format.width - 1),
+              mm[1] / pitch_mm_per_px + 0.5 * (format.height - 1));
+  };
+  std::vector<ImVec2> way;
+  way.reserve(trail.places_mm().size());
+  for (const std::array<double, 2>& place : trail.places_mm()) way.push_back(pixel(place));
+  const auto count = static_cast<int>(way.size());
+  list->AddPolyline(way.data(), count, kShadow, 0, 3.2f * scale);
+  list->AddPolyline(way.data(), count, kTrail, 0, 1.5f * scale);
+  const std::array<double, 2> now = trail.places_mm().back();
+  const double reach_mm = 0.12 * std::min(format.width, format.height) * pitch_mm_per_px;
+  for (size_t axis = 0; trail.turns_known() && axis < 3; ++axis) {
+    const ImVec2 tip =
+        pixel({now[0] + reach_mm * trail.axes()[axis][0], now[1] + reach_mm * trail.axes()[axis][1]});
+    draw_arrow(list, way.back(), {tip.x - way.back().x, tip.y - way.back().y}, kAxes[axis], 2 * scale, scale);
+  }
+  list->AddCircleFilled(way.back(), 3.6f * scale, kShadow);
+  list->AddCircleFilled(way.back(), 2.6f * scale, kTrail);
+}
+
 /// The largest depth, with its error or why it is none.
 std::string deepest_words(const Touch& touch) {
   if (!touch.surface) return {};
@@ -181,6 +213,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
     draw_cross(list, centre, scale);
     draw_shear(list, rect, centre, touch.shear_x_N, touch.shear_y_N, marks);
   }
+  if (marks.trail) draw_trail(list, at, *marks.trail, format, marks.pitch_mm_per_px, scale);
   std::string warnings;
   if (touch.at_border) warnings += "AT BORDER";
   if (saturation_matters(touch))
@@ -243,6 +276,7 @@ void draw_touch(ImDrawList* list, const SurfacePlace& on, const Touch& touch, co
                  marks.scale);
     beside(touch.centroid_x_px, touch.centroid_y_px, touch.ellipse, deepest_words(touch));
   }
+  if (marks.trail) draw_trail(list, at, *marks.trail, format, marks.pitch_mm_per_px, marks.scale);
   list->PopClipRect();
 }
 

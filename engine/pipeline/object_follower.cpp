@@ -1,0 +1,121 @@
+#include "engine/pipeline/object_follower.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/numbers.h"
+#include "shaders/shared/cell_change.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kDeep = 0.5;  // of the deepest point, from which a pixel counts as in contact
+
+Validity reason_of(PoseState state) {
+  if (state == PoseState::PictureDamaged) return Validity::PictureDamaged;
+  return state == PoseState::Lost ? Validity::NotFollowed : Validity::NoContact;
+}
+
+ObjectPose summary_of(const Pose& pose) {
+  if (pose.state == PoseState::NoContact || pose.state == PoseState::Lost) {
+    ObjectPose out = unknown_pose(pose.state, pose.loss);
+    out.track = pose.track;
+    out.keys = pose.keys;
+    return out;
+  }
+  ObjectPose out;
+  out.state = pose.state;
+  out.track = pose.track;
+  out.keys = pose.keys;
+  out.surface = pose.surface;
+  // A ball's centre has shifts that its surface has not.
+  const Eigen::Vector3d place = pose.freedom.has_pivot() ? pose.pivot_mm : pose.at_mm;
+  const PoseComponents seen = pose.components(place);
+  const auto told = [](double value, double sd) {
+    return Estimate{value, sd, std::isnan(value) ? Validity::Undetermined : Validity::Valid};
+  };
+  for (size_t k = 0; k < 3; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    out.at_mm[k] = place[row];
+    out.translation_mm[k] = pose.motion.shift_mm[row];
+    out.shift_mm[k] = told(seen.shift_mm[k], seen.shift_sd_mm[k]);
+    out.turn_rad[k] = told(seen.turn_rad[k], seen.turn_sd_rad[k]);
+    for (size_t c = 0; c < 3; ++c)
+      out.rotation[3 * k + c] = pose.motion.turn(row, static_cast<Eigen::Index>(c));
+  }
+  for (size_t i = 0; i < 36; ++i)
+    out.covariance[i] = pose.covariance(static_cast<Eigen::Index>(i / 6), static_cast<Eigen::Index>(i % 6));
+  out.residual_mm = pose.residual_mm;
+  out.overlap = pose.overlap;
+  return out;
+}
+
+}  // namespace
+
+ObjectPose unknown_pose(PoseState state, PoseLoss loss) {
+  ObjectPose out;
+  out.state = state;
+  out.loss = loss;
+  for (auto* of : {&out.shift_mm, &out.turn_rad}) of->fill({kNaN, kNaN, reason_of(state)});
+  out.at_mm.fill(kNaN);
+  out.covariance.fill(kNaN);
+  out.rotation.fill(kNaN);
+  out.translation_mm.fill(kNaN);
+  out.residual_mm = kNaN;
+  return out;
+}
+
+ObjectFollower::ObjectFollower(const Sensor& sensor, const FrameFormat& format)
+    : width_(format.width),
+      height_(format.height),
+      pitch_mm_per_px_(sensor.pitch_mm_per_px),
+      depth_mm_(size_t{width_} * height_),
+      contact_(depth_mm_.size()),
+      followed_(size_t{cells_along(width_)} * cells_along(height_)) {}
+
+ObjectPose ObjectFollower::follow(const HeightRows& heights, double rest_mm, bool touched,
+                                  const GelContacts* contacts) {
+  if (!touched) {
+    std::ranges::fill(followed_, 0);
+    return summary_of(tracker_.lift());
+  }
+  const auto rest = static_cast<float>(rest_mm);
+  for (uint32_t y = 0; y < height_; ++y)
+    std::transform(heights.row(y), heights.row(y) + width_, depth_mm_.begin() + std::ptrdiff_t{y} * width_,
+                   [rest](float height) { return height + rest; });
+  contacts ? mark_contact(*contacts) : mark_deep();
+  return summary_of(tracker_.update({.width = width_,
+                                     .height = height_,
+                                     .pitch_mm_per_px = pitch_mm_per_px_,
+                                     .depth_mm = depth_mm_,
+                                     .contact = contact_}));
+}
+
+// The contact that holds most of the cells of the one that was followed, else the largest.
+void ObjectFollower::mark_contact(const GelContacts& contacts) {
+  shared_.assign(contacts.count() + 1, 0);
+  cells_.assign(shared_.size(), 0);
+  for (size_t cell = 0; cell < followed_.size(); ++cell) {
+    const uint32_t contact = contacts.contact_of(cell);
+    if (contact == 0) continue;
+    ++cells_[contact];
+    shared_[contact] += followed_[cell];
+  }
+  auto best = static_cast<uint32_t>(std::ranges::max_element(shared_) - shared_.begin());
+  if (shared_[best] == 0) best = static_cast<uint32_t>(std::ranges::max_element(cells_) - cells_.begin());
+  for (size_t cell = 0; cell < followed_.size(); ++cell)
+    followed_[cell] = best > 0 && contacts.contact_of(cell) == best;
+  const uint32_t cells_x = cells_along(width_);
+  for (uint32_t y = 0; y < height_; ++y)
+    for (uint32_t x = 0; x < width_; ++x)
+      contact_[size_t{y} * width_ + x] =
+          followed_[size_t{y / shared::kCellSide} * cells_x + x / shared::kCellSide];
+}
+
+void ObjectFollower::mark_deep() {
+  const auto level = static_cast<float>(kDeep * double{*std::ranges::max_element(depth_mm_)});
+  std::ranges::transform(depth_mm_, contact_.begin(),
+                         [level](float depth) { return static_cast<uint8_t>(depth > level); });
+}
+
+}  // namespace palpate

@@ -1,0 +1,42 @@
+// Object follower: a frame's surface and contacts to the pose of what touches the pad (engine/motion).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/measure/contact/gel_contacts.h"
+#include "engine/measure/height_rows.h"
+#include "engine/motion/pose_tracker.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// A pose of which nothing is known.
+ObjectPose unknown_pose(PoseState state, PoseLoss loss = PoseLoss::None);
+
+class ObjectFollower {
+ public:
+  /// `sensor` has a scale.
+  ObjectFollower(const Sensor& sensor, const FrameFormat& format);
+
+  /// A frame's surface, frames in order. `rest_mm`: SurfaceSummary::depth_offset_mm. `touched`: whether
+  /// something touches at all. `contacts`: those of a colour gel; null: what is deeper than half of the
+  /// deepest point is in contact.
+  ObjectPose follow(const HeightRows& heights, double rest_mm, bool touched, const GelContacts* contacts);
+  /// The next frame begins a new track.
+  void restart() { tracker_.restart(); }
+
+ private:
+  void mark_contact(const GelContacts& contacts);
+  void mark_deep();
+
+  uint32_t width_, height_;
+  double pitch_mm_per_px_;
+  PoseTracker tracker_;
+  std::vector<float> depth_mm_;
+  std::vector<uint8_t> contact_;          ///< of each pixel
+  std::vector<uint8_t> followed_;         ///< of each cell: it was in the contact that is followed
+  std::vector<uint32_t> shared_, cells_;  ///< of each contact, from 1: cells of the one followed; all cells
+};
+
+}  // namespace palpate
