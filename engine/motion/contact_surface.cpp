@@ -134,7 +134,8 @@ Level coarser(const Level& fine) {
 
 }  // namespace
 
-ContactSurface::ContactSurface(const HeightMap& map, const SurfaceOptions& options) {
+ContactSurface::ContactSurface(const HeightMap& map, const SurfaceOptions& options)
+    : level_sd_mm_(map.level_sd_mm) {
   check(map);
   Level finest{.width = map.width, .height = map.height, .pitch_mm = map.pitch_mm_per_px};
   finest.left_mm = -0.5 * (map.width - 1) * map.pitch_mm_per_px;

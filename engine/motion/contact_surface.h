@@ -41,13 +41,14 @@ class ContactSurface {
   size_t count() const { return levels_.empty() ? 0 : levels_.front().inside.size(); }
   const Eigen::Vector3d& centroid_mm() const { return centroid_mm_; }
   double radius_mm() const { return radius_mm_; }
+  double level_sd_mm() const { return level_sd_mm_; }  ///< HeightMap::level_sd_mm
 
  private:
   void find_centroid();
 
   std::vector<Level> levels_;
   Eigen::Vector3d centroid_mm_ = Eigen::Vector3d::Zero();
-  double radius_mm_ = 0;
+  double radius_mm_ = 0, level_sd_mm_ = 0;
 };
 
 }  // namespace palpate

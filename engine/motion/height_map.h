@@ -16,6 +16,9 @@ struct HeightMap {
   /// Standard error of each depth, mm, > 0; empty: alike everywhere. Only ratios matter: the size of the
   /// error is estimated from what is left over.
   std::span<const float> sd_mm = {};
+  /// Standard error of the whole map's level, mm: a shift of all depths, which nothing of what is left over
+  /// shows.
+  double level_sd_mm = 0;
   std::span<const uint8_t> contact;  ///< not 0 where the object touches the pad
 };
 

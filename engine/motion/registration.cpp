@@ -349,15 +349,28 @@ Guess coarse_guess(const ContactSurface& key, const ContactSurface& now, Levels 
   return guesses[best];
 }
 
+/// What the pad's own errors add to the scores' noise: fields of several reaches that share its slopes' error
+/// and do not move, seen from an object that has gone by way_px.
+void add_pad(ScoreNoise& noise, double slope_sd, double way_px, double pitch_mm, double precision) {
+  constexpr size_t kFirst = 2;  // reaches of 3 px and more; a frame's filter leaves none of shorter ones
+  for (size_t k = kFirst; k < ScoreNoise::kReaches; ++k) {
+    const double reach = ScoreNoise::reach_px(k), depth_sd_mm = slope_sd * reach * pitch_mm;
+    const double changed = 2 * (1 - std::exp(-way_px * way_px / (2 * reach * reach)));
+    noise.variance[k] += changed * depth_sd_mm * depth_sd_mm * precision / (ScoreNoise::kReaches - kFirst);
+  }
+}
+
 /// What is left over, and what it makes of the motion.
 void judge(const Equations& all, const Level& now, double radius_mm, const Guess& guess,
            const RegistrationOptions& options, Registration& out) {
   const Sums sums = add_up<true>(all);
+  FreedomOptions freedom = options.freedom;
+  freedom.least_slope = std::max(freedom.least_slope, options.pad_slope_sd);
   const Solution solution = solve({.information = sums.square - sums.difference / 4,
                                    .noise = sums.difference / 2,
                                    .weight = sums.weight,
                                    .pixels = double(all.compared.size())},
-                                  guess.middle, radius_mm, options.freedom);
+                                  guess.middle, radius_mm, freedom);
   ScoreField field{.width = now.width, .height = now.height, .pixel = {}, .row = {}, .score = {}};
   for (size_t i = 0; i < all.count; ++i) {
     if (all.inverse_variance[i] <= 0) continue;
@@ -370,7 +383,11 @@ void judge(const Equations& all, const Level& now, double radius_mm, const Guess
   }
   out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(all.compared.size());
   out.residual_mm = all.residual_mm();
-  const ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
+  ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
+  if (options.pad_slope_sd > 0) {
+    const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
+    add_pad(noise, options.pad_slope_sd, way_mm / now.pitch_mm, now.pitch_mm, all.mean_precision);
+  }
   const Matrix6d turned = carried_by({guess.turn, Vector3d::Zero()});
   const Matrix6d spread = turned * solution.inverse;
   out.covariance = spread * gradient_covariance(field, noise) * spread.transpose();
@@ -419,6 +436,7 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
   out.covariance = moved * out.covariance * moved.transpose();
   out.freedom = out.freedom.at(at);
   out.at_mm = at;
+  out.covariance(2, 2) += std::pow(key.level_sd_mm(), 2) + std::pow(now.level_sd_mm(), 2);
   return out;
 }
 

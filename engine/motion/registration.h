@@ -15,6 +15,9 @@ struct RegistrationOptions {
   int most_steps = 12;        ///< on each level
   /// A search near the start that leaves no more than this is taken without looking farther.
   double enough_residual_mm = 0;
+  /// Standard error of the pad's slopes by calibration (a photometric sensor's normal_sd). It stays with the
+  /// pad: slopes below it determine nothing, and what a way over the pad changes of it is in the covariance.
+  double pad_slope_sd = 0;
   FreedomOptions freedom;
 };
 

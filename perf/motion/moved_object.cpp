@@ -114,19 +114,34 @@ void blur(std::vector<float>& map, uint32_t width, uint32_t height, double sd_px
   pass(width, height, 1, width);
 }
 
+/// Of standard deviation 1 and a covariance of that reach.
+std::vector<float> noise_layer(const PadView& pad, double reach_px, std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  std::vector<float> map(size_t{pad.width} * pad.height);
+  for (float& value : map) value = normal(random);
+  blur(map, pad.width, pad.height, reach_px / std::sqrt(2.0));
+  double squares = 0;
+  for (const float value : map) squares += double{value} * double{value};
+  const auto scale = static_cast<float>(1 / std::sqrt(squares / double(map.size())));
+  for (float& value : map) value *= scale;
+  return map;
+}
+
+/// Depth of the pad's own slope error, each octave a fifth of its square.
+std::vector<float> pad_map(const PadView& pad) {
+  std::mt19937 random(77);
+  std::vector<float> sum(size_t{pad.width} * pad.height);
+  for (const double reach_px : {3.0, 6.0, 12.0, 24.0, 48.0}) {
+    const std::vector<float> part = noise_layer(pad, reach_px, random);
+    const auto sd_mm = static_cast<float>(pad.slope_error / std::sqrt(5.0) * reach_px * pad.pitch_mm);
+    for (size_t i = 0; i < sum.size(); ++i) sum[i] += sd_mm * part[i];
+  }
+  return sum;
+}
+
 /// Of standard deviation 1, before any smoothing.
 std::vector<float> noise_map(const PadView& pad, DepthNoise kind, std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const auto layer = [&](double reach_px) {
-    std::vector<float> map(size_t{pad.width} * pad.height);
-    for (float& value : map) value = normal(random);
-    blur(map, pad.width, pad.height, reach_px / std::sqrt(2.0));
-    double squares = 0;
-    for (const float value : map) squares += double{value} * double{value};
-    const auto scale = static_cast<float>(1 / std::sqrt(squares / double(map.size())));
-    for (float& value : map) value *= scale;
-    return map;
-  };
+  const auto layer = [&](double reach_px) { return noise_layer(pad, reach_px, random); };
   if (kind == DepthNoise::White) return layer(0);
   if (kind == DepthNoise::Reach3) return layer(3);
   // Equal parts of all octaves, as the spectrum 1 / k^2 has.
@@ -170,6 +185,10 @@ PressedMap pressed(const SolidObject& object, const RigidMotion& motion, const P
     out.depth[i] = static_cast<float>(std::max(z, 0.0));
   }
   blur(out.depth, pad.width, pad.height, pad.skin_px);
+  if (pad.slope_error > 0) {
+    const std::vector<float> own = pad_map(pad);
+    std::transform(out.depth.begin(), out.depth.end(), own.begin(), out.depth.begin(), std::plus<>());
+  }
   if (kind == DepthNoise::None || noise_mm <= 0) return out;
   const std::vector<float> noise = noise_map(pad, kind, random);
   for (size_t i = 0; i < pixels; ++i) out.depth[i] += static_cast<float>(noise_mm) * noise[i];

@@ -23,17 +23,17 @@ struct Trial {
   Vector6d error;  ///< seen at found.at_mm, of the truth that differs by what is unknown and turns least
 };
 /// Two frames of an object that moves by up to half a millimetre and three degrees.
-Trial trial(const SolidObject& object, DepthNoise kind, std::mt19937& random) {
+Trial trial(const SolidObject& object, DepthNoise kind, std::mt19937& random, const PadView& pad = {},
+            const RegistrationOptions& options = {}) {
   std::uniform_real_distribution<double> any(-1, 1);
   Vector6d twist;
   for (int k = 0; k < 6; ++k)
     twist[k] = any(random) * (k < 2 ? 0.5 : k == 2 ? 0.05 : (k < 5 ? 1 : 3) * kDegree);
   const RigidMotion truth = motion_about(Eigen::Vector3d::Zero(), twist);
-  const PadView pad;
   const PressedMap before = pressed(object, {}, pad, 0.002, kind, random);
   const PressedMap after = pressed(object, truth, pad, 0.002, kind, random);
   Trial out;
-  out.found = register_surface(ContactSurface(before.map()), ContactSurface(after.map()), {});
+  out.found = register_surface(ContactSurface(before.map()), ContactSurface(after.map()), {}, options);
   out.error = twist_between(out.found.motion, out.found.freedom.least_turn(truth), out.found.at_mm);
   return out;
 }
@@ -159,6 +159,59 @@ TEST(Registration, StrangersDoNotMoveIt) {
   EXPECT_LT(error.head<3>().norm(), 0.003);
   EXPECT_LT(error.tail<3>().norm(), 0.05 * kDegree);
   EXPECT_LT(found.fitting, 0.9);
+}
+
+// A pad's own errors stay where they are while the object slides: they are no texture of it, and are in the
+// error.
+TEST(Registration, WhatStaysWithThePadIsNoTexture) {
+  for (const double slope_error : of_sweep<std::vector<double>>({0.01, 0.03}, {0.03})) {
+    Held without, with;
+    int claims_without = 0, claims = 0, wrong_names = 0;
+    const PadView pad{.slope_error = slope_error};
+    RegistrationOptions told;
+    told.pad_slope_sd = slope_error;
+    std::mt19937 random(21);
+    for (int k = 0; k < of_sweep(40, 12); ++k) {
+      const Trial blind = trial(textured_dome(), DepthNoise::White, random, pad, {});
+      const Trial seen = trial(textured_dome(), DepthNoise::White, random, pad, told);
+      without.add(blind);
+      with.add(seen);
+      const Trial ball_blind = trial(ball(), DepthNoise::White, random, pad, {});
+      const Trial ball_seen = trial(ball(), DepthNoise::White, random, pad, told);
+      wrong_names += ball_seen.found.freedom.kind != Slippage::Ball;
+      for (const int c : {0, 1, 3, 4, 5}) {
+        claims_without += ball_blind.found.freedom.determined(c);
+        claims += ball_seen.found.freedom.determined(c);
+      }
+    }
+    std::printf(
+        "slopes wrong by %.2f: intervals held %.3f, untold %.3f; a ball's turns called %d, untold %d\n",
+        slope_error, with.share(), without.share(), claims, claims_without);
+    EXPECT_GE(with.share(), 0.90);
+    EXPECT_LT(without.share(), with.share());
+    if (slope_error > 0.02) {
+      EXPECT_GT(claims_without, 10);
+    }
+    EXPECT_EQ(claims, 0);
+    EXPECT_EQ(wrong_names, 0);
+  }
+}
+
+// A map's level that is wrong by a known error is in the depth's interval, and in no other.
+TEST(Registration, LevelErrorIsOfDepthAlone) {
+  std::mt19937 random(3);
+  PressedMap before = pressed(textured_dome(), {}, {}, 0.002, DepthNoise::White, random);
+  PressedMap after = before;
+  for (float& depth : after.depth) depth += 0.05f;
+  const auto found = [&](double level_sd_mm) {
+    HeightMap one = before.map(), two = after.map();
+    one.level_sd_mm = two.level_sd_mm = level_sd_mm;
+    return register_surface(ContactSurface(one), ContactSurface(two), {});
+  };
+  const Matrix6d more = found(0.03).covariance - found(0).covariance;
+  EXPECT_NEAR(found(0).motion.shift_mm[2], 0.05, 1e-4);
+  EXPECT_NEAR(more(2, 2), 2 * 0.03 * 0.03, 1e-9);
+  EXPECT_NEAR(more.cwiseAbs().sum(), more(2, 2), 1e-12);
 }
 
 TEST(Registration, RefusesMapsThatDoNotFit) {
