@@ -406,6 +406,11 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "that do "
         "not fit), `large step` (by a third of the contact in one frame); else `none`.",
         {.why = "the state says that it was lost"}),
+    field<Touch, &Touch::object, &ObjectPose::doubt>(
+        "object_doubt", G::Object,
+        "What the pose is to be taken with care for: `others move` (several contacts that move unlike: it is the "
+        "largest one's), `shape changes` (what is left over is no rigid object's) or `none`.",
+        {.row = {.label = "object in doubt", .only_if_some = true}}),
     field<Touch, &Touch::object, &ObjectPose::track>(
         "object_track", G::Object, "Number of the track, from 1; motions count from its first frame.",
         {.why = "a new track begins at 0"}),

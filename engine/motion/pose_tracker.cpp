@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 namespace palpate {
 
@@ -26,36 +28,107 @@ PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
   return out;
 }
 
+namespace {
+
+/// The largest of several contacts; nothing where there is one, or the others are less than a tenth of it.
+std::vector<uint8_t> largest_of_several(const HeightMap& map) {
+  std::vector<uint32_t> label(map.contact.size()), size = {0}, waiting;
+  for (uint32_t first = 0; first < label.size(); ++first) {
+    if (map.contact[first] == 0 || label[first] != 0) continue;
+    const auto name = static_cast<uint32_t>(size.size());
+    size.push_back(0);
+    label[first] = name;
+    waiting.push_back(first);
+    while (!waiting.empty()) {
+      const uint32_t pixel = waiting.back(), column = pixel % map.width, row = pixel / map.width;
+      waiting.pop_back();
+      ++size[name];
+      for (uint32_t y = std::max(row, 1u) - 1; y <= std::min(row + 1, map.height - 1); ++y)
+        for (uint32_t x = std::max(column, 1u) - 1; x <= std::min(column + 1, map.width - 1); ++x) {
+          const uint32_t near = y * map.width + x;
+          if (map.contact[near] == 0 || label[near] != 0) continue;
+          label[near] = name;
+          waiting.push_back(near);
+        }
+    }
+  }
+  const auto largest = std::ranges::max_element(size);
+  const auto all = std::accumulate(size.begin(), size.end(), 0u);
+  if (all - *largest < *largest / 10) return {};
+  std::vector<uint8_t> out(label.size());
+  for (size_t i = 0; i < out.size(); ++i) out[i] = label[i] == largest - size.begin() && label[i] > 0 ? 1 : 0;
+  return out;
+}
+
+constexpr size_t kFewest = 200;  // pixels of a contact
+
+}  // namespace
+
 const Pose& PoseTracker::update(const HeightMap& map) {
   ContactSurface surface(map, options_.surface);
-  constexpr size_t kFewest = 200;  // pixels of a contact
   if (surface.count() < kFewest) return lift();
   if (pose_.state == PoseState::NoContact || pose_.state == PoseState::Lost) {
     begin(std::move(surface));
     return pose_;
   }
-  RegistrationOptions options = options_.registration;
-  options.enough_residual_mm = 1.5 * last_residual_mm_;
-  Registration found = register_surface(key_.surface, surface, from_key_, options);
-  PoseLoss loss = loss_of(found);
-  if (loss != PoseLoss::None) {
-    // Once more from where it would be, had it gone on.
-    const RigidMotion further = last_step_ * from_key_;
-    found = register_surface(key_.surface, surface, further, options_.registration);
-    loss = loss_of(found);
-  }
-  if (loss != PoseLoss::None) {
-    pose_ = {.state = PoseState::Lost, .loss = loss, .track = pose_.track, .keys = pose_.keys};
+  Found found = find(surface);
+  const bool apart = find_apart(map, found, surface);
+  if (found.loss != PoseLoss::None) {
+    pose_ = {.state = PoseState::Lost, .loss = found.loss, .track = pose_.track, .keys = pose_.keys};
     return pose_;
   }
-  take(found);
-  if (needs_key(found)) make_key(std::move(surface));
+  take(found.registration);
+  pose_.doubt = apart ? PoseDoubt::OthersMove : doubt_of(found.registration);
+  if (needs_key(found.registration)) make_key(std::move(surface));
   return pose_;
 }
 
 const Pose& PoseTracker::lift() {
   pose_ = {.track = pose_.track};
   return pose_;
+}
+
+bool PoseTracker::find_apart(const HeightMap& map, Found& found, ContactSurface& surface) const {
+  constexpr double kWholeFitting = 0.85, kCalm = 1.5, kBetter = 0.7;
+  const Registration& whole = found.registration;
+  const bool calm = last_residual_mm_ <= 0 || whole.residual_mm < kCalm * last_residual_mm_;
+  if (found.loss == PoseLoss::None && whole.fitting > kWholeFitting && calm) return false;
+  const std::vector<uint8_t> largest = largest_of_several(map);
+  if (largest.empty()) return false;
+  HeightMap part = map;
+  part.contact = largest;
+  ContactSurface alone(part, options_.surface);
+  if (alone.count() < kFewest) return false;
+  Found better = find(alone);
+  if (better.loss != PoseLoss::None) return false;
+  if (found.loss == PoseLoss::None && better.registration.residual_mm > kBetter * whole.residual_mm)
+    return false;
+  found = std::move(better);
+  surface = std::move(alone);
+  return true;
+}
+
+PoseTracker::Found PoseTracker::find(const ContactSurface& surface) const {
+  RegistrationOptions options = options_.registration;
+  options.enough_residual_mm = 1.5 * last_residual_mm_;
+  Found found{register_surface(key_.surface, surface, from_key_, options)};
+  found.loss = loss_of(found.registration);
+  if (found.loss == PoseLoss::None) return found;
+  // Once more from where it would be, had it gone on.
+  const RigidMotion further = last_step_ * from_key_;
+  found.registration = register_surface(key_.surface, surface, further, options_.registration);
+  found.loss = loss_of(found.registration);
+  return found;
+}
+
+PoseDoubt PoseTracker::doubt_of(const Registration& found) {
+  constexpr double kRestless = 2, kForgets = 1.1;
+  const bool restless = calm_residual_mm_ > 0 && found.residual_mm > kRestless * calm_residual_mm_;
+  const bool again = restless && restless_;
+  restless_ = restless;
+  calm_residual_mm_ =
+      calm_residual_mm_ > 0 ? std::min(kForgets * calm_residual_mm_, found.residual_mm) : found.residual_mm;
+  return again ? PoseDoubt::ShapeChanges : PoseDoubt::None;
 }
 
 void PoseTracker::begin(ContactSurface surface) {
@@ -66,15 +139,17 @@ void PoseTracker::begin(ContactSurface surface) {
   pose_.overlap = 1;
   last_step_ = {};
   link_.setZero();
-  last_residual_mm_ = 0;
+  last_residual_mm_ = high_residual_mm_ = calm_residual_mm_ = 0;
+  restless_ = false;
   make_key(std::move(surface));
 }
 
 PoseLoss PoseTracker::loss_of(const Registration& found) const {
   if (!found.found || found.overlap < options_.least_overlap) return PoseLoss::LittleOverlap;
   if (found.fitting < options_.least_fitting) return PoseLoss::ManyStrangers;
-  if (last_residual_mm_ > 0 && found.residual_mm > options_.most_residual * last_residual_mm_)
+  if (high_residual_mm_ > 0 && found.residual_mm > options_.most_residual * high_residual_mm_)
     return PoseLoss::LargeResidual;
+  if (found.disagreement > options_.most_disagreement) return PoseLoss::SlopesDisagree;
   // Only the part of a step that is known counts.
   const double diameter_mm = 2 * key_.surface.radius_mm();
   if ((found.at_mm - last_at_mm_).norm() > options_.most_step * diameter_mm) return PoseLoss::LargeStep;
@@ -101,6 +176,7 @@ void PoseTracker::take(const Registration& found) {
   from_key_ = found.motion;
   last_at_mm_ = found.at_mm;
   last_residual_mm_ = found.residual_mm;
+  high_residual_mm_ = std::max(found.residual_mm, 0.9 * high_residual_mm_);
   if (key_.residual_mm <= 0) key_.residual_mm = found.residual_mm;
 }
 

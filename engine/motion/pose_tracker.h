@@ -19,9 +19,11 @@ struct PoseOptions {
   double key_residual = 1.6;
   // Beyond these the track is lost.
   double least_overlap = 0.25;
-  double most_residual = 3;    ///< times the last frame's
-  double least_fitting = 0.6;  ///< part of the pixels
-  double most_step = 1.0 / 3;  ///< motion of the contact's middle in a frame, in diameters
+  double most_residual =
+      3;  ///< times that of the frames before, the largest of which fades by a tenth a frame
+  double least_fitting = 0.6;       ///< part of the pixels
+  double most_disagreement = 0.25;  ///< Registration::disagreement
+  double most_step = 1.0 / 3;       ///< motion of the contact's middle in a frame, in diameters
 };
 
 /// Of the object's point at at_mm: its shifts since the track began, and the object's turns about the axes x,
@@ -35,6 +37,7 @@ struct PoseComponents {
 struct Pose {
   PoseState state = PoseState::NoContact;
   PoseLoss loss = PoseLoss::None;
+  PoseDoubt doubt = PoseDoubt::None;
   uint32_t track = 0;  ///< counts from 1
   uint32_t keys = 0;   ///< key frames of the track so far
   // Where tracked or begun:
@@ -76,7 +79,15 @@ class PoseTracker {
     Freedom freedom;
     double residual_mm = 0;  ///< of its first frame
   };
+  struct Found {
+    Registration registration;
+    PoseLoss loss = PoseLoss::None;
+  };
   void begin(ContactSurface surface);
+  Found find(const ContactSurface& surface) const;
+  /// Where one rigid object explains the frame badly: the largest of its contacts alone, if that is better.
+  bool find_apart(const HeightMap& map, Found& found, ContactSurface& surface) const;
+  PoseDoubt doubt_of(const Registration& found);
   PoseLoss loss_of(const Registration& found) const;
   void take(const Registration& found);
   bool needs_key(const Registration& found) const;
@@ -88,7 +99,8 @@ class PoseTracker {
   RigidMotion from_key_, last_step_;
   Matrix6d link_ = Matrix6d::Zero();  // error of from_key_
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
-  double last_residual_mm_ = 0;
+  double last_residual_mm_ = 0, high_residual_mm_ = 0, calm_residual_mm_ = 0;
+  bool restless_ = false;  // the last frame left twice the calm residual
 };
 
 }  // namespace palpate

@@ -360,6 +360,20 @@ void add_pad(ScoreNoise& noise, double slope_sd, double way_px, double pitch_mm,
   }
 }
 
+/// Registration::disagreement. Noise of shorter reaches makes slopes that differ, too, and is left out.
+double slopes_disagree(const Sums& sums, const ScoreNoise& noise, double least_slope) {
+  const double apart = sums.difference.diagonal().head<2>().sum() / 2;
+  const double both = 2 * sums.square.diagonal().head<2>().sum() + apart;  // of each frame's, summed
+  if (both < 2 * std::pow(2 * least_slope, 2) * sums.weight) return 0;
+  double all = 0, wide = 0;
+  for (size_t k = 0; k < ScoreNoise::kReaches; ++k) {
+    const double slope = noise.variance[k] / std::pow(std::max(ScoreNoise::reach_px(k), 1.0), 2);
+    all += slope;
+    if (k >= 2) wide += slope;
+  }
+  return all > 0 ? std::min(2 * apart / both, 1.0) * wide / all : 0;
+}
+
 /// What is left over, and what it makes of the motion.
 void judge(const Equations& all, const Level& now, double radius_mm, const Guess& guess,
            const RegistrationOptions& options, Registration& out) {
@@ -384,6 +398,7 @@ void judge(const Equations& all, const Level& now, double radius_mm, const Guess
   out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(all.compared.size());
   out.residual_mm = all.residual_mm();
   ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
+  out.disagreement = slopes_disagree(sums, noise, freedom.least_slope);
   if (options.pad_slope_sd > 0) {
     const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
     add_pad(noise, options.pad_slope_sd, way_mm / now.pitch_mm, now.pitch_mm, all.mean_precision);

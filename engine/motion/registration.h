@@ -34,6 +34,10 @@ struct Registration {
   double residual_mm = 0;  ///< of depth, as a standard deviation that strangers do not raise
   double overlap = 0;      ///< pixels compared, of the smaller contact's
   double fitting = 0;      ///< of those, the part that fits (Tukey's weight is not 0)
+  /// Part of the slopes' squares along the pad that the two frames do not share, over reaches of 3 px and
+  /// more, 0 to 1; 0 where slopes are too small to tell. Near 1 where the search ended on a wrong wave of a
+  /// texture.
+  double disagreement = 0;
   int steps = 0;           ///< on all levels
   bool converged = false;  ///< the last step on the finest level was less than a hundredth of a pixel
   /// Enough pixels were compared for a motion at all; nothing else is set where not.

@@ -27,6 +27,7 @@ ObjectPose summary_of(const Pose& pose) {
   out.state = pose.state;
   out.track = pose.track;
   out.keys = pose.keys;
+  out.doubt = pose.doubt;
   out.surface = pose.surface;
   // A ball's centre has shifts that its surface has not.
   const Eigen::Vector3d place = pose.freedom.has_pivot() ? pose.pivot_mm : pose.at_mm;

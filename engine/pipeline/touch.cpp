@@ -76,6 +76,20 @@ const char* to_string(PoseLoss loss) {
       return "many strangers";
     case PoseLoss::LargeStep:
       return "large step";
+    case PoseLoss::SlopesDisagree:
+      return "slopes disagree";
+  }
+  return "?";
+}
+
+const char* to_string(PoseDoubt doubt) {
+  switch (doubt) {
+    case PoseDoubt::None:
+      return "none";
+    case PoseDoubt::OthersMove:
+      return "others move";
+    case PoseDoubt::ShapeChanges:
+      return "shape changes";
   }
   return "?";
 }

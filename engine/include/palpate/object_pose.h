@@ -18,8 +18,23 @@ enum class PoseState : uint8_t {
 };
 PALPATE_API const char* to_string(PoseState state);
 
-enum class PoseLoss : uint8_t { None, LittleOverlap, LargeResidual, ManyStrangers, LargeStep };
+enum class PoseLoss : uint8_t {
+  None,
+  LittleOverlap,   ///< with the key frame
+  LargeResidual,   ///< a multiple of that of the frames before
+  ManyStrangers,   ///< pixels that do not fit
+  LargeStep,       ///< by a third of the contact in one frame
+  SlopesDisagree,  ///< both frames' slopes: the search ended on another wave of a texture
+};
 PALPATE_API const char* to_string(PoseLoss loss);
+
+/// What a tracked pose is to be taken with care for.
+enum class PoseDoubt : uint8_t {
+  None,
+  OthersMove,    ///< several contacts that move unlike: the pose is the largest one's
+  ShapeChanges,  ///< two frames on end left twice the residual of calm ones: no rigid object on a calm pad
+};
+PALPATE_API const char* to_string(PoseDoubt doubt);
 
 /// Surfaces that slide along themselves (Gelfand and Guibas, Shape Segmentation Using Local Slippage
 /// Analysis, 2004), by what may be done to them unseen.
@@ -41,6 +56,7 @@ PALPATE_API const char* to_string(Slippage kind);
 struct ObjectPose {
   PoseState state = PoseState::NoContact;
   PoseLoss loss = PoseLoss::None;
+  PoseDoubt doubt = PoseDoubt::None;
   uint32_t track = 0;                  ///< counts from 1; a new one begins after a loss or without contact
   uint32_t keys = 0;                   ///< key frames of the track so far
   Slippage surface = Slippage::None;   ///< what the contact is now
