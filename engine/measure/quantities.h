@@ -37,7 +37,7 @@ struct PanelRow {
   bool sign = false;          ///< with its sign
   const char* unit = "";      ///< "": the quantity's own
   double per_unit = 1;        ///< of these in one of the quantity's own
-  bool only_if_some = false;  ///< no row of 0, no, valid or steady
+  bool only_if_some = false;  ///< no row of 0, no, none, valid or steady
 };
 
 inline constexpr int kByUnit = -2;

@@ -404,11 +404,14 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "object_loss", G::Object,
         "Why it was lost: `little overlap` with the key frame, `large residual`, `many strangers` (pixels "
         "that do "
-        "not fit), `large step` (by a third of the contact in one frame); else `none`.",
+        "not fit), `large step` (by a third of the contact in one frame), `slopes disagree` (another wave of "
+        "a texture may "
+        "have been found); else `none`.",
         {.why = "the state says that it was lost"}),
     field<Touch, &Touch::object, &ObjectPose::doubt>(
         "object_doubt", G::Object,
-        "What the pose is to be taken with care for: `others move` (several contacts that move unlike: it is the "
+        "What the pose is to be taken with care for: `others move` (several contacts that move unlike: it is "
+        "the "
         "largest one's), `shape changes` (what is left over is no rigid object's) or `none`.",
         {.row = {.label = "object in doubt", .only_if_some = true}}),
     field<Touch, &Touch::object, &ObjectPose::track>(
@@ -421,7 +424,7 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "(`ball`: its turns; `plane`: shifts along it and the turn about its normal; `cylinder`, "
         "`revolution`, "
         "`extrusion`, `screw`, `other`). Components that it touches have no number.",
-        {.row = {.label = "not determined, as of a"}}),
+        {.row = {.label = "not determined, as of a", .only_if_some = true}}),
     made<Touch>(
         "object_x_mm", G::Object, Number,
         "Middle of the contact that is followed, to the right of the picture's middle; the motions are of "

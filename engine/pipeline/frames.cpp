@@ -228,8 +228,8 @@ void Frames::follow_object(uint32_t index, bool after_gap) {
   const TraceSpan span("object motion");
   if (after_gap) object_->restart();
   const FrameSlot& slot = slots_[index];
-  parts_.object = object_->follow(surface_->heights(slot), parts_.surface->summary.depth_offset_mm,
-                                  parts_.touched(), gel_contacts_ ? &*gel_contacts_ : nullptr);
+  parts_.object = object_->follow(surface_->heights(slot), parts_.surface->summary, parts_.touched(),
+                                  gel_contacts_ ? &*gel_contacts_ : nullptr);
 }
 
 void Frames::restart_motion() {

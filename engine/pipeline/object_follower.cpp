@@ -11,6 +11,14 @@ namespace {
 
 constexpr double kDeep = 0.5;  // of the deepest point, from which a pixel counts as in contact
 
+/// What the calibration leaves of slopes stays with the pad.
+PoseOptions options_for(const Sensor& sensor) {
+  PoseOptions options;
+  if (sensor.reading == SurfaceReading::Photometric)
+    options.registration.pad_slope_sd = sensor.photometric.normal_sd;
+  return options;
+}
+
 Validity reason_of(PoseState state) {
   if (state == PoseState::PictureDamaged) return Validity::PictureDamaged;
   return state == PoseState::Lost ? Validity::NotFollowed : Validity::NoContact;
@@ -62,7 +70,7 @@ ObjectPose unknown_pose(PoseState state, PoseLoss loss) {
   out.covariance.fill(kNaN);
   out.rotation.fill(kNaN);
   out.translation_mm.fill(kNaN);
-  out.residual_mm = kNaN;
+  out.residual_mm = out.overlap = kNaN;
   return out;
 }
 
@@ -70,17 +78,18 @@ ObjectFollower::ObjectFollower(const Sensor& sensor, const FrameFormat& format)
     : width_(format.width),
       height_(format.height),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
+      tracker_(options_for(sensor)),
       depth_mm_(size_t{width_} * height_),
       contact_(depth_mm_.size()),
       followed_(size_t{cells_along(width_)} * cells_along(height_)) {}
 
-ObjectPose ObjectFollower::follow(const HeightRows& heights, double rest_mm, bool touched,
+ObjectPose ObjectFollower::follow(const HeightRows& heights, const SurfaceSummary& summary, bool touched,
                                   const GelContacts* contacts) {
   if (!touched) {
     std::ranges::fill(followed_, 0);
     return summary_of(tracker_.lift());
   }
-  const auto rest = static_cast<float>(rest_mm);
+  const auto rest = static_cast<float>(summary.depth_offset_mm);
   for (uint32_t y = 0; y < height_; ++y)
     std::transform(heights.row(y), heights.row(y) + width_, depth_mm_.begin() + std::ptrdiff_t{y} * width_,
                    [rest](float height) { return height + rest; });
@@ -89,6 +98,7 @@ ObjectPose ObjectFollower::follow(const HeightRows& heights, double rest_mm, boo
                                      .height = height_,
                                      .pitch_mm_per_px = pitch_mm_per_px_,
                                      .depth_mm = depth_mm_,
+                                     .level_sd_mm = summary.depth_sd_mm,
                                      .contact = contact_}));
 }
 

@@ -19,10 +19,10 @@ class ObjectFollower {
   /// `sensor` has a scale.
   ObjectFollower(const Sensor& sensor, const FrameFormat& format);
 
-  /// A frame's surface, frames in order. `rest_mm`: SurfaceSummary::depth_offset_mm. `touched`: whether
-  /// something touches at all. `contacts`: those of a colour gel; null: what is deeper than half of the
-  /// deepest point is in contact.
-  ObjectPose follow(const HeightRows& heights, double rest_mm, bool touched, const GelContacts* contacts);
+  /// A frame's surface, frames in order, and its summary. `touched`: whether something touches at all.
+  /// `contacts`: those of a colour gel; null: what is deeper than half of the deepest point is in contact.
+  ObjectPose follow(const HeightRows& heights, const SurfaceSummary& summary, bool touched,
+                    const GelContacts* contacts);
   /// The next frame begins a new track.
   void restart() { tracker_.restart(); }
 

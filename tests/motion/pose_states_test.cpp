@@ -47,8 +47,8 @@ TEST(PoseStates, HonestRunsRaiseNoDoubt) {
         const Pose& pose =
             tracker.update(pressed(object, on_path(frame / 60.0), {}, 0.002, kind, random).map());
         if (frame == 0) continue;
-        ASSERT_EQ(pose.state, PoseState::Tracked) << object.name << frame << name_of(pose.loss);
-        EXPECT_EQ(pose.doubt, PoseDoubt::None) << object.name << frame << name_of(pose.doubt);
+        ASSERT_EQ(pose.state, PoseState::Tracked) << object.name << frame << to_string(pose.loss);
+        EXPECT_EQ(pose.doubt, PoseDoubt::None) << object.name << frame << to_string(pose.doubt);
       }
     }
 }
@@ -67,7 +67,7 @@ TEST(PoseStates, TellsThatAnotherContactMovesUnlike) {
                                      DepthNoise::White, random);
     const Pose& pose = tracker.update(both(large, small).map());
     if (frame == 0) continue;
-    ASSERT_EQ(pose.state, PoseState::Tracked) << frame << name_of(pose.loss);
+    ASSERT_EQ(pose.state, PoseState::Tracked) << frame << to_string(pose.loss);
     if (frame < kMoves) {
       EXPECT_EQ(pose.doubt, PoseDoubt::None) << frame;
     }
@@ -97,7 +97,7 @@ TEST(PoseStates, TellsAShapeThatChanges) {
       const bool told = pose.state == PoseState::Lost || pose.doubt == PoseDoubt::ShapeChanges;
       if (!told || told_at >= 0) continue;
       told_at = frame;
-      as = pose.state == PoseState::Lost ? name_of(pose.loss) : name_of(pose.doubt);
+      as = pose.state == PoseState::Lost ? to_string(pose.loss) : to_string(pose.doubt);
     }
     std::printf("a shape changes by %g mm a frame from frame %d on: told in %d as %s\n", rate_mm, kChanges,
                 told_at, std::string(as).c_str());
@@ -153,7 +153,7 @@ TEST(PoseStates, ACreepingGelIsNoMotionAlongThePad) {
       map.level_sd_mm = 0.015;
       const Pose& pose = tracker.update(map);
       if (frame == 0) continue;
-      ASSERT_EQ(pose.state, PoseState::Tracked) << object.name << frame << name_of(pose.loss);
+      ASSERT_EQ(pose.state, PoseState::Tracked) << object.name << frame << to_string(pose.loss);
       const PoseComponents told = pose.components();
       for (const int c : {0, 1}) EXPECT_LT(std::abs(told.shift_mm[c]), 0.005) << object.name << frame;
       EXPECT_LT(std::abs(told.shift_mm[2]), 1.96 * told.shift_sd_mm[2]) << object.name << frame;
@@ -172,7 +172,7 @@ TEST(PoseStates, AContactElsewhereIsANewTrack) {
         pressed(small_dome(frame < 6 ? -4 : 4, 0.5), {}, {}, 0.002, DepthNoise::White, random).map());
     if (frame == 6) {
       EXPECT_EQ(pose.state, PoseState::Lost);
-      EXPECT_EQ(pose.loss, PoseLoss::LittleOverlap) << name_of(pose.loss);
+      EXPECT_EQ(pose.loss, PoseLoss::LittleOverlap) << to_string(pose.loss);
     }
     EXPECT_EQ(pose.track, frame < 7 ? 1u : 2u);
   }

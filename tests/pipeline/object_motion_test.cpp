@@ -1,0 +1,124 @@
+// The motion of what touches the pad, through the whole engine: frames in, pose out.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/pipeline/object_follower.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
+#include "tests/scenes/synthetic_run.h"
+#include "tests/support/gpu_fixture.h"
+
+namespace palpate {
+namespace {
+
+constexpr Outputs kMeasured = Output::Force | Output::Surface | Output::Contacts,
+                  kMoving = kMeasured | Output::Motion;
+
+class ObjectMotion : public GpuTest {
+ protected:
+  /// A ball that presses, then slides.
+  SyntheticRun run_{"slide?mode=gel&size=320x240"};
+
+  Touch measured(Pipeline& pipeline, uint64_t k) {
+    Frame frame = run_.frame(k);
+    frame.sequence = k;
+    return pipeline.process(frame).touch;
+  }
+};
+
+// A ball's centre has a way, its surface none, and nothing shows whether it turns.
+TEST_F(ObjectMotion, FollowsTheCentreOfABall) {
+  Pipeline pipeline = run_.pipeline(context(), {.outputs = kMoving});
+  Truth first;
+  uint32_t tracked = 0;
+  double farthest_mm = 0;
+  for (uint64_t k = 0; k < run_.count(); ++k) {
+    const Touch touch = measured(pipeline, k);
+    ASSERT_TRUE(touch.object);
+    const ObjectPose& pose = *touch.object;
+    const Truth truth = run_.truth(k);
+    if (pose.state == PoseState::Begun) first = truth;
+    if (pose.state != PoseState::Tracked) continue;
+    ++tracked;
+    ASSERT_EQ(pose.track, 1u) << k;
+    EXPECT_EQ(pose.surface, Slippage::Ball) << k;
+    const double x_mm = (truth.center_x_px - first.center_x_px) * run_.sensor.pitch_mm_per_px,
+                 y_mm = (truth.center_y_px - first.center_y_px) * run_.sensor.pitch_mm_per_px;
+    EXPECT_TRUE(pose.shift_mm[0].valid() && pose.shift_mm[1].valid() && pose.shift_mm[2].valid()) << k;
+    EXPECT_NEAR(pose.shift_mm[0].value, x_mm, 0.05) << k;
+    EXPECT_NEAR(pose.shift_mm[1].value, y_mm, 0.05) << k;
+    for (const Estimate& turn : pose.turn_rad) {
+      EXPECT_EQ(turn.validity, Validity::Undetermined) << k;
+      EXPECT_TRUE(std::isnan(turn.value)) << k;
+    }
+    farthest_mm = std::max(farthest_mm, std::hypot(x_mm, y_mm));
+  }
+  EXPECT_GT(tracked, 60u);
+  EXPECT_GT(farthest_mm, 3);
+}
+
+TEST_F(ObjectMotion, CountsAnewWhereAskedToAndAfterAGap) {
+  Pipeline pipeline = run_.pipeline(context(), {.outputs = kMoving});
+  const auto pose = [&](uint64_t k) { return *measured(pipeline, k).object; };
+  EXPECT_EQ(pose(0).state, PoseState::NoContact);
+  EXPECT_EQ(pose(40).state, PoseState::Begun);
+  EXPECT_EQ(pose(41).state, PoseState::Tracked);
+  pipeline.restart_motion();
+  EXPECT_EQ(pose(42).state, PoseState::Begun);
+  EXPECT_EQ(pose(43).track, 2u);
+  Frame late = run_.frame(60);
+  late.after_gap = true;
+  EXPECT_EQ(pipeline.process(late).touch.object->state, PoseState::Begun);
+}
+
+// All other numbers are as without it, and without it nothing of it is there.
+TEST_F(ObjectMotion, LeavesTheOtherNumbersAlone) {
+  Pipeline with = run_.pipeline(context(), {.outputs = kMoving});
+  Pipeline without = run_.pipeline(context(), {.outputs = kMeasured});
+  EXPECT_EQ(with.memory_bytes(), without.memory_bytes());
+  for (const uint64_t k : {0u, 30u, 50u, 80u}) {
+    const Touch a = measured(with, k), b = measured(without, k);
+    EXPECT_FALSE(b.object);
+    EXPECT_EQ(a.gray_sum, b.gray_sum);
+    EXPECT_EQ(a.area_px, b.area_px);
+    EXPECT_EQ(a.surface->depth_max_mm, b.surface->depth_max_mm);
+  }
+}
+
+TEST_F(ObjectMotion, SeparatePicturesHaveNone) {
+  Pipeline pipeline = run_.pipeline(context(), {.outputs = kMoving, .separate = true});
+  EXPECT_FALSE(measured(pipeline, 60).object);
+}
+
+TEST_F(ObjectMotion, IsNotKnownOfADamagedPicture) {
+  Pipeline pipeline = run_.pipeline(context(), {.outputs = kMoving});
+  measured(pipeline, 40);
+  measured(pipeline, 41);
+  Frame green = run_.frame(42);
+  for (uint32_t y = 120; y < 240; ++y)
+    for (uint32_t x = 0; x < 320; ++x) {
+      green.set(0, x, y, 0);
+      green.set(1, x, y, 135);
+      green.set(2, x, y, 0);
+    }
+  const Touch touch = pipeline.process(green).touch;
+  ASSERT_NE(touch.picture, PictureFault::None);
+  EXPECT_EQ(touch.object->state, PoseState::PictureDamaged);
+  EXPECT_EQ(touch.object->shift_mm[0].validity, Validity::PictureDamaged);
+  const ObjectPose next = *measured(pipeline, 43).object;
+  EXPECT_EQ(next.state, PoseState::Tracked);
+  EXPECT_EQ(next.track, 1u);
+}
+
+TEST_F(ObjectMotion, WantsASurfaceAndAScale) {
+  EXPECT_THROW(run_.pipeline(context(), {.outputs = Output::Force | Output::Motion}), Error);
+  Sensor unscaled = run_.sensor;
+  unscaled.pitch_mm_per_px = 0;
+  EXPECT_THROW(Pipeline(context(), unscaled, run_.source.format(), {.outputs = kMoving}), Error);
+}
+
+}  // namespace
+}  // namespace palpate
