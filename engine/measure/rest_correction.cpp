@@ -31,7 +31,8 @@ bool RestCorrection::find(std::span<const uint8_t> at_rest) {
     squares += std::pow(double{means_[i]}, 2);
   }
   const auto n = static_cast<double>(count);
-  error_mm_ = std::sqrt(std::max(squares / n - std::pow(sum / n, 2), 0.0));
+  rest_level_mm_ = sum / n;
+  error_mm_ = std::sqrt(std::max(squares / n - std::pow(rest_level_mm_, 2), 0.0));
   return true;
 }
 

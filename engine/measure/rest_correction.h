@@ -33,6 +33,8 @@ class RestCorrection {
   /// at rest scattered before, a standard deviation, mm.
   std::span<const float> depth_mm() const { return depth_mm_; }
   double error_mm() const { return error_mm_; }
+  /// Mean height of the last frame that was corrected, where the pad was at rest, mm.
+  double rest_level_mm() const { return rest_level_mm_; }
   /// Height to take off each cell of the last corrected frame, mm (take_off).
   std::span<const float> level_mm() const { return levels_; }
 
@@ -42,7 +44,7 @@ class RestCorrection {
   uint32_t cells_x_, cells_y_;
   Membrane membrane_;
   std::vector<float> means_, levels_, scratch_, depth_mm_;
-  double error_mm_ = 0;
+  double error_mm_ = 0, rest_level_mm_ = 0;
 };
 
 }  // namespace palpate

@@ -441,6 +441,7 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
     out.converged =
         search(there, here, radius_mm, guess, all, out.steps, options, Spread::Median, kFineStep_px);
     if (!out.converged) all.compare(there, here, guess);
+    if (all.compared.size() < kFewest) return {};
     out.motion = guess.motion();
     out.at_mm = guess.middle + guess.shift;
     judge(all, here, radius_mm, guess, options, out);

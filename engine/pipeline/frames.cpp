@@ -211,6 +211,7 @@ FrameParts& Frames::measure(uint32_t index) {
   if (confidence_) measure_confidence(slot);
   if (surface_) surface_->solve(slot);
   measure_contact(slot);
+  if (object_) object_->look_at(surface_->heights(slot));
   if (rest_correction_) correct_rest(slot);
   if (gradient_) {
     slot.gradient_sums.invalidate();
@@ -227,8 +228,10 @@ FrameParts& Frames::measure(uint32_t index) {
 void Frames::follow_object(uint32_t index, bool after_gap) {
   const TraceSpan span("object motion");
   if (after_gap) object_->restart();
-  const FrameSlot& slot = slots_[index];
-  parts_.object = object_->follow(surface_->heights(slot), parts_.surface->summary, parts_.touched(),
+  const SurfaceSummary& summary = parts_.surface->summary;
+  const bool corrected = slots_[index].surface.was_corrected && rest_correction_;
+  const double level_mm = corrected ? rest_correction_->rest_level_mm() : -summary.depth_offset_mm;
+  parts_.object = object_->follow(level_mm, summary.depth_sd_mm, parts_.touched(),
                                   gel_contacts_ ? &*gel_contacts_ : nullptr);
 }
 

@@ -83,22 +83,24 @@ ObjectFollower::ObjectFollower(const Sensor& sensor, const FrameFormat& format)
       contact_(depth_mm_.size()),
       followed_(size_t{cells_along(width_)} * cells_along(height_)) {}
 
-ObjectPose ObjectFollower::follow(const HeightRows& heights, const SurfaceSummary& summary, bool touched,
+void ObjectFollower::look_at(const HeightRows& heights) {
+  for (uint32_t y = 0; y < height_; ++y)
+    std::copy_n(heights.row(y), width_, depth_mm_.begin() + std::ptrdiff_t{y} * width_);
+}
+
+ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touched,
                                   const GelContacts* contacts) {
   if (!touched) {
     std::ranges::fill(followed_, 0);
     return summary_of(tracker_.lift());
   }
-  const auto rest = static_cast<float>(summary.depth_offset_mm);
-  for (uint32_t y = 0; y < height_; ++y)
-    std::transform(heights.row(y), heights.row(y) + width_, depth_mm_.begin() + std::ptrdiff_t{y} * width_,
-                   [rest](float height) { return height + rest; });
+  for (float& depth : depth_mm_) depth -= static_cast<float>(level_mm);
   contacts ? mark_contact(*contacts) : mark_deep();
   return summary_of(tracker_.update({.width = width_,
                                      .height = height_,
                                      .pitch_mm_per_px = pitch_mm_per_px_,
                                      .depth_mm = depth_mm_,
-                                     .level_sd_mm = summary.depth_sd_mm,
+                                     .level_sd_mm = level_sd_mm,
                                      .contact = contact_}));
 }
 

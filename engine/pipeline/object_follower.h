@@ -19,10 +19,13 @@ class ObjectFollower {
   /// `sensor` has a scale.
   ObjectFollower(const Sensor& sensor, const FrameFormat& format);
 
-  /// A frame's surface, frames in order, and its summary. `touched`: whether something touches at all.
-  /// `contacts`: those of a colour gel; null: what is deeper than half of the deepest point is in contact.
-  ObjectPose follow(const HeightRows& heights, const SurfaceSummary& summary, bool touched,
-                    const GelContacts* contacts);
+  /// Takes a copy of a frame's surface as it was solved. What is taken off where the pad seems to be at rest
+  /// differs from frame to frame, and would change the object's shape.
+  void look_at(const HeightRows& heights);
+  /// The same frame, frames in order, as it was measured. `level_mm`: height of the pad at rest in that copy.
+  /// `touched`: whether something touches at all. `contacts`: those of a colour gel; null: what is deeper
+  /// than half of the deepest point is in contact.
+  ObjectPose follow(double level_mm, double level_sd_mm, bool touched, const GelContacts* contacts);
   /// The next frame begins a new track.
   void restart() { tracker_.restart(); }
 
