@@ -134,6 +134,18 @@ Cells rows_on_map(const ScoreField& field) {
   return out;
 }
 
+/// Half square of differences over a way that noise of variance 1 and that reach leaves on a round contact,
+/// once the fit has taken away its tilt.
+double seen_of(double reach_px, double way_px, double radius_px) {
+  if (reach_px <= 0) return 1;
+  constexpr double kLeast = 0.2;  // part of it; of less the variance would be a guess
+  const double whole = 1 - std::exp(-way_px * way_px / (2 * reach_px * reach_px));
+  // Of noise that is short beside the contact; of long noise the slope itself.
+  const double tilt_square =
+      std::min(8 * std::pow(reach_px, 2) / std::pow(radius_px, 4), std::pow(reach_px, -2));
+  return std::max(whole - tilt_square * way_px * way_px / 2, kLeast * whole);
+}
+
 }  // namespace
 
 ScoreNoise score_noise(const ScoreField& field, double most_px) {
@@ -144,8 +156,7 @@ ScoreNoise score_noise(const ScoreField& field, double most_px) {
   for (size_t i = 0; i < seen.way_px.size(); ++i) {
     std::array<double, kReaches> line{};
     for (size_t k = 0; k < kReaches; ++k) {
-      const double reach = ScoreNoise::reach_px(k), way = seen.way_px[i];
-      line[k] = k == 0 ? 1 : 1 - std::exp(-way * way / (2 * reach * reach));
+      line[k] = seen_of(ScoreNoise::reach_px(k), seen.way_px[i], most_px);
     }
     basis.push_back(line);
     const double size = std::max(seen.half_square[i], 1e-30);

@@ -28,8 +28,8 @@ struct ScoreNoise {
 };
 
 /// From the scores' differences over ways of 1 to 48 px along rows and columns (their variogram), by least
-/// squares with no variance below 0. `most_px`: ways no longer than this, such as the contact's radius. What
-/// the fit has taken away at long reaches, shift and tilt of the whole, the differences do not show.
+/// squares with no variance below 0. `most_px`: ways no longer than this, the contact's radius. A shift of
+/// the whole is in no difference, and the fit has taken away the tilt, which is allowed for.
 ScoreNoise score_noise(const ScoreField& field, double most_px);
 
 /// Covariance of the sum of row * score under that noise.
