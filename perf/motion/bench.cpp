@@ -1,10 +1,13 @@
 // Motion bench: an object slides and turns for ten seconds; error and time of the pose tracker and of plain
-// point-to-plane registration, on the same frames.
+// point-to-plane registration, on the same frames. Or the tracker's alone over its options and the frame's
+// pixels.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/motion/pose_tracker.h"
@@ -84,18 +87,82 @@ void run(const scenes::SolidObject& object, scenes::DepthNoise kind, const char*
   rival.print(object.name, noise, "point to plane", 0);
 }
 
+/// One option at a time differs from what is the default.
+std::vector<std::pair<std::string, PoseOptions>> sweep_options() {
+  std::vector<std::pair<std::string, PoseOptions>> all = {{"default", {}}};
+  const auto add = [&](const std::string& name, const auto& value, auto set) {
+    all.emplace_back(name + " " + std::to_string(value), PoseOptions());
+    set(all.back().second);
+  };
+  for (const uint32_t level : {1u, 2u})
+    add("finest_level", level, [=](PoseOptions& o) { o.registration.finest_level = level; });
+  for (const int steps : {2, 4, 30})
+    add("most_steps", steps, [=](PoseOptions& o) { o.registration.most_steps = steps; });
+  for (const uint32_t levels : {1u, 2u, 3u})
+    add("levels", levels, [=](PoseOptions& o) { o.surface.levels = levels; });
+  for (const uint32_t border : {1u, 2u, 8u, 12u})
+    add("border_px", border, [=](PoseOptions& o) { o.surface.border_px = border; });
+  for (const int percent : {40, 80, 95})
+    add("key_overlap_percent", percent, [=](PoseOptions& o) { o.key_overlap = percent / 100.0; });
+  for (const int degrees : {3, 25})
+    add("key_turn_deg", degrees, [=](PoseOptions& o) { o.key_turn_deg = degrees; });
+  return all;
+}
+
+void sweep(const scenes::SolidObject& object, uint32_t width, double seconds) {
+  const scenes::PadView pad{
+      .width = width, .height = width * 3 / 4, .pitch_mm = 16.0 / width, .skin_px = 0.15 * width / 16};
+  std::mt19937 random(1);
+  std::vector<scenes::PressedMap> maps;
+  for (int frame = 0; frame <= seconds * 60; ++frame)
+    maps.push_back(
+        pressed(object, scenes::on_path(frame / 60.0), pad, 0.002, scenes::DepthNoise::Integrated, random));
+  for (const auto& [name, options] : sweep_options()) {
+    if (width != 320 && name != "default") continue;
+    PoseTracker tracker(options);
+    Errors errors;
+    int lost = 0, held = 0, asked = 0;
+    uint32_t keys = 0;
+    for (size_t frame = 0; frame < maps.size(); ++frame) {
+      Pose pose;
+      const Sample time = time_runs([&] { pose = tracker.update(maps[frame].map()); }, 1);
+      lost += pose.state == PoseState::Lost;
+      keys = std::max(keys, pose.keys);
+      if (pose.state != PoseState::Tracked || pose.track != 1) continue;
+      const RigidMotion truth = scenes::on_path(static_cast<double>(frame) / 60);
+      const Vector6d error = twist_between(pose.motion, truth, pose.at_mm);
+      for (int c = 0; c < 6; ++c)
+        held += std::abs(error[c]) < 1.96 * std::sqrt(pose.covariance(c, c)) ? 1 : 0;
+      asked += 6;
+      errors.add(pose.motion, truth, pose.at_mm, time);
+    }
+    std::printf("%s,%ux%u,%s,%.4f,%.3f,%.1f,%.1f,%u,%.3f,%d\n", object.name.c_str(), pad.width, pad.height,
+                name.c_str(), errors.worst_mm, errors.worst_deg, quartiles(errors.wall_ms).median,
+                quartiles(errors.cpu_ms).median, keys, double(held) / std::max(asked, 1), lost);
+    std::fflush(stdout);
+  }
+}
+
 }  // namespace
 }  // namespace palpate::perf
 
-// Seconds of motion, 10 by default.
+// Seconds of motion, 10 by default; then `sweep` for the options.
 int main(int argc, char** argv) {
   using namespace palpate;
   using scenes::DepthNoise;
   try {
     const double seconds = argc > 1 ? std::strtod(argv[1], nullptr) : 10;
-    if (!(seconds > 0)) {
-      std::fprintf(stderr, "wanted seconds > 0; found '%s'; try 10\n", argv[1]);
+    const bool sweep = argc > 2 && std::string(argv[2]) == "sweep";
+    if (!(seconds > 0) || argc > 3 || (argc == 3 && !sweep)) {
+      std::fprintf(stderr, "wanted seconds > 0, and sweep or nothing; found '%s'; try 3 sweep\n",
+                   argv[argc > 2 ? 2 : 1]);
       return 2;
+    }
+    if (sweep) {
+      std::printf("object,frame,option,worst_mm,worst_deg,wall_ms,cpu_ms,keys,held,lost\n");
+      for (const auto& object : {scenes::textured_dome(), scenes::coin()})
+        for (const uint32_t width : {80u, 160u, 320u, 640u}) perf::sweep(object, width, seconds);
+      return 0;
     }
     std::printf("object,noise,method,last_mm,last_deg,worst_mm,worst_deg,wall_ms,cpu_ms,lost\n");
     for (const auto& [kind, noise] :
