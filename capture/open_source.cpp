@@ -11,6 +11,7 @@
 #include "capture/files/video.h"
 #include "capture/genicam/camera.h"
 #include "capture/session/session.h"
+#include "capture/synthetic/object.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
@@ -29,6 +30,8 @@ std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& s
   std::unique_ptr<Source> source;
   if (is_tissue(input))
     source = std::make_unique<TissueSensor>(parse_tissue(input));
+  else if (is_object(input))
+    source = std::make_unique<ObjectSensor>(parse_object(input));
   else
     source = std::make_unique<SyntheticSensor>(parse_synthetic(input));
   const FrameFormat format = source->format();

@@ -1,7 +1,9 @@
 // Ground truth of a synthetic frame.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace palpate {
@@ -12,6 +14,13 @@ struct TrueContact {
   double center_x_px = 0;
   double center_y_px = 0;
   double radius_px = 0;
+};
+
+/// Rigid motion of an object since the first frame in which it touched: its point that was then at the middle
+/// of the picture on the untouched surface has gone by shift_mm, and it is turned by the rotation vector
+/// turn_rad (the shorter way round) about that point. x right, y down, z into the pad.
+struct TrueMotion {
+  std::array<double, 3> shift_mm = {}, turn_rad = {};
 };
 
 /// Truth of one synthetic frame. Pixel coordinates as in Touch; x right, y down. With several contacts forces
@@ -32,8 +41,9 @@ struct Truth {
   double stick_share = 1;     ///< radius of the part of the contact that sticks over the contact's; 0: slides
   double torsion_rad = 0;     ///< turn of the skin under the contact, from +x towards +y
   double volume_mm3 = 0;      ///< indented volume below rest level
-  std::vector<TrueContact> contacts;  ///< each; empty without contact
-  std::vector<float> depth_mm;        ///< height x width, below the rest level; < 0 where the pad bulges
+  std::optional<TrueMotion> motion = {};  ///< of an object that touches, in scenes of one
+  std::vector<TrueContact> contacts;      ///< each; empty without contact
+  std::vector<float> depth_mm;            ///< height x width, below the rest level; < 0 where the pad bulges
 };
 
 }  // namespace palpate

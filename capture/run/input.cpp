@@ -5,6 +5,7 @@
 #include "capture/camera/camera_options.h"
 #include "capture/open_source.h"
 #include "capture/session/session.h"
+#include "capture/synthetic/object.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/base/text.h"
@@ -89,6 +90,11 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::opt
     if (input.find("seed=") == std::string::npos) options.seed = seed;
     found.input = to_string(options);
     if (!sensor) found.sensor = tissue_sensor(options);
+  } else if (is_object(input)) {
+    ObjectOptions options = parse_object(input);
+    if (input.find("seed=") == std::string::npos) options.camera.seed = seed;
+    found.input = to_string(options);
+    if (!sensor) found.sensor = object_sensor(options);
   } else if (synthetic) {
     SyntheticOptions options = parse_synthetic(input);
     if (input.find("seed=") == std::string::npos) options.seed = seed;

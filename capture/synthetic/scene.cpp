@@ -74,9 +74,9 @@ const Scene& find_scene(const std::string& name) {
     list += scene.name + ", ";
     names.push_back(scene.name);
   }
-  names.emplace_back("tissue");  // a sensor of its own
+  names.insert(names.end(), {"object", "tissue"});  // sensors of their own
   throw Error(Failure::Input, "a synthetic scene", "'" + name + "'" + did_you_mean(name, names),
-              "one of " + list + names.back() + ", slides-N");
+              "one of " + list + "object, tissue, slides-N");
 }
 
 namespace {

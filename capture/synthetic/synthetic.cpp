@@ -155,25 +155,29 @@ struct SyntheticSensor::Impl : PressedPad {
     return all;
   }
 
+  SkinField skin_field(const SkinMove& m) const {
+    const double per_px = 4, a = m.radius_mm, h = options.pad_thickness_mm, step_mm = pitch_mm / per_px;
+    const int count = static_cast<int>((a + 5 * h) / step_mm) + 3;  // there the taper is below 4e-4
+    SkinField f{RadialTable::make(per_px, count),
+                RadialTable::make(per_px, count),
+                static_cast<float>(m.x_px),
+                static_cast<float>(m.y_px),
+                static_cast<float>(m.pull_x_mm / pitch_mm),
+                static_cast<float>(m.pull_y_mm / pitch_mm),
+                static_cast<float>(m.turn_rad),
+                static_cast<float>(a / pitch_mm)};
+    for (int i = 0; i + 2 < count; ++i) {
+      f.pulled.values[i] = static_cast<float>(pulled_fraction(i * step_mm, a, a * m.stick_share, h));
+      f.turned.values[i] = static_cast<float>(turned_fraction(i * step_mm, a, h));
+    }
+    return f;
+  }
   std::vector<SkinField> skin_fields(const std::vector<Touching>& all) const {
     std::vector<SkinField> fields;
-    for (const Touching& t : all) {
-      const double per_px = 4, a = t.radius_mm, h = options.pad_thickness_mm, step_mm = pitch_mm / per_px;
-      const int count = static_cast<int>((a + 5 * h) / step_mm) + 3;  // there the taper is below 4e-4
-      SkinField f{RadialTable::make(per_px, count),
-                  RadialTable::make(per_px, count),
-                  static_cast<float>(t.x_px),
-                  static_cast<float>(t.y_px),
-                  static_cast<float>(t.state->shear_x_N / stiffness_N_per_mm / pitch_mm),
-                  static_cast<float>(t.state->shear_y_N / stiffness_N_per_mm / pitch_mm),
-                  static_cast<float>(t.state->turn_rad),
-                  static_cast<float>(a / pitch_mm)};
-      for (int i = 0; i + 2 < count; ++i) {
-        f.pulled.values[i] = static_cast<float>(pulled_fraction(i * step_mm, a, a * t.state->stick_share, h));
-        f.turned.values[i] = static_cast<float>(turned_fraction(i * step_mm, a, h));
-      }
-      fields.push_back(std::move(f));
-    }
+    for (const Touching& t : all)
+      fields.push_back(
+          skin_field({t.x_px, t.y_px, t.radius_mm, t.state->shear_x_N / stiffness_N_per_mm,
+                      t.state->shear_y_N / stiffness_N_per_mm, t.state->turn_rad, t.state->stick_share}));
     return fields;
   }
 
@@ -293,21 +297,13 @@ struct SyntheticSensor::Impl : PressedPad {
   }
 
   void render_gel(uint64_t sequence, Frame& frame) const {
-    const uint32_t w = options.width, h = options.height;
     const std::vector<Touching> contacts = touching(sequence);
     std::vector<RadialTable> tables;
     tables.reserve(contacts.size());
     for (const Touching& t : contacts) tables.push_back(slope_over_r(t.contact, t.x_px, t.y_px));
-    const std::vector<SkinField> fields = skin ? skin_fields(contacts) : std::vector<SkinField>{};
     const auto pitch = static_cast<float>(pitch_mm);
-    const double per_e = max_gray / optics::kFullWell_e;
-    const auto read_variance =
-        static_cast<float>(options.noise ? per_e * per_e * optics::kReadNoise_e * optics::kReadNoise_e : 0);
-    const auto shot = static_cast<float>(options.noise ? per_e : 0);
-    const auto dark = static_cast<float>(optics::kBlack_gray);
-    std::vector<float> nx(w, 0.0f), ny(w, 0.0f), nz(w, 1.0f), mean(w), sd(w), noise(w), still(w),
-        light(w, 1.0f);
-    for (uint32_t y = 0; y < h; ++y) {
+    const uint32_t w = options.width;
+    const auto slopes = [&](uint32_t y, std::vector<float>& nx, std::vector<float>& ny) {
       for (size_t k = 0; k < contacts.size(); ++k) {
         const auto cx = static_cast<float>(contacts[k].x_px), dy = static_cast<float>(y - contacts[k].y_px);
         for (uint32_t x = 0; x < w; ++x) {
@@ -317,7 +313,26 @@ struct SyntheticSensor::Impl : PressedPad {
           ny[x] = (k > 0 ? ny[x] : 0) + slope * dy;
         }
       }
-      if (!contacts.empty()) {
+    };
+    render_gel(sequence, frame, !contacts.empty(), slopes,
+               skin ? skin_fields(contacts) : std::vector<SkinField>{});
+  }
+
+  /// `slopes` fills those of a row, to the right and down; not asked where nothing is pressed.
+  template <class Slopes>
+  void render_gel(uint64_t sequence, Frame& frame, bool pressed, const Slopes& slopes,
+                  const std::vector<SkinField>& fields) const {
+    const uint32_t w = options.width, h = options.height;
+    const double per_e = max_gray / optics::kFullWell_e;
+    const auto read_variance =
+        static_cast<float>(options.noise ? per_e * per_e * optics::kReadNoise_e * optics::kReadNoise_e : 0);
+    const auto shot = static_cast<float>(options.noise ? per_e : 0);
+    const auto dark = static_cast<float>(optics::kBlack_gray);
+    std::vector<float> nx(w, 0.0f), ny(w, 0.0f), nz(w, 1.0f), mean(w), sd(w), noise(w), still(w),
+        light(w, 1.0f);
+    for (uint32_t y = 0; y < h; ++y) {
+      if (pressed) {
+        slopes(y, nx, ny);
         for (uint32_t x = 0; x < w; ++x) {
           nz[x] = 1 / std::sqrt(1 + nx[x] * nx[x] + ny[x] * ny[x]);
           nx[x] *= nz[x];
@@ -382,6 +397,24 @@ bool SyntheticSensor::render(uint64_t sequence, Frame& frame) const {
   else
     impl_->render_gray(sequence, frame);
   return true;
+}
+
+void SyntheticSensor::render_relief(uint64_t sequence, std::span<const float> slopes, const SkinMove& moved,
+                                    Frame& frame) const {
+  frame.reshape(impl_->format());
+  frame.sequence = sequence;
+  frame.time_ns = std::llround(static_cast<double>(sequence) / impl_->options.rate_Hz * 1e9);
+  const uint32_t w = impl_->options.width;
+  const auto row_of = [&](uint32_t y, std::vector<float>& nx, std::vector<float>& ny) {
+    const float* from = slopes.data() + size_t{2} * y * w;
+    for (uint32_t x = 0; x < w; ++x) {
+      nx[x] = from[2 * x];
+      ny[x] = from[2 * x + 1];
+    }
+  };
+  std::vector<SkinField> fields;
+  if (impl_->skin && moved.radius_mm > 0) fields.push_back(impl_->skin_field(moved));
+  impl_->render_gel(sequence, frame, !slopes.empty(), row_of, fields);
 }
 
 std::optional<Frame> SyntheticSensor::own_background() const {

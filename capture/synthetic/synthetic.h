@@ -13,6 +13,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,15 @@ void validate(const SyntheticOptions& options);
 double shear_stiffness_N_per_mm(const SyntheticOptions& options);
 /// Gray per MPa of contact pressure at the centre of the field (Waveguide, small pressures).
 double gray_per_MPa(const SyntheticOptions& options);
+
+/// How a contact has moved the skin under it along the pad; radius 0: it has not.
+struct SkinMove {
+  double x_px = 0, y_px = 0;  ///< the contact's centre
+  double radius_mm = 0;
+  double pull_x_mm = 0, pull_y_mm = 0;  ///< of the part that sticks
+  double turn_rad = 0;                  ///< from +x towards +y
+  double stick_share = 1;
+};
 
 /// Truth of a grip at one moment. The gripper closes along its x; its z points up.
 struct GripTruth {
@@ -86,6 +96,10 @@ class SyntheticSensor : public Source {
 
   /// Frame `sequence`, whatever `next` delivered so far. Safe to call from any thread. False past the end.
   bool render(uint64_t sequence, Frame& frame) const;
+  /// A gel's frame in which the surface has the given slopes (height x width x 2, to the right and down) in
+  /// place of the scene's; empty: untouched. Mode Gel.
+  void render_relief(uint64_t sequence, std::span<const float> slopes, const SkinMove& moved,
+                     Frame& frame) const;
   /// Tangential displacement, px, of the skin's point that rests at a place of the untouched image.
   std::array<double, 2> skin_shift_px(uint64_t sequence, double x_px, double y_px) const;
   /// The solved contact of that frame (with several indenters the first one's); force 0 without contact.

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "capture/sensors/shipped_sensors.h"
+#include "capture/synthetic/object_options.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "tests/support/eventually.h"
@@ -34,6 +35,11 @@ TEST(StartList, OffersEverySceneAndOpensEachEntry) {
       scenes.insert("tissue");
       continue;
     }
+    if (is_object(e.input)) {
+      EXPECT_EQ(parse_object(e.input).camera.repeat, 0u);
+      scenes.insert("object");
+      continue;
+    }
     const SyntheticOptions options = parse_synthetic(e.input);
     scenes.insert(options.scene);
     EXPECT_EQ(options.repeat, 0u) << e.input << " goes on until it is closed";
@@ -46,6 +52,7 @@ TEST(StartList, OffersEverySceneAndOpensEachEntry) {
   }
   for (const auto& [scene, what] : synthetic_scenes()) EXPECT_TRUE(scenes.contains(scene)) << scene;
   EXPECT_TRUE(scenes.contains("tissue"));
+  EXPECT_TRUE(scenes.contains("object"));
 }
 
 TEST(StartList, OffersTheSensorsThatComeWithTheProgram) {

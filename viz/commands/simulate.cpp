@@ -9,6 +9,7 @@
 #include "capture/files/measurements.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
+#include "capture/synthetic/object.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/base/json.h"
@@ -55,6 +56,9 @@ constexpr const char* kTruthHeader =
     "frame,time_s,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_"
     "center_y_px,"
     "true_radius_px,true_depth_max_mm,true_stick_share,true_torsion_rad,true_volume_mm3,true_contacts";
+// Further columns of an object: TrueMotion.
+constexpr const char* kMotionHeader =
+    ",true_moved_x_mm,true_moved_y_mm,true_moved_z_mm,true_turned_x_rad,true_turned_y_rad,true_turned_z_rad";
 // One row a contact and frame.
 constexpr const char* kContactsHeader =
     "frame,time_s,true_force_N,true_center_x_px,true_center_y_px,true_radius_px";
@@ -75,6 +79,15 @@ std::string truth_row(const Truth& truth) {
   return row + "," + std::to_string(truth.contacts.size());
 }
 
+/// Empty cells where nothing touches.
+std::string motion_cells(const Truth& truth) {
+  if (!truth.motion) return ",,,,,,";
+  std::string cells;
+  for (const auto& part : {truth.motion->shift_mm, truth.motion->turn_rad})
+    for (const double value : part) cells += "," + shortest(value);
+  return cells;
+}
+
 void append_contacts(LineFile& file, const Truth& truth) {
   for (const TrueContact& c : truth.contacts)
     file.append(std::to_string(truth.sequence) + "," + shortest(truth.time_s) + "," + shortest(c.force_N) +
@@ -88,6 +101,7 @@ struct Scene {
   std::string input;
   std::function<double(uint64_t sequence)> block_force_N;  ///< of a block of tissue; null: of other scenes
   std::string block;                                       ///< options that describe it
+  bool moves = false;                                      ///< its truth has an object's motion
 };
 
 Scene open_touch(SyntheticOptions synthetic, const Options& options) {
@@ -102,6 +116,30 @@ Scene open_touch(SyntheticOptions synthetic, const Options& options) {
           to_string(synthetic),
           {},
           {}};
+}
+
+/// "object", or with keys of its own: "object?shape=bead&path=roll".
+Scene open_object(const SyntheticOptions& given, const Options& options) {
+  const SyntheticOptions other;
+  if (given.bit_depth != 8 || (options.mode != "waveguide" && options.mode != "gel") ||
+      options.response != "linear" || given.hysteresis != 0 || given.drift_per_min != 0 ||
+      given.indenter_radius_mm != 0 || given.force_N != 0)
+    throw Error(Failure::Usage,
+                "an object with --size, --rate, --repeat, --skin, --noiseless, --seed, --depth",
+                "an option of the other scenes", "'object?shape=bead&path=roll' for what else it has");
+  std::string keys = "synthetic:" + given.scene;
+  const auto add = [&keys](const std::string& pair) {
+    keys += (keys.find('?') == std::string::npos ? "?" : "&") + pair;
+  };
+  // What is not given is the scene's own.
+  if (given.width != other.width || given.height != other.height) add("size=" + options.size);
+  if (given.rate_Hz != other.rate_Hz) add("rate=" + shortest(given.rate_Hz));
+  if (given.repeat != other.repeat) add("repeat=" + std::to_string(given.repeat));
+  if (options.skin != "none") add("skin=" + options.skin);
+  if (options.noiseless) add("noise=off");
+  if (keys.find("seed=") == std::string::npos) add("seed=" + std::to_string(given.seed));
+  const ObjectOptions object = parse_object(keys);
+  return {std::make_unique<ObjectSensor>(object), object_sensor(object), to_string(object), {}, {}, true};
 }
 
 /// "tissue", or with keys of its own: "tissue?d=6&h=4".
@@ -138,12 +176,14 @@ Report simulate(const Common& common, const Options& options) {
   synthetic.seed = common.seed;
   synthetic.noise = !options.noiseless;
   const bool tissue = is_tissue("synthetic:" + synthetic.scene);
-  Scene scene = tissue ? open_tissue(synthetic, options) : open_touch(synthetic, options);
+  Scene scene = tissue                                      ? open_tissue(synthetic, options)
+                : is_object("synthetic:" + synthetic.scene) ? open_object(synthetic, options)
+                                                            : open_touch(synthetic, options);
   Source& source = *scene.source;
 
   uint64_t limit = options.frames;
   if (options.seconds > 0)
-    limit = std::max<uint64_t>(1, static_cast<uint64_t>(std::llround(options.seconds * synthetic.rate_Hz)));
+    limit = std::max<uint64_t>(1, static_cast<uint64_t>(std::llround(options.seconds * source.rate_Hz())));
   const std::optional<uint64_t> count = source.frame_count();
   if (limit == 0 && !count)
     throw Error(Failure::Usage, "an end of the recording", "--repeat 0", "--frames or --seconds");
@@ -167,7 +207,7 @@ Report simulate(const Common& common, const Options& options) {
   save_sensor(sensor, out / "sensor.json");
 
   LineFile truth_file(out / "truth.csv");
-  truth_file.append(kTruthHeader);
+  truth_file.append(std::string(kTruthHeader) + (scene.moves ? kMotionHeader : ""));
   LineFile contacts_file(out / "truth_contacts.csv");
   contacts_file.append(kContactsHeader);
   std::optional<LineFile> gauge_file;
@@ -182,7 +222,7 @@ Report simulate(const Common& common, const Options& options) {
       write_npy(out / "depth" / numbered_name(frame.sequence, "npy"), truth->depth_mm,
                 {frame.format.height, frame.format.width});
     }
-    truth_file.append(truth_row(*truth));
+    truth_file.append(truth_row(*truth) + (scene.moves ? motion_cells(*truth) : ""));
     append_contacts(contacts_file, *truth);
     if (gauge_file)
       gauge_file->append(std::to_string(frame.sequence) + "," +
@@ -205,7 +245,7 @@ Report simulate(const Common& common, const Options& options) {
   std::string text = std::to_string(done) + " frames in " + (out / "frames").string() +
                      (complete ? "" : " (ended early)") + "\nmeasure them: palpate process " +
                      (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --rate " +
-                     shortest(synthetic.rate_Hz) + " --out " + (out / "measured").string();
+                     shortest(source.rate_Hz()) + " --out " + (out / "measured").string();
   if (gauge_file) text += scene.block + " --gauge " + (out / "gauge.csv").string();
   return {text, value, complete ? 0 : kInterrupted};
 }
@@ -223,6 +263,9 @@ void add_simulate(CommandLine& program, Common& common, Command& chosen) {
         .append(12 - std::min<size_t>(11, name.size()), ' ')
         .append(description)
         .append("\n");
+  scenes +=
+      std::string("  object      ") + kObjectScene +
+      ";\n              'object?shape=bead&path=roll' names keys of its own, capture/README.md lists them\n";
   scenes += std::string("  tissue      ") + kTissueScene +
             ";\n              gauge.csv is the force on the block; 'tissue?d=6&h=4' names keys of its own\n";
   command->add_option("SCENE", synthetic.scene, "What happens (listed below)")->required();
@@ -271,6 +314,7 @@ void add_simulate(CommandLine& program, Common& common, Command& chosen) {
              "  palpate simulate drag --skin texture --out out/drag\n"
              "  palpate simulate rig --hysteresis 0.04 --drift 0.01 --out out/rig\n"
              "  palpate simulate tissue --out out/tissue\n"
+             "  palpate simulate 'object?shape=bead&path=roll' --size 320x240 --out out/bead\n"
              "Scenes:\n" +
                  scenes +
                  "Frames are lossless PNG (more than 8 bits: 16-bit files with the value in the low bits); "

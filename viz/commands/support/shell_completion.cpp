@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "capture/synthetic/object_options.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/base/json.h"
@@ -116,6 +117,7 @@ Words cameras() {
 Words scenes() {
   Words words;
   for (const auto& [name, about] : synthetic_scenes()) words.push_back({name, about});
+  words.push_back({"object", kObjectScene});
   words.push_back({"tissue", kTissueScene});
   return words;
 }

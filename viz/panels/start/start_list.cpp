@@ -197,6 +197,13 @@ void StartList::collect(const Settings& settings) {
                             {},
                             false,
                             what});
+  for (const auto& [keys, name, what] :
+       {std::array{"path=hand&turn_deg=20", "textured dome",
+                   "an object that a hand slides and turns on a gel"},
+        {"shape=bead&path=roll&depth_mm=0.7", "bead", "rolls once round on a gel, and back"},
+        {"shape=coin&turn_deg=35", "coin", "slides and turns on a gel"}})
+    sources_.push_back(
+        {Group::Synthetic, std::string("synthetic:object?") + keys + "&repeat=0", name, what, {}});
   sources_.push_back({Group::Synthetic,
                       "synthetic:tissue?d=12&h=3&ratio=4&repeat=0",
                       "lump that is found",

@@ -9,6 +9,7 @@
 
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
+#include "capture/synthetic/object.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/pipeline/surface/surface_sample.h"
@@ -89,6 +90,17 @@ RgbImage depth_thumbnail(gpu::Context& context, const SurfaceMap& map, double of
 
 std::optional<RgbImage> simulated_thumbnail(const std::string& input) {
   if (is_tissue(input)) return std::nullopt;
+  Frame frame;
+  if (is_object(input)) {
+    ObjectOptions options = parse_object(input);
+    options.camera.width = 2 * kThumbnailWidth;
+    options.camera.height = 2 * kThumbnailHeight;
+    ObjectSensor object(options);
+    // Pressed, and a quarter of its path gone.
+    object.seek(static_cast<uint64_t>((1 + options.seconds / 4) * options.camera.rate_Hz));
+    if (!object.next(frame)) return std::nullopt;
+    return thumbnail_of(frame);
+  }
   SyntheticOptions options = parse_synthetic(input);
   options.width = 2 * kThumbnailWidth;  // patterns of the skin want so many
   options.height = 2 * kThumbnailHeight;
@@ -106,7 +118,6 @@ std::optional<RgbImage> simulated_thumbnail(const std::string& input) {
       largest_N = truth->force_N;
     }
   }
-  Frame frame;
   if (!sensor.render(best, frame)) return std::nullopt;
   return thumbnail_of(frame);
 }
