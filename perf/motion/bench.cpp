@@ -12,6 +12,7 @@
 
 #include "engine/motion/pose_tracker.h"
 #include "perf/measure.h"
+#include "perf/motion/camera_bench.h"
 #include "perf/motion/moved_object.h"
 #include "perf/motion/point_to_plane.h"
 
@@ -146,17 +147,26 @@ void sweep(const scenes::SolidObject& object, uint32_t width, double seconds) {
 }  // namespace
 }  // namespace palpate::perf
 
-// Seconds of motion, 10 by default; then `sweep` for the options.
+// Seconds of motion, 10 by default; then `sweep` for the options. `--camera [SECONDS [RUN]]`: through
+// simulated pictures and the pipeline, all runs, or those whose name begins with RUN.
 int main(int argc, char** argv) {
   using namespace palpate;
   using scenes::DepthNoise;
   try {
-    const double seconds = argc > 1 ? std::strtod(argv[1], nullptr) : 10;
-    const bool sweep = argc > 2 && std::string(argv[2]) == "sweep";
-    if (!(seconds > 0) || argc > 3 || (argc == 3 && !sweep)) {
-      std::fprintf(stderr, "wanted seconds > 0, and sweep or nothing; found '%s'; try 3 sweep\n",
-                   argv[argc > 2 ? 2 : 1]);
+    const bool camera = argc > 1 && std::string(argv[1]) == "--camera";
+    const int given = camera ? 2 : 1;
+    const double seconds = argc > given ? std::strtod(argv[given], nullptr) : 10;
+    const char* const word = argc > given + 1 ? argv[given + 1] : nullptr;
+    const bool sweep = !camera && word && std::string(word) == "sweep";
+    if (!(seconds > 0) || argc > given + 2 || (!camera && word && !sweep)) {
+      std::fprintf(stderr,
+                   "wanted [--camera] and seconds > 0, then a run or sweep; found '%s'; try 3 sweep\n",
+                   argv[word ? given + 1 : given]);
       return 2;
+    }
+    if (camera) {
+      perf::follow_through_camera(seconds, word);
+      return 0;
     }
     if (sweep) {
       std::printf("object,frame,option,worst_mm,worst_deg,wall_ms,cpu_ms,keys,held,lost\n");
