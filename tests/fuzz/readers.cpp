@@ -28,6 +28,7 @@
 #include "capture/serve/foxglove.h"
 #include "capture/serve/handshake.h"
 #include "capture/session/info.h"
+#include "capture/synthetic/object_mesh.h"
 #include "capture/video/session_video.h"
 #include "engine/base/json.h"
 #include "engine/lump/network/network.h"
@@ -94,6 +95,14 @@ void read_numbers(const fs::path& file) {
   size_t count = 1;
   for (const size_t size : array.shape) count *= size;
   expect(array.values.size() == count, "values fill the shape");
+}
+
+void read_mesh(const fs::path& file) {
+  const ObjectMesh mesh = read_stl(file);
+  expect(!mesh.triangles.empty(), "there are triangles");
+  for (const auto& triangle : mesh.triangles)
+    for (const uint32_t corner : triangle) expect(corner < mesh.vertices.size(), "corners are there");
+  for (const auto& vertex : mesh.vertices) expect(vertex.allFinite(), "places are finite");
 }
 
 void read_cells(const fs::path& file) {
@@ -433,6 +442,7 @@ constexpr std::array kReaders{
     Reader{"pnm", "image", read_picture},
     Reader{"film", "film", read_film},
     Reader{"npy", "array.npy", read_numbers},
+    Reader{"stl", "mesh.stl", read_mesh},
     Reader{"table", "table.csv", read_cells},
     Reader{"gauge", "gauge.csv", read_any_gauge},
     Reader{"client", "client.txt", read_client},
