@@ -59,7 +59,7 @@ constexpr Arrow kArrows[] = {
     {"capture/rectify", "capture/files/images"},
     {"capture/files",
      "capture/video capture/rectify capture/sensors engine/calibrate engine/elasticity/modulus "
-     "engine/grip engine/palpation"},
+     "engine/grip engine/map engine/palpation"},
     {"capture/messages", "capture/files"},
     {"capture/mcap capture/hdf5", "capture/messages"},
     {"capture/camera", "capture/files"},

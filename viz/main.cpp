@@ -48,10 +48,11 @@ int main(int argc, char** argv) {
           "  palpate record --camera /dev/video0 --sensor my_sensor.json --out out/press\n"
           "  palpate process out/press --out out/measured\n"
           "  palpate help COMMAND                  options and examples of one command\n",
-      .commands = {add_live,   add_serve,    add_record,    add_replay,  add_compare, add_process,
-                   add_export, add_simulate, add_integrate, add_devices, add_cameras, add_demo,
-                   add_setup,  add_check,    add_calibrate, add_gallery, add_profile, add_optics,
-                   add_strain, add_contact,  add_wrench,    add_modulus, add_lump,    add_match},
+      .commands = {add_live,    add_serve,   add_record,   add_replay,    add_compare,
+                   add_process, add_export,  add_simulate, add_integrate, add_devices,
+                   add_cameras, add_demo,    add_setup,    add_check,     add_calibrate,
+                   add_gallery, add_profile, add_optics,   add_strain,    add_contact,
+                   add_wrench,  add_modulus, add_lump,     add_match,     add_map},
       .start = start_command,
       .no_start = no_list_of_sources,
       .moved = kMoved};

@@ -64,7 +64,12 @@ void ObjectMap::add(const HeightMap& frame, const Pose& pose, uint64_t number) {
   now_ = pose.motion;
   const RigidMotion since = pose.motion * last_key_motion_.inverse();
   const bool same = pose.track == last_track_;
-  if (same && pose.keys == last_tracker_keys_ &&
+  constexpr double kGrown = 1.5;
+  const double area_mm2 =
+      double(frame.contact.size() - static_cast<size_t>(std::ranges::count(frame.contact, 0))) *
+      frame.pitch_mm_per_px * frame.pitch_mm_per_px;
+  const bool grown = area_mm2 > kGrown * std::numbers::pi * last_key_.radius_mm() * last_key_.radius_mm();
+  if (same && !grown && pose.keys == last_tracker_keys_ &&
       turn_vector(since.turn).norm() <= options_.key_turn_deg * kDegree &&
       last_key_.shown_by(frame, since) >= options_.key_overlap)
     return;
@@ -97,7 +102,7 @@ std::shared_ptr<const MapSnapshot> ObjectMap::snapshot() const {
   return snapshot_;
 }
 
-bool ObjectMap::work() {
+bool ObjectMap::work(Work kind) {
   if (current_) {
     if (current_->next < current_->partners.size())
       link_one();
@@ -106,7 +111,8 @@ bool ObjectMap::work() {
     return true;
   }
   std::optional<Waiting> next;
-  if (!fusing_ && unfused_ < kOftenFused) {
+  const bool places = kind == Work::Places;
+  if (places || (!fusing_ && unfused_ < kOftenFused)) {
     const std::lock_guard lock(mutex_);
     if (!waiting_.empty()) {
       next = std::move(waiting_.front());
@@ -115,6 +121,8 @@ bool ObjectMap::work() {
   }
   if (next) {
     begin_key(std::move(*next));
+  } else if (places) {
+    return false;
   } else if (fusing_) {
     fuse_one();
   } else if (unfused_ > 0) {

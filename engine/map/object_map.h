@@ -24,7 +24,8 @@ struct MapOptions {
   uint32_t most_keys = 400;          ///< of the whole map
   uint32_t most_map_px = 4u << 20;   ///< of a piece's map, whose pitch is doubled where it takes more
   uint32_t most_waiting = 64;        ///< key frames that wait for the work; more of them are left out
-  // A frame becomes a key frame where it shares less than this with the last one or is turned by more.
+  // A frame becomes a key frame where it shares less than this with the last one, is turned by more, or has
+  // half as much contact again.
   double key_overlap = 0.7;
   double key_turn_deg = 8;
   uint32_t links = 6;  ///< key frames at most that a new one is registered to
@@ -82,9 +83,10 @@ class ObjectMap {
   /// without a track and where the last key frame is smooth.
   std::optional<MapPlace> place() const;
 
+  enum class Work : uint8_t { All, Places };  ///< Places: no fusion
   /// One piece of work: a registration, a solution of the graph, or a key frame's fusion; false: there is
   /// none.
-  bool work();
+  bool work(Work kind = Work::All);
   /// All of it.
   void finish() {
     while (work()) {

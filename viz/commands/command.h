@@ -29,6 +29,7 @@ void add_contact(CommandLine& program, Common& common, Command& chosen);
 void add_strain(CommandLine& program, Common& common, Command& chosen);
 void add_match(CommandLine& program, Common& common, Command& chosen);
 void add_wrench(CommandLine& program, Common& common, Command& chosen);
+void add_map(CommandLine& program, Common& common, Command& chosen);
 void add_modulus(CommandLine& program, Common& common, Command& chosen);
 /// The list of sources in a window: what the program does without a command, where there is a display.
 Command start_command(Common& common);

@@ -1,0 +1,41 @@
+// A recording as one height map larger than the pad.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "capture/run/run_settings.h"
+#include "capture/run/run_watch.h"
+#include "engine/map/object_map.h"
+
+namespace palpate {
+namespace gpu {
+class Context;
+}
+
+/// Settings that count: those of measuring, and max_frames. Frames follow one another.
+struct MapRequest : RunSettings {
+  MapOptions map;
+  /// What is deeper than this part of the depth that a fiftieth of the pixels exceed touches, > 0 and < 1.
+  double contact_share = 0.3;
+};
+
+struct RecordingMap {
+  std::shared_ptr<const MapSnapshot> map;  ///< never null
+  uint64_t frames = 0;                     ///< measured
+  uint64_t tracked = 0;                    ///< of them, with the object's motion known, or first of a track
+  uint64_t no_contact = 0, lost = 0;
+  uint32_t tracks = 0;
+  std::map<std::string, uint64_t> surfaces;  ///< tracked frames by what their contact is (name_of(Slippage))
+  double pitch_mm = 0;                       ///< of the recording's pixels
+  bool complete = false;                     ///< to the recording's end
+  std::string warning;                       ///< of the source: one that was cut short
+};
+
+/// Measures the surface of each frame, follows the object by it and maps it. Throws Error: Failure::Usage of
+/// a sensor without a surface or a scale, and as process_recording.
+RecordingMap map_recording(gpu::Context& context, const MapRequest& request, const RunWatch& watch);
+
+}  // namespace palpate
