@@ -68,13 +68,17 @@ const Pose& PoseTracker::update(const HeightMap& map) {
   ContactSurface surface(map, options_.surface);
   if (surface.count() < kFewest) return lift();
   if (pose_.state == PoseState::NoContact || pose_.state == PoseState::Lost) {
-    begin(std::move(surface));
+    begin(std::move(surface), pose_.track + 1);
     return pose_;
   }
   Found found = find(surface);
   const bool apart = find_apart(map, found, surface);
   if (found.loss != PoseLoss::None) {
     pose_ = {.state = PoseState::Lost, .loss = found.loss, .track = pose_.track, .keys = pose_.keys};
+    return pose_;
+  }
+  if (still_grows(surface, found.registration)) {
+    begin(std::move(surface), pose_.track);
     return pose_;
   }
   take(found.registration);
@@ -131,8 +135,15 @@ PoseDoubt PoseTracker::doubt_of(const Registration& found) {
   return again ? PoseDoubt::ShapeChanges : PoseDoubt::None;
 }
 
-void PoseTracker::begin(ContactSurface surface) {
-  pose_ = {.state = PoseState::Begun, .track = pose_.track + 1};
+bool PoseTracker::still_grows(const ContactSurface& surface, const Registration& found) const {
+  const double along_mm = (found.at_mm - key_.surface.centroid_mm()).head<2>().norm();
+  return pose_.keys == 1 &&
+         static_cast<double>(surface.count()) > options_.grown * static_cast<double>(key_.surface.count()) &&
+         along_mm < options_.still * key_.surface.radius_mm();
+}
+
+void PoseTracker::begin(ContactSurface surface, uint32_t track) {
+  pose_ = {.state = PoseState::Begun, .track = track};
   pose_.at_mm = surface.centroid_mm();
   pose_.freedom.at_mm = pose_.at_mm;
   pose_.freedom.radius_mm = surface.radius_mm();

@@ -24,6 +24,9 @@ struct PoseOptions {
   double least_fitting = 0.6;       ///< part of the pixels
   double most_disagreement = 0.25;  ///< Registration::disagreement
   double most_step = 1.0 / 3;       ///< motion of the contact's middle in a frame, in diameters
+  // A contact that still grows is no rigid one: a track begins anew where its first key frame has grown by so
+  // much, and its middle has gone along the pad by no more than so many radii.
+  double grown = 1.2, still = 0.1;
 };
 
 /// Of the object's point at at_mm: its shifts since the track began, and the object's turns about the axes x,
@@ -83,7 +86,8 @@ class PoseTracker {
     Registration registration;
     PoseLoss loss = PoseLoss::None;
   };
-  void begin(ContactSurface surface);
+  void begin(ContactSurface surface, uint32_t track);
+  bool still_grows(const ContactSurface& surface, const Registration& found) const;
   Found find(const ContactSurface& surface) const;
   /// Where one rigid object explains the frame badly: the largest of its contacts alone, if that is better.
   bool find_apart(const HeightMap& map, Found& found, ContactSurface& surface) const;
