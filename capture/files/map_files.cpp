@@ -54,9 +54,10 @@ void write_mesh(const std::filesystem::path& file, const FusedMap& map) {
   int32_t count = 0, triangles = 0;
   for (size_t at = 0; at < vertex.size(); ++at) {
     if (std::isnan(map.height_mm[at])) continue;
+    const size_t column = at % map.width, row = at / map.width;
     vertex[at] = count++;
-    append(vertices, static_cast<float>(map.left_mm + double(at % map.width) * map.pitch_mm));
-    append(vertices, static_cast<float>(-(map.top_mm + double(at / map.width) * map.pitch_mm)));
+    append(vertices, static_cast<float>(map.left_mm + double(column) * map.pitch_mm));
+    append(vertices, static_cast<float>(-(map.top_mm + double(row) * map.pitch_mm)));
     append(vertices, map.height_mm[at]);
     append(vertices, map.error_mm[at]);
     append(vertices, map.coverage[at]);

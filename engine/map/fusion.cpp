@@ -16,12 +16,13 @@ using Eigen::Vector3d;
 std::vector<float> distance_px(const KeyFrame::Unpacked& frame) {
   const int w = static_cast<int>(frame.width), h = static_cast<int>(frame.height);
   std::vector<float> out(frame.contact.size());
-  const auto at = [&](int x, int y) {
-    return x < 0 || y < 0 || x >= w || y >= h ? 0 : out[static_cast<size_t>(y * w + x)];
+  const auto index = [w](int x, int y) {
+    return static_cast<size_t>(y) * static_cast<size_t>(w) + static_cast<size_t>(x);
   };
+  const auto at = [&](int x, int y) { return x < 0 || y < 0 || x >= w || y >= h ? 0 : out[index(x, y)]; };
   const auto pass = [&](int x, int y, int way, float most) {
     constexpr float kSlant = 1.41421356f;
-    const size_t i = static_cast<size_t>(y * w + x);
+    const size_t i = index(x, y);
     if (frame.contact[i] == 0) return out[i] = 0;
     return out[i] = std::min({most, at(x - way, y) + 1, at(x, y - way) + 1, at(x - way, y - way) + kSlant,
                               at(x + way, y - way) + kSlant});
@@ -29,7 +30,7 @@ std::vector<float> distance_px(const KeyFrame::Unpacked& frame) {
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) pass(x, y, 1, std::numeric_limits<float>::max());
   for (int y = h; y-- > 0;)
-    for (int x = w; x-- > 0;) pass(x, y, -1, out[static_cast<size_t>(y * w + x)]);
+    for (int x = w; x-- > 0;) pass(x, y, -1, out[index(x, y)]);
   return out;
 }
 

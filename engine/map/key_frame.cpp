@@ -66,13 +66,13 @@ KeyFrame::KeyFrame(const HeightMap& map, uint32_t most_px) {
   const uint32_t step = std::max(width_ / 32, 1u);
   for (size_t i = 0; i < pixels; ++i) {
     if (all.contact[i] == 0) continue;
+    const size_t column = i % width_, row = i / width_;
     contact_[i / 8] = static_cast<uint8_t>(contact_[i / 8] | 1u << (i % 8));
-    const Eigen::Vector3d place(left_mm() + double(i % width_) * pitch_mm_,
-                                top_mm() + double(i / width_) * pitch_mm_, double{all.depth[i]});
+    const Eigen::Vector3d place(left_mm() + double(column) * pitch_mm_, top_mm() + double(row) * pitch_mm_,
+                                double{all.depth[i]});
     middle_mm_ += place;
     ++inside;
-    if (i % width_ % step == step / 2 && i / width_ % step == step / 2)
-      samples_.push_back(place.cast<float>());
+    if (column % step == step / 2 && row % step == step / 2) samples_.push_back(place.cast<float>());
   }
   if (inside > 0) middle_mm_ /= double(inside);
   mean_mm_ = middle_mm_[2];

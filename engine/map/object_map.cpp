@@ -121,15 +121,13 @@ bool ObjectMap::work(Work kind) {
   }
   if (next) {
     begin_key(std::move(*next));
-  } else if (places) {
-    return false;
-  } else if (fusing_) {
-    fuse_one();
-  } else if (unfused_ > 0) {
-    begin_fusion();
-  } else {
-    return false;
+    return true;
   }
+  if (places || (!fusing_ && unfused_ == 0)) return false;
+  if (fusing_)
+    fuse_one();
+  else
+    begin_fusion();
   return true;
 }
 
@@ -290,6 +288,7 @@ void ObjectMap::fuse_one() {
   };
   if (!job.fusion) {
     std::vector<Fusion::Part> parts;
+    parts.reserve(members.size());
     for (const Fusing::Member& m : members) parts.push_back(part(m));
     const double own_mm = keys_[members.front().node].frame.pitch_mm();
     job.fusion.emplace(parts, Fusion::Options{.pitch_mm = options_.pitch_mm > 0 ? options_.pitch_mm : own_mm,
