@@ -50,7 +50,7 @@ constexpr Arrow kArrows[] = {
     {"engine/lump/network", "engine/lump/observation"},
     {"engine/lump/fem_inverse", "engine/lump/lump_case engine/lump/network"},
     {"engine/lump", "engine/lump/fem_inverse"},
-    {"engine/palpation", "engine/lump engine/pipeline"},
+    {"engine/palpation", "engine/lump engine/motion engine/pipeline"},
     {"capture/truth", "engine/base"},
     {"capture/source", "capture/truth"},
     {"capture/sensors", "engine/sensor"},

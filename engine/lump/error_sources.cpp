@@ -12,7 +12,7 @@
 namespace palpate::lump {
 namespace {
 
-constexpr const char* kLight = "light";
+constexpr const char *kLight = "light", *kAlongX = "place along x", *kAlongY = "place along y";
 
 Observation changed(const Observation& observation, const std::string& input, double factor) {
   Observation other = observation;
@@ -148,7 +148,18 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
       return estimate;
     }
   }
-  if (sources_.place) widening.add_place(observation.place_sd_mm);
+  if (sources_.place) {
+    widening.add_place(observation.place_sd_mm);
+    // What a stage is off by moves none of the others.
+    if (observation.place_sd_mm > kPlaceSd_mm)
+      for (const size_t axis : {size_t{0}, size_t{1}}) {
+        Observation less = observation, more = observation;
+        const double far_mm = kNormal90 * observation.place_sd_mm;
+        less.window_mm[axis] -= far_mm;
+        more.window_mm[axis] += far_mm;
+        add(axis == 0 ? kAlongX : kAlongY, far_mm, less, more);
+      }
+  }
   widening.apply(estimate);
   open_wide_ratio(estimate);
   return estimate;
@@ -172,6 +183,9 @@ std::string effect_text(const InputEffect& effect) {
   if (effect.input == kLight)
     return text("if the window's middle reads %.2g %% darker than its corners: ", percent) +
            side_text(effect.lower) + text("; %.2g %% brighter: ", percent) + side_text(effect.higher);
+  if (effect.input == kAlongX || effect.input == kAlongY)
+    return "if the " + effect.input + text(" is %.2g mm less than stated: ", effect.error) +
+           side_text(effect.lower) + text("; %.2g mm more: ", effect.error) + side_text(effect.higher);
   return "if the " + effect.input + text(" is %.3g %% lower than stated: ", percent) +
          side_text(effect.lower) + text("; %.3g %% higher: ", percent) + side_text(effect.higher);
 }

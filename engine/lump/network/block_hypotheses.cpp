@@ -260,27 +260,32 @@ ChangeFit BlockHypotheses::best_shift() const {
   return fit;
 }
 
-LinearFit BlockHypotheses::linear(const Eigen::MatrixXd& columns) const {
+LinearFit BlockHypotheses::linear(const Eigen::MatrixXd& columns, const Eigen::VectorXd& expected_sd) const {
   const Eigen::MatrixXd scaled = sd_.cwiseInverse().asDiagonal() * columns;
   const Eigen::VectorXd left = (observed_ - plain_).cwiseQuotient(sd_);
   const Eigen::MatrixXd shared = root_->solve_lower(dense::product_tn(other_, scaled));
   const Eigen::MatrixXd own = root_->solve_lower(Eigen::MatrixXd(dense::product_tn(other_, left)));
   const Eigen::MatrixXd normal = dense::product_tn(scaled, scaled) - dense::product_tn(shared, shared);
   const Eigen::VectorXd right = dense::product_tn(scaled, left) - dense::product_tn(shared, own).col(0);
+  Eigen::MatrixXd expected = normal;
+  // What the model leaves counts as noise.
+  if (expected_sd.size() > 0)
+    expected.diagonal() += std::max(1.0, told_ / nodes()) * expected_sd.cwiseAbs2().cwiseInverse();
   LinearFit fit;
-  fit.value = dense::solve_lu(normal, right);
-  fit.chi_square = told_ - right.dot(fit.value);
-  fit.sd = (std::max(1.0, fit.chi_square / nodes()) * dense::inverse(normal).diagonal()).cwiseSqrt();
+  fit.value = dense::solve_lu(expected, right);
+  fit.chi_square = told_ - 2 * right.dot(fit.value) + fit.value.dot(normal * fit.value);
+  fit.sd = (std::max(1.0, fit.chi_square / nodes()) * dense::inverse(expected).diagonal()).cwiseSqrt();
   return fit;
 }
 
-LinearFit BlockHypotheses::tilt() const {
+LinearFit BlockHypotheses::tilt(double expected_sd) const {
   Eigen::MatrixXd columns(plain_.size(), 2);
   for (Eigen::Index n = 0; n < plain_.size(); ++n) {
     columns(n, 0) = plain_(n) * 2 * nodes_.x_mm[static_cast<size_t>(n)] / model_.block_mm[0];
     columns(n, 1) = plain_(n) * 2 * nodes_.y_mm[static_cast<size_t>(n)] / model_.block_mm[1];
   }
-  return linear(columns);
+  if (expected_sd <= 0) return linear(columns);
+  return linear(columns, Eigen::Vector2d(expected_sd, expected_sd));
 }
 
 }  // namespace palpate::lump

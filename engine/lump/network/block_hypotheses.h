@@ -53,12 +53,14 @@ class BlockHypotheses {
   ChangeFit best_pitch() const;
   ChangeFit best_shift() const;
   ChangeFit best_thickness() const;
-  /// Pressure that rises along x and y, as a share at the rim.
-  LinearFit tilt() const;
+  /// Pressure that rises along x and y, as a share at the rim. `expected_sd`: its standard deviation about 0;
+  /// 0: any is as likely.
+  LinearFit tilt(double expected_sd = 0) const;
 
  private:
   Eigen::VectorXd block(const Change& change) const;
-  LinearFit linear(const Eigen::MatrixXd& columns) const;
+  /// `expected_sd`: standard deviations about 0; empty: any value is.
+  LinearFit linear(const Eigen::MatrixXd& columns, const Eigen::VectorXd& expected_sd = {}) const;
   double squares(const Eigen::VectorXd& left) const;
   template <typename At>
   ChangeFit search(const std::vector<double>& grid, const At& at) const;

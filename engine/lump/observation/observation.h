@@ -70,8 +70,9 @@ constexpr bool reports_numbers(Status verdict) {
 /// Effect on an estimate of an input that is stated wrong: relative changes of size, depth and ratio where it
 /// is `error` lower and higher than stated; NaN where the estimate then reports no numbers.
 struct InputEffect {
-  std::string input;  ///< "modulus", "thickness", "pitch", or "light" of the window's middle
-  double error = 0;   ///< share
+  /// "modulus", "thickness", "pitch", "light" of the window's middle, or "place along x", "place along y"
+  std::string input;
+  double error = 0;  ///< share; of a place mm
   std::array<double, 3> lower{}, higher{};
 };
 

@@ -8,6 +8,7 @@
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
+#include "engine/lump/observation/pad_tilt.h"
 #include "engine/numeric/dense.h"
 #include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
@@ -15,6 +16,7 @@
 namespace palpate::lump {
 namespace {
 
+constexpr double kLifted = 0.5;         // of a load, under a plate that is tilted off the place
 constexpr double kReach = 1.1;          // no extrapolation farther beyond a press's highest force
 constexpr double kWorstDeviation = 4;   // of a press that saw the same as the others
 constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
@@ -51,45 +53,86 @@ void check(const std::vector<ScanPress>& presses) {
   }
 }
 
-/// The maps at other forces: pressure over force is nearly straight in force.
-std::vector<PressureMap> at_forces(const Observation& r, const std::vector<double>& forces_N) {
-  std::vector<PressureMap> maps;
-  for (const double force_N : forces_N) {
-    PressureMap map = r.pressure_Pa[0];
-    size_t k = 0;
-    while (k + 2 < r.force_N.size() && r.force_N[k + 1] < force_N) ++k;
-    const bool one = r.force_N.size() == 1;
-    const double low = r.force_N[k], high = one ? low : r.force_N[k + 1];
-    const double t = one ? 0 : (force_N - low) / (high - low);
-    const PressureMap &a = r.pressure_Pa[k], &b = r.pressure_Pa[one ? k : k + 1];
-    for (size_t i = 0; i < map.values.size(); ++i)
-      map.values[i] = static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.values[i]) / low +
-                                                    t * static_cast<double>(b.values[i]) / high));
-    maps.push_back(std::move(map));
-  }
-  return maps;
+/// A node's pressure at another force: pressure over force is nearly straight in force. `load_N`: of a level
+/// plate that would press there as each of the press's loads did; those that hardly did say nothing.
+double at_force(const Observation& r, size_t node, double force_N, const std::vector<double>& load_N) {
+  const size_t all = load_N.size();
+  size_t k = 0;
+  while (k + 2 < all && (load_N[k + 1] < force_N || load_N[k] < kLifted * force_N)) ++k;
+  const bool one = all == 1 || load_N[k] < kLifted * force_N;
+  const double high = load_N[std::min(k + 1, all - 1)], low = one ? high : load_N[k];
+  if (high < kLifted * force_N) return kNaN;
+  const double t = one ? 0 : (force_N - low) / (high - low);
+  const double b = static_cast<double>(r.pressure_Pa[std::min(k + 1, all - 1)].values[node]) / high,
+               a = one ? b : static_cast<double>(r.pressure_Pa[k].values[node]) / low;
+  return force_N * ((1 - t) * a + t * b);
 }
+
+using PlaceVector = Eigen::Matrix<double, 5, 1>;  // shift x, y, ln gain, tilt x, y
 
 /// A press while it is put into its place.
 struct Placed {
   std::vector<PressureMap> maps;  // at the common forces
   std::array<double, 2> stage_mm;
+  double turn_rad;
   double noise_Pa;
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // shift x, y, ln gain
+  PlaceVector place = PlaceVector::Zero();
+  std::vector<double> rise = {};                    // at the common forces, see rise_with_compression()
+  Eigen::Vector2d taken = Eigen::Vector2d::Zero();  // tilt that the maps are already without
   double deviation = 0;
   bool used = false;
 
+  /// The maps at other forces, without the present tilt.
+  void read(const Observation& r, const std::vector<double>& forces_N) {
+    taken = place.tail<2>();
+    maps.assign(forces_N.size(), r.pressure_Pa[0]);
+    std::vector<double> compression;
+    for (const double force_N : r.force_N) compression.push_back(compression_at(r, force_N));
+    rise.clear();
+    for (const double force_N : forces_N) rise.push_back(rise_with_compression(compression_at(r, force_N)));
+    const PressureMap& window = r.pressure_Pa[0];
+    std::vector<double> load_N = r.force_N;
+    for (uint32_t j = 0; j < window.height; ++j)
+      for (uint32_t i = 0; i < window.width; ++i) {
+        const double u = (i - (window.width - 1) / 2.0) * window.pitch_mm[0],
+                     v = (j - (window.height - 1) / 2.0) * window.pitch_mm[1];
+        const double c = std::cos(turn_rad), s = std::sin(turn_rad);
+        const double deeper = taken(0) * (stage_mm[0] + place(0) + c * u - s * v) +
+                              taken(1) * (stage_mm[1] + place(1) + s * u + c * v);
+        for (size_t k = 0; k < load_N.size() && deeper != 0; ++k)
+          load_N[k] = r.force_N[k] * load_share(compression[k], deeper);
+        const size_t node = size_t{j} * window.width + i;
+        for (size_t k = 0; k < forces_N.size(); ++k)
+          maps[k].values[node] = static_cast<float>(at_force(r, node, forces_N[k], load_N));
+      }
+  }
+  static double compression_at(const Observation& r, double force_N) {
+    return compression_under(1e6 * force_N / (r.block_mm[0] * r.block_mm[1]), r.young_Pa);
+  }
+  /// Scale of a value at a place of the block.
+  double scale(size_t load, double x_mm, double y_mm) const {
+    const Eigen::Vector2d more = place.tail<2>() - taken;
+    if (more.isZero(0)) return std::exp(-place(2));
+    return std::exp(-place(2) - rise[load] * (more(0) * x_mm + more(1) * y_mm));
+  }
+  /// A place of the block, from the window's middle and along its sides.
+  std::array<double, 2> in_window(double x_mm, double y_mm) const {
+    const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
+    if (turn_rad == 0) return {x, y};
+    const double c = std::cos(turn_rad), s = std::sin(turn_rad);
+    return {c * x + s * y, c * y - s * x};
+  }
+
   /// At a place of the block; NaN off the window and where nothing was seen.
   double at(size_t load, double x_mm, double y_mm) const {
-    const PressureMap& map = maps[load];
-    const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
     if (edge_mm(x_mm, y_mm) < -1e-9) return kNaN;
-    return map_at(map, x, y) * std::exp(-place(2));
+    const auto [x, y] = in_window(x_mm, y_mm);
+    return map_at(maps[load], x, y) * scale(load, x_mm, y_mm);
   }
   /// How far inside the window; < 0: outside.
   double edge_mm(double x_mm, double y_mm) const {
     const PressureMap& map = maps[0];
-    const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
+    const auto [x, y] = in_window(x_mm, y_mm);
     return std::min(map.pitch_mm[0] * (map.width - 1) / 2 - std::abs(x),
                     map.pitch_mm[1] * (map.height - 1) / 2 - std::abs(y));
   }
@@ -98,8 +141,9 @@ struct Placed {
   double near(size_t load, double x_mm, double y_mm) const {
     if (const double v = at(load, x_mm, y_mm); std::isfinite(v) || edge_mm(x_mm, y_mm) < -1e-9) return v;
     const PressureMap& map = maps[load];
-    const double i = (x_mm - stage_mm[0] - place(0)) / map.pitch_mm[0] + (map.width - 1) / 2.0,
-                 j = (y_mm - stage_mm[1] - place(1)) / map.pitch_mm[1] + (map.height - 1) / 2.0;
+    const auto [x, y] = in_window(x_mm, y_mm);
+    const double i = x / map.pitch_mm[0] + (map.width - 1) / 2.0,
+                 j = y / map.pitch_mm[1] + (map.height - 1) / 2.0;
     const uint32_t i0 = std::min(static_cast<uint32_t>(std::max(0.0, i)), map.width - 2),
                    j0 = std::min(static_cast<uint32_t>(std::max(0.0, j)), map.height - 2);
     double sum = 0, seen = 0;
@@ -111,9 +155,11 @@ struct Placed {
         sum += w * v;
         seen += w;
       }
-    return seen >= 0.5 ? sum / seen * std::exp(-place(2)) : kNaN;
+    return seen >= 0.5 ? sum / seen * scale(load, x_mm, y_mm) : kNaN;
   }
   double weight() const { return 1 / (noise_Pa * noise_Pa); }
+  double unlike_Pa = 0;  // on top of the noise, while places are found
+  double trust() const { return 1 / (noise_Pa * noise_Pa + unlike_Pa * unlike_Pa); }
 };
 
 /// Nodes of the block.
@@ -128,7 +174,7 @@ struct Grid {
 class Registration {
  public:
   Registration(std::vector<Placed>& presses, const Grid& grid, const StitchOptions& options)
-      : presses_(presses), grid_(grid), options_(options) {}
+      : presses_(presses), grid_(grid), options_(options), each_(options.tilt_sd_per_mm > 0 ? 5 : 3) {}
 
   void run() {
     for (int round = 0; round < 12; ++round) {
@@ -137,10 +183,10 @@ class Registration {
       if (!step.allFinite()) break;
       double largest = 0;
       for (size_t p = 0; p < presses_.size(); ++p) {
-        Eigen::Vector3d s = step.segment<3>(static_cast<Eigen::Index>(3 * p));
+        Eigen::VectorXd s = step.segment(at(p), each_);
         const double length = s.head<2>().norm();
         if (length > grid_.pitch_mm) s *= grid_.pitch_mm / length;
-        presses_[p].place += s;
+        presses_[p].place.head(each_) += s;
         largest = std::max(largest, s.cwiseAbs().maxCoeff());
       }
       if (largest < 1e-4) break;
@@ -150,9 +196,12 @@ class Registration {
   }
   Eigen::MatrixXd covariance;
 
+  /// Where a press's unknowns begin.
+  Eigen::Index at(size_t press) const { return each_ * static_cast<Eigen::Index>(press); }
+
  private:
   void assemble() {
-    const auto unknowns = static_cast<Eigen::Index>(3 * presses_.size());
+    const auto unknowns = at(presses_.size());
     normal_ = Eigen::MatrixXd::Zero(unknowns, unknowns);
     right_ = Eigen::VectorXd::Zero(unknowns);
     std::vector<double> squares(presses_.size(), 0), counts(presses_.size(), 0);
@@ -161,15 +210,20 @@ class Registration {
     for (size_t p = 0; p < presses_.size(); ++p) {
       Placed& press = presses_[p];
       press.deviation = counts[p] > 0 ? std::sqrt(squares[p] / counts[p]) : 0;
-      const auto at = static_cast<Eigen::Index>(3 * p);
-      for (Eigen::Index c = 0; c < 3; ++c) {
-        const double sd = c < 2 ? options_.stage_sd_mm : options_.gain_sd;
-        // Cauchy: what lies far off is believed to be wrong, not everything else by a little.
-        const double off = press.place(c) / (2 * sd), weight = 1 / (sd * sd * (1 + off * off));
-        normal_(at + c, at + c) += weight;
-        right_(at + c) -= weight * press.place(c);
-      }
+      for (Eigen::Index c = 0; c < each_; ++c) add_prior(press, at(p) + c, c);
     }
+  }
+
+  void add_prior(const Placed& press, Eigen::Index row, Eigen::Index c) {
+    constexpr double kHeld_mm = 1e-5;
+    const double stage = options_.held_sd_mm.empty() ? options_.stage_sd_mm : kHeld_mm;
+    const double sd = c < 2 ? stage : c == 2 ? options_.gain_sd : options_.tilt_sd_per_mm;
+    const double far = press.place(c) - (c < 3 ? 0 : options_.tilt_per_mm[static_cast<size_t>(c - 3)]);
+    // Cauchy: what lies far off is believed to be wrong, not everything else by a little. Tilts of all
+    // presses at once would run away with that.
+    const double off = each_ > 3 ? 0 : far / (2 * sd), weight = 1 / (sd * sd * (1 + off * off));
+    normal_(row, row) += weight;
+    right_(row) -= weight * far;
   }
 
   /// The place's true value is taken out: presses are held against their weighted mean. How that changes is
@@ -193,23 +247,25 @@ class Registration {
         const double dx = (press.at(k, x + kStep_mm, y) - press.at(k, x - kStep_mm, y)) / (2 * kStep_mm);
         const double dy = (press.at(k, x, y + kStep_mm) - press.at(k, x, y - kStep_mm)) / (2 * kStep_mm);
         if (!std::isfinite(v + dx + dy)) continue;
-        seen.push_back({p, v, press.weight()});
-        mean += press.weight() * Eigen::Vector3d(dx, dy, v);
-        weights += press.weight();
+        seen.push_back({p, v, press.trust()});
+        mean += press.trust() * Eigen::Vector3d(dx, dy, v);
+        weights += press.trust();
       }
       if (seen.size() < 2) continue;
       mean /= weights;
-      const Eigen::Matrix3d square = mean * mean.transpose();
+      PlaceVector rows;
+      const double rise = presses_[seen[0].press].rise[k];
+      rows << mean, mean(2) * rise * x, mean(2) * rise * y;
+      const Eigen::VectorXd row = rows.head(each_);
+      const Eigen::MatrixXd square = row * row.transpose();
       for (const Seen& a : seen) {
-        const auto at = static_cast<Eigen::Index>(3 * a.press);
         const double off = a.value - mean(2);
         squares[a.press] += a.weight * off * off;
         counts[a.press] += 1 - a.weight / weights;
-        right_.segment<3>(at) += a.weight * off * mean;
+        right_.segment(at(a.press), each_) += a.weight * off * row;
         for (const Seen& b : seen) {
-          const auto to = static_cast<Eigen::Index>(3 * b.press);
           const double fraction = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
-          normal_.block<3, 3>(at, to) += fraction * square;
+          normal_.block(at(a.press), at(b.press), each_, each_) += fraction * square;
         }
       }
     }
@@ -218,6 +274,7 @@ class Registration {
   std::vector<Placed>& presses_;
   const Grid& grid_;
   const StitchOptions& options_;
+  Eigen::Index each_;  // unknowns of a press
   Eigen::MatrixXd normal_;
   Eigen::VectorXd right_;
 };
@@ -314,7 +371,8 @@ Grid grid_of(const std::vector<ScanPress>& presses, const StitchOptions& options
 
 // The presses at the scan's forces; names and reasons of those that do not reach them go to the scan's
 // places.
-std::vector<Placed> place_presses(const std::vector<ScanPress>& presses, ScanMap& out) {
+std::vector<Placed> place_presses(const std::vector<ScanPress>& presses, const StitchOptions& options,
+                                  ScanMap& out) {
   std::vector<double> noises;
   for (const ScanPress& p : presses)
     if (p.observation.noise_Pa > 0) noises.push_back(p.observation.noise_Pa);
@@ -327,12 +385,15 @@ std::vector<Placed> place_presses(const std::vector<ScanPress>& presses, ScanMap
     if (!place.used)
       place.reason = text("it reached %.3g N, the scan %.3g N", p.observation.force_N.back(),
                           out.observation.force_N.back());
-    Placed one{place.used ? at_forces(p.observation, out.observation.force_N) : p.observation.pressure_Pa,
-               p.observation.window_mm,
+    Placed one{p.observation.pressure_Pa, p.observation.window_mm, p.turn_rad,
                p.observation.noise_Pa > 0 ? p.observation.noise_Pa
                : noises.empty()           ? 1
                                           : median(noises)};
     one.used = place.used;
+    const double area_m2 = 1e-6 * p.observation.block_mm[0] * p.observation.block_mm[1];
+    one.unlike_Pa = options.unlike_sd * out.observation.force_N.back() / area_m2;
+    if (options.tilt_sd_per_mm > 0) one.place.tail<2>() << options.tilt_per_mm[0], options.tilt_per_mm[1];
+    if (one.used) one.read(p.observation, out.observation.force_N);
     placed.push_back(std::move(one));
     out.places.push_back(std::move(place));
   }
@@ -356,7 +417,7 @@ void leave_out_strangers(std::vector<Placed>& placed, Registration& registration
     out.places[worst].reason =
         text("it is unlike what the others saw of the same places (%.1f times the noise)",
              placed[worst].deviation);
-    for (Placed& p : placed) p.place.setZero();
+    for (Placed& p : placed) p.place.head<3>().setZero();
     registration.run();
   }
 }
@@ -376,20 +437,25 @@ void judge(const Blend& b, const std::vector<ScanPress>& presses, ScanMap& out) 
 }
 
 // Where a press came to lie, with its standard errors.
-void fill_place(const Placed& placed, const Eigen::MatrixXd& covariance, Eigen::Index at, PressPlace& place) {
+void fill_place(const Placed& placed, const Eigen::MatrixXd& covariance, Eigen::Index at, bool tilted,
+                PressPlace& place) {
   for (int c = 0; c < 2; ++c) {
     place.shift_mm[static_cast<size_t>(c)] = placed.place(c);
     place.shift_sd_mm[static_cast<size_t>(c)] = std::sqrt(covariance(at + c, at + c));
   }
   place.gain = std::exp(placed.place(2));
   place.gain_sd = place.gain * std::sqrt(covariance(at + 2, at + 2));
+  for (int c = 0; c < 2 && tilted; ++c) {
+    place.tilt_per_mm[static_cast<size_t>(c)] = placed.place(3 + c);
+    place.tilt_sd_per_mm[static_cast<size_t>(c)] = std::sqrt(covariance(at + 3 + c, at + 3 + c));
+  }
   place.deviation = placed.deviation;
 }
 
 void warn_of(const PressPlace& place, double log_gain, double saturated_fraction,
              const StitchOptions& options, std::vector<std::string>& warnings) {
   const double shift = std::hypot(place.shift_mm[0], place.shift_mm[1]);
-  if (shift > 3 * options.stage_sd_mm)
+  if (options.held_sd_mm.empty() && shift > 3 * options.stage_sd_mm)
     warnings.push_back("press '" + place.name + "' lies " +
                        text("%.2f mm from where it was said to be", shift));
   if (std::abs(log_gain) > 3 * options.gain_sd)
@@ -409,10 +475,16 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   out.observation.young_Pa = presses[0].observation.young_Pa;
   out.observation.force_N = common_forces(presses);
   const Grid grid = grid_of(presses, options);
-  std::vector<Placed> placed = place_presses(presses, out);
+  std::vector<Placed> placed = place_presses(presses, options, out);
 
   Registration registration(placed, grid, options);
   registration.run();
+  // Pressure is not quite in proportion to force: what a tilt makes of it is read anew.
+  for (int round = 0; round < 4 && options.tilt_sd_per_mm > 0; ++round) {
+    for (size_t p = 0; p < placed.size(); ++p)
+      if (placed[p].used) placed[p].read(presses[p].observation, out.observation.force_N);
+    registration.run();
+  }
   leave_out_strangers(placed, registration, out);
   judge(blend(placed, grid, options, out), presses, out);
 
@@ -423,7 +495,8 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
       out.warnings.push_back("press '" + place.name + "' is left out: " + place.reason);
       continue;
     }
-    fill_place(placed[p], registration.covariance, static_cast<Eigen::Index>(3 * p), place);
+    fill_place(placed[p], registration.covariance, registration.at(p), options.tilt_sd_per_mm > 0, place);
+    if (!options.held_sd_mm.empty()) place.shift_sd_mm.fill(options.held_sd_mm[p]);
     for (const double sd_mm : place.shift_sd_mm)
       out.observation.place_sd_mm = std::max(out.observation.place_sd_mm, sd_mm);
     out.observation.uneven_sd = std::max(out.observation.uneven_sd, presses[p].observation.uneven_sd);

@@ -15,13 +15,24 @@ namespace palpate::lump {
 struct ScanPress {
   std::string name;  ///< for people
   Observation observation;
+  double turn_rad = 0;  ///< of the window in the block, from +x towards +y
 };
 
 struct StitchOptions {
   double stage_sd_mm = kPlaceSd_mm;  ///< of a stated position, along x and along y
-  double gain_sd = 0.02;             ///< of a press's scale: calibration and gauge
-  double feather_mm = 3;             ///< from a window's edge on, its weight grows over so much
-  double pitch_mm = 0;               ///< of the map; 0: the presses' (the median)
+  /// Standard errors of the presses' positions, in their order, where these are known better than pressure
+  /// tells and stay as they are; empty: stage_sd_mm, and the overlaps refine them.
+  std::vector<double> held_sd_mm;
+  /// Standard deviation of a press's tilt, see PressPlace, and what all presses' tilts are expected to be;
+  /// 0: the plate is level.
+  double tilt_sd_per_mm = 0;
+  std::array<double, 2> tilt_per_mm = {0, 0};
+  double gain_sd = 0.02;  ///< of a press's scale: calibration and gauge
+  /// By what presses differ where noise, place and scale do not explain it, share of the mean pressure: it
+  /// keeps them from being moved for its sake.
+  double unlike_sd = 0;
+  double feather_mm = 3;  ///< from a window's edge on, its weight grows over so much
+  double pitch_mm = 0;    ///< of the map; 0: the presses' (the median)
 };
 
 /// How a press was put into the map.
@@ -34,6 +45,9 @@ struct PressPlace {
   std::array<double, 2> shift_sd_mm = {0,
                                        0};  ///< that of the stage where the maps do not determine it better
   double gain = 1, gain_sd = 0;             ///< its pressure over the scan's
+  /// A tilted plate compresses the tissue by tilt x + tilt y of its thickness more at a place x, y of the
+  /// block.
+  std::array<double, 2> tilt_per_mm = {0, 0}, tilt_sd_per_mm = {0, 0};
   double deviation =
       0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
 };
