@@ -23,6 +23,8 @@ std::vector<Example> lump_examples(const Data& data) {
     e.pressure_Pa = sample.pressure_Pa;
     e.force_N.assign(sample.force_N.begin(),
                      sample.force_N.begin() + static_cast<std::ptrdiff_t>(sample.pressure_Pa.size()));
+    e.press_mm = sample.what.press_mm;
+    e.press_mm.resize(e.force_N.size());
     examples.push_back(std::move(e));
   }
   return examples;

@@ -22,7 +22,7 @@ struct Example {
   double young_Pa = 4000;
   double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
   std::vector<PressureMap> pressure_Pa;
-  std::vector<double> force_N;
+  std::vector<double> force_N, press_mm;
 };
 
 struct TrainingOptions {

@@ -13,6 +13,7 @@
 #include "perf/lab/study/evaluation.h"
 #include "perf/lab/study/evaluation_cells.h"
 #include "perf/lab/study/evaluation_table.h"
+#include "perf/lab/study/hand_evaluation.h"
 #include "perf/lab/study/input_faults.h"
 #include "perf/lab/study/lump_evaluation_plot.h"
 #include "perf/lab/training/examples.h"
@@ -30,7 +31,7 @@ struct Options {
   lump::EvaluationJob job;
   judge::CellOptions cells;
   uint32_t count = 0;
-  bool faults = false;
+  bool faults = false, by_hand = false;
 };
 
 /// With --out the table goes there too.
@@ -84,6 +85,11 @@ Report run(const Common& common, Options& o) {
     return !interrupted();
   };
   Report nothing = interrupted_report("interrupted");
+  if (o.by_hand) {
+    const std::vector<lump::HandRow> rows = lump::judge_by_hand(examples, o.job, o.method);
+    if (interrupted()) return nothing;
+    return with_table(common, {hand_text(rows), hand_json(rows)}, "lump_by_hand.csv", hand_csv(rows));
+  }
   if (o.over || o.faults) {
     try {
       if (o.faults) {
@@ -164,6 +170,8 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("--faults", o->faults,
                     "A table of wrong input instead: units, pitch, window, order of the loads ...; which the "
                     "estimate finds, and how far the others move it");
+  command->add_flag("--by-hand", o->by_hand,
+                    "Scans of several presses instead: on a stage, and by hand without one");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
   command->add_option("--first", o->job.first, "First case to read, counted over all data sets")
@@ -181,6 +189,7 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
              "  palpate-lab evaluate lump held_out.h5 --by size_mm,shape --bins 3 --out out/shapes\n"
              "  palpate-lab evaluate lump held_out.h5 --method direct --every 10 --out out/direct\n"
              "  palpate-lab evaluate lump held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
+             "  palpate-lab evaluate lump held_out.h5 --by-hand --threads 2 --out out/by_hand\n"
              "  palpate-lab evaluate lump held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
   command->runs(chosen, [o, &common] { return run(common, *o); });
 }

@@ -1,0 +1,216 @@
+#include "perf/lab/study/hand_evaluation.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+#include <random>
+#include <thread>
+
+#include "engine/base/numbers.h"
+#include "engine/base/statistics.h"
+#include "engine/base/text.h"
+#include "engine/lump/observation/scan_stitch.h"
+#include "engine/palpation/hand/hand_scan.h"
+#include "engine/palpation/hand/hand_simulation.h"
+#include "engine/palpation/scan.h"
+#include "palpate/error.h"
+
+namespace palpate::lump {
+namespace {
+
+constexpr double kHardest_N = 1.6, kStage_mm = 0.1;
+
+/// The same block of another modulus: forces and pressures are in proportion to it.
+PressedTissue tissue_of(const Example& e) {
+  const double scale = kHardest_N / e.force_N.back();
+  PressedTissue tissue{e.block_mm, e.young_Pa * scale, e.pressure_Pa, e.force_N, e.press_mm};
+  for (double& force_N : tissue.force_N) force_N *= scale;
+  for (PressureMap& map : tissue.pressure_Pa)
+    for (float& value : map.values) value *= static_cast<float>(scale);
+  return tissue;
+}
+
+struct One {
+  std::optional<Estimate> staged, hand;  ///< none: refused
+  size_t presses = 0, staged_presses = 0, staged_used = 0, used = 0;
+};
+
+Estimate estimate_of(const std::vector<ScanPress>& presses, const StitchOptions& options,
+                     const Estimator& estimator, size_t& used) {
+  const ScanMap map = stitch(presses, options);
+  used = static_cast<size_t>(
+      std::count_if(map.places.begin(), map.places.end(), [](const PressPlace& p) { return p.used; }));
+  return estimator(map.observation, [&](double fraction) {
+    std::vector<ScanPress> lit = presses;
+    for (ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
+    return stitch(lit, options).observation;
+  });
+}
+
+/// A level plate on a stage, up to a force of the tissue's own loads.
+std::vector<ScanPress> staged_presses(const PressedTissue& tissue, const EvaluationJob& job, double top_N,
+                                      uint64_t seed) {
+  HandPlan plan;
+  plan.aims_mm = scan_places(tissue.block_mm, plan.sensor.window_mm);
+  plan.aim_sd_mm = plan.first_sd_mm = kStage_mm;
+  plan.turn_deg = plan.tilt_deg = plan.tremor_mm = plan.relief_mm = 0;
+  plan.relief_pitch_mm = 0.5;
+  plan.force_N = {top_N, top_N};
+  plan.sensor.noise_fraction = job.sensor.noise_fraction;
+  plan.seed = seed;
+  std::vector<ScanPress> presses;
+  size_t p = 0;
+  for (HandPress& press : simulate_hand(tissue, plan)) {
+    press.observation.window_mm = plan.aims_mm[p++];
+    presses.push_back({press.name, std::move(press.observation), 0});
+  }
+  return presses;
+}
+
+One judge(const Example& example, const EvaluationJob& job, const Estimator& estimator, const Model& model,
+          uint64_t seed) {
+  const PressedTissue tissue = tissue_of(example);
+  HandPlan plan;
+  plan.sensor.noise_fraction = job.sensor.noise_fraction;
+  plan.seed = seed;
+  const std::vector<HandPress> presses = simulate_hand(tissue, plan);
+  One one;
+  one.presses = presses.size();
+  const auto staged = staged_presses(tissue, job, presses[0].observation.force_N.back(), seed);
+  one.staged_presses = staged.size();
+  StitchOptions stage;
+  stage.stage_sd_mm = kStage_mm;
+  one.staged = estimate_of(staged, stage, estimator, one.staged_used);
+  try {
+    const HandScan scan = hand_scan(presses, model);
+    one.hand = estimate_of(scan.presses, scan.stitch, estimator, one.used);
+  } catch (const Error& error) {
+    if (error.failure() != Failure::Input) throw;
+  }
+  return one;
+}
+
+HandRow row_of(const char* name, const std::vector<Example>& examples, const std::vector<One>& all,
+               std::optional<Estimate> One::*which, size_t One::*presses, size_t One::*used) {
+  HandRow row;
+  row.scan = name;
+  std::array<std::vector<double>, 3> errors;
+  std::array<size_t, 3> held{};
+  size_t judged = 0;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Example& truth = examples[i];
+    const std::optional<Estimate>& e = all[i].*which;
+    (truth.lump ? row.lumps : row.plain) += 1;
+    row.presses += static_cast<double>(all[i].*presses) / static_cast<double>(all.size());
+    row.used += static_cast<double>(all[i].*used) / static_cast<double>(all.size());
+    const bool numbers = e && reports_numbers(e->verdict);
+    row.refused += !e;
+    if (!truth.lump) {
+      row.false_lumps += numbers;
+      continue;
+    }
+    const bool staged = all[i].staged && reports_numbers(all[i].staged->verdict);
+    row.staged_found += staged;
+    row.found += numbers;
+    row.also_found += staged && numbers;
+    row.detected += e && e->detection_statistic >= 1;
+    if (!numbers) continue;
+    ++judged;
+    const auto values = values_of(*e);
+    const auto truths = truth_of(truth);
+    for (size_t p = 0; p < 3; ++p) {
+      held[p] += truths[p] >= values[p].low && truths[p] <= values[p].high;
+      if (p < 2 || (truths[p] >= 2 && truths[p] <= 20))
+        errors[p].push_back(std::abs(values[p].value / truths[p] - 1));
+    }
+  }
+  for (size_t p = 0; p < 3; ++p) {
+    row.median_error[p] = errors[p].empty() ? kNaN : median(errors[p]);
+    row.hold[p] = judged > 0 ? static_cast<double>(held[p]) / static_cast<double>(judged) : kNaN;
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<HandRow> judge_by_hand(const std::vector<Example>& examples, const EvaluationJob& job,
+                                   const std::string& method) {
+  const auto network = load_network("");
+  ErrorSources place = ErrorSources::none();
+  place.place = true;
+  const Estimator estimator = named_estimator(method, network, place);
+  const size_t count = count_judged(examples.size(), job);
+  std::vector<Example> chosen;
+  for (size_t n = 0; n < count; ++n) chosen.push_back(examples[job.first + n / job.repeats * job.every]);
+  std::vector<std::optional<One>> found(count);
+  std::atomic<size_t> next = 0, done = 0;
+  std::atomic<bool> stop = false;
+  const auto serve = [&] {
+    for (size_t n = next++; n < count && !stop; n = next++) {
+      found[n] = judge(chosen[n], job, estimator, network->model(), job.seed * 100003 + n);
+      if (job.progress && !job.progress(++done)) stop = true;
+    }
+  };
+  {
+    std::vector<std::jthread> team;
+    for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
+    serve();
+  }
+  std::vector<Example> truth;
+  std::vector<One> all;
+  for (size_t n = 0; n < count; ++n)
+    if (found[n]) {
+      truth.push_back(chosen[n]);
+      all.push_back(*found[n]);
+    }
+  return {row_of("staged", truth, all, &One::staged, &One::staged_presses, &One::staged_used),
+          row_of("by hand", truth, all, &One::hand, &One::presses, &One::used)};
+}
+
+std::string hand_text(const std::vector<HandRow>& rows) {
+  std::string words;
+  for (const HandRow& r : rows)
+    words += text(
+        "%s: %zu blocks with a lump, %zu without; presses used %.1f of %.1f, scans refused %zu\n"
+        "  lumps with numbers %zu, detected %zu; where the staged scan has numbers: %zu of %zu; false lumps "
+        "%zu\n"
+        "  median errors of size, depth, ratio %.1f, %.1f, %.1f %%; intervals hold %.0f, %.0f, %.0f %%\n",
+        r.scan.c_str(), r.lumps, r.plain, r.used, r.presses, r.refused, r.found, r.detected, r.also_found,
+        r.staged_found, r.false_lumps, 100 * r.median_error[0], 100 * r.median_error[1],
+        100 * r.median_error[2], 100 * r.hold[0], 100 * r.hold[1], 100 * r.hold[2]);
+  return words;
+}
+
+std::string hand_csv(const std::vector<HandRow>& rows) {
+  std::string csv =
+      "scan,lumps,plain,presses,used,refused,found,detected,staged_found,also_found,false_lumps,"
+      "size_error,depth_error,ratio_error,size_hold,depth_hold,ratio_hold\n";
+  for (const HandRow& r : rows)
+    csv += text("%s,%zu,%zu,%.4g,%.4g,%zu,%zu,%zu,%zu,%zu,%zu,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g\n",
+                r.scan.c_str(), r.lumps, r.plain, r.presses, r.used, r.refused, r.found, r.detected,
+                r.staged_found, r.also_found, r.false_lumps, r.median_error[0], r.median_error[1],
+                r.median_error[2], r.hold[0], r.hold[1], r.hold[2]);
+  return csv;
+}
+
+json::Value hand_json(const std::vector<HandRow>& rows) {
+  json::Value all = json::Value::array();
+  for (const HandRow& r : rows)
+    all.push_back({{"scan", r.scan},
+                   {"lumps", r.lumps},
+                   {"plain", r.plain},
+                   {"presses", r.presses},
+                   {"used", r.used},
+                   {"refused", r.refused},
+                   {"found", r.found},
+                   {"detected", r.detected},
+                   {"staged_found", r.staged_found},
+                   {"also_found", r.also_found},
+                   {"false_lumps", r.false_lumps},
+                   {"median_error", r.median_error},
+                   {"hold", r.hold}});
+  return all;
+}
+
+}  // namespace palpate::lump
