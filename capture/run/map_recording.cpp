@@ -6,6 +6,7 @@
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
 #include "engine/gpu/context.h"
+#include "engine/pipeline/object_follower.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 
@@ -24,7 +25,6 @@ class Depths {
     contact_.assign(depths.size(), 0);
     const Touch& touch = result.touch;
     if (touch.contact && touch.surface && !depth_.empty()) {
-      for (float& depth : depth_) depth += static_cast<float>(touch.surface->depth_offset_mm);
       sorted_ = depth_;
       const auto deep = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 49 / 50);
       std::nth_element(sorted_.begin(), deep, sorted_.end());
@@ -74,7 +74,7 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
   RecordingMap out;
   out.pitch_mm = input.sensor.pitch_mm_per_px;
   Depths depths(source->format(), out.pitch_mm, request.contact_share);
-  PoseTracker tracker;
+  PoseTracker tracker(pose_options(input.sensor));
   ObjectMap map(request.map);
   const RunWatch::Progress progress = watch.begin("mapping", source->frame_count().value_or(0));
   run_recording(*source, pipeline, request.max_frames, watch.stop, [&](const Result& result, const Frame&) {
@@ -88,7 +88,7 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
     out.no_contact += pose.state == PoseState::NoContact ? 1 : 0;
     out.lost += pose.state == PoseState::Lost ? 1 : 0;
     out.tracks = pose.track;
-    if (pose.state == PoseState::Tracked) ++out.surfaces[std::string(name_of(pose.surface))];
+    if (pose.state == PoseState::Tracked) ++out.surfaces[to_string(pose.surface)];
     if (pose.state == PoseState::Tracked || pose.state == PoseState::Begun) ++out.tracked;
     progress(out.frames);
   });

@@ -28,7 +28,7 @@ struct RecordingMap {
   uint64_t tracked = 0;                    ///< of them, with the object's motion known, or first of a track
   uint64_t no_contact = 0, lost = 0;
   uint32_t tracks = 0;
-  std::map<std::string, uint64_t> surfaces;  ///< tracked frames by what their contact is (name_of(Slippage))
+  std::map<std::string, uint64_t> surfaces;  ///< tracked frames by what their contact is (Slippage)
   double pitch_mm = 0;                       ///< of the recording's pixels
   bool complete = false;                     ///< to the recording's end
   std::string warning;                       ///< of the source: one that was cut short

@@ -11,14 +11,6 @@ namespace {
 
 constexpr double kDeep = 0.5;  // of the deepest point, from which a pixel counts as in contact
 
-/// What the calibration leaves of slopes stays with the pad.
-PoseOptions options_for(const Sensor& sensor) {
-  PoseOptions options;
-  if (sensor.reading == SurfaceReading::Photometric)
-    options.registration.pad_slope_sd = sensor.photometric.normal_sd;
-  return options;
-}
-
 Validity reason_of(PoseState state) {
   if (state == PoseState::PictureDamaged) return Validity::PictureDamaged;
   return state == PoseState::Lost ? Validity::NotFollowed : Validity::NoContact;
@@ -61,6 +53,13 @@ ObjectPose summary_of(const Pose& pose) {
 
 }  // namespace
 
+PoseOptions pose_options(const Sensor& sensor) {
+  PoseOptions options;
+  if (sensor.reading == SurfaceReading::Photometric)
+    options.registration.pad_slope_sd = sensor.photometric.normal_sd;
+  return options;
+}
+
 ObjectPose unknown_pose(PoseState state, PoseLoss loss) {
   ObjectPose out;
   out.state = state;
@@ -78,7 +77,7 @@ ObjectFollower::ObjectFollower(const Sensor& sensor, const FrameFormat& format)
     : width_(format.width),
       height_(format.height),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
-      tracker_(options_for(sensor)),
+      tracker_(pose_options(sensor)),
       depth_mm_(size_t{width_} * height_),
       contact_(depth_mm_.size()),
       followed_(size_t{cells_along(width_)} * cells_along(height_)) {}

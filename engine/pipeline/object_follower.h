@@ -14,6 +14,9 @@ namespace palpate {
 /// A pose of which nothing is known.
 ObjectPose unknown_pose(PoseState state, PoseLoss loss = PoseLoss::None);
 
+/// With what the calibration leaves of slopes, which stays with the pad.
+PoseOptions pose_options(const Sensor& sensor);
+
 class ObjectFollower {
  public:
   /// `sensor` has a scale.

@@ -29,24 +29,20 @@ constexpr MeasuredColumns kEverything{(Groups::Truth << 1) - 1};
 constexpr const char* kHeader =
     "frame,time_s,source,contact,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,"
     "area_mm2,ellipse_major_mm,ellipse_major_px,ellipse_minor_mm,ellipse_minor_px,ellipse_angle_rad,peak_"
-    "gray,"
-    "saturated_px,shear_x_N,shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_x_px,shift_y_mm,"
-    "shift_y_px,slip,slip_by,depth_max_mm,depth_sd_mm,depth_state,depth_reference,unknown_px,shadowed_px,"
-    "outside_px,"
-    "islands,weighted_residual,weighted_misfit,clipped_px,contacts,volume_mm3,dented_mm2,extrapolated_"
-    "px,skin_points,skin_lost,"
-    "skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,"
-    "stick_share,stick_share_sd,gradient_sum,light_state,light_change_gray,wrench_fx_N,wrench_fx_sd_N,"
-    "wrench_fy_N,wrench_fy_sd_N,wrench_fz_N,wrench_fz_sd_N,wrench_mx_Nmm,wrench_mx_sd_Nmm,wrench_my_Nmm,"
-    "wrench_my_sd_Nmm,wrench_mz_Nmm,wrench_mz_sd_Nmm,wrench_state,pressure_max_kPa,shear_max_kPa,"
-    "pressed_area_mm2,unexplained_slope,bending_mm,object_state,object_loss,object_track,object_surface,"
-    "object_x_mm,object_y_mm,object_z_mm,object_shift_x_mm,object_shift_x_sd_mm,object_shift_y_mm,object_"
-    "shift_y_sd_mm,object_shift_z_mm,object_shift_z_sd_mm,object_turn_x_rad,object_turn_x_sd_rad,object_turn_"
-    "y_rad,object_turn_y_sd_rad,object_turn_z_rad,object_turn_z_sd_rad,object_residual_mm,object_overlap,"
-    "true_contact,true_force_N,true_shear_x_N,true_shear_y_N,"
-    "true_slip,"
-    "true_center_x_px,true_center_y_px,true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,"
-    "true_volume_mm3,true_torsion_rad,true_stick_share";
+    "gray,saturated_px,shear_x_N,shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_x_px,shift_"
+    "y_mm,shift_y_px,slip,slip_by,depth_max_mm,depth_sd_mm,depth_state,depth_reference,unknown_px,shadowed_"
+    "px,outside_px,islands,weighted_residual,weighted_misfit,clipped_px,contacts,volume_mm3,dented_mm2,"
+    "extrapolated_px,skin_points,skin_lost,skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,skin_shift_y_"
+    "sd_mm,torsion_rad,torsion_sd_rad,stick_share,stick_share_sd,gradient_sum,light_state,light_change_gray,"
+    "wrench_fx_N,wrench_fx_sd_N,wrench_fy_N,wrench_fy_sd_N,wrench_fz_N,wrench_fz_sd_N,wrench_mx_Nmm,wrench_"
+    "mx_sd_Nmm,wrench_my_Nmm,wrench_my_sd_Nmm,wrench_mz_Nmm,wrench_mz_sd_Nmm,wrench_state,pressure_max_kPa,"
+    "shear_max_kPa,pressed_area_mm2,unexplained_slope,bending_mm,object_state,object_loss,object_doubt,"
+    "object_track,object_surface,object_x_mm,object_y_mm,object_z_mm,object_shift_x_mm,object_shift_x_sd_mm,"
+    "object_shift_y_mm,object_shift_y_sd_mm,object_shift_z_mm,object_shift_z_sd_mm,object_turn_x_rad,object_"
+    "turn_x_sd_rad,object_turn_y_rad,object_turn_y_sd_rad,object_turn_z_rad,object_turn_z_sd_rad,object_"
+    "residual_mm,object_overlap,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_"
+    "center_x_px,true_center_y_px,true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,true_"
+    "volume_mm3,true_torsion_rad,true_stick_share";
 constexpr const char* kContactsHeader =
     "frame,time_s,source,id,frames,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,"
     "area_px,area_mm2,ellipse_major_mm,ellipse_major_px,ellipse_minor_mm,ellipse_minor_px,ellipse_angle_rad,"
@@ -59,9 +55,9 @@ constexpr const char* kRow =
     "slip,skin,0.420,0.011,slopes "
     "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,9,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,"
     "0.800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for the "
-    "pad,33.00,11.00,6.50,0.0150,7.2500,tracked,none,2,revolution,0.5000,-0.2500,0.4000,0.310,0.020,-0.310,0."
-    "030,0.110,0.010,0.0210,0.0040,-0.0210,0.0050,,,0.0021,0.750000,1,0.85,0.1,-0.2,1,10,20,30,0.43,0.005000,"
-    "1,0.8,0.031,0.79";
+    "pad,33.00,11.00,6.50,0.0150,7.2500,tracked,none,none,2,revolution,0.5000,-0.2500,0.4000,0.310,0.020,-0."
+    "310,0.030,0.110,0.010,0.0210,0.0040,-0.0210,0.0050,,,0.0021,0.750000,1,0.85,0.1,-0.2,1,10,20,30,0.43,0."
+    "005000,1,0.8,0.031,0.79";
 
 Touch distinct_touch() {
   Touch t;

@@ -95,8 +95,7 @@ TEST_F(ObjectMotion, SeparatePicturesHaveNone) {
 
 TEST_F(ObjectMotion, IsNotKnownOfADamagedPicture) {
   Pipeline pipeline = run_.pipeline(context(), {.outputs = kMoving});
-  measured(pipeline, 40);
-  measured(pipeline, 41);
+  for (uint64_t k = 30; k < 42; ++k) measured(pipeline, k);
   Frame green = run_.frame(42);
   for (uint32_t y = 120; y < 240; ++y)
     for (uint32_t x = 0; x < 320; ++x) {

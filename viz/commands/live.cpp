@@ -113,6 +113,9 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
   add_settings(*command, request,
                {{"logs"},
                 {"no_drop"},
+                {"outputs",
+                 "What to measure: force, surface, confidence, contacts, gradient, skin, traction, motion "
+                 "(default: what the sensor can, but for motion: where what touches the pad has moved)"},
                 {"solver", "Surface solver: live (default) or best; a session's own"},
                 {"fixed_light"},
                 {"frames"},
@@ -135,6 +138,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
              "  palpate live press.avi --sensor gel.json --loop    a recording, again and again\n"
              "  palpate live synthetic:slide --seconds 6 --close --out out/live --json\n"
              "  palpate live 'synthetic:tissue?d=12&h=3&ratio=4'   a press of a block with a lump in it\n"
+             "  palpate live 'synthetic:object?shape=coin' --outputs force,surface,contacts,motion\n"
              "  palpate live --left synthetic:grip?side=left --right synthetic:grip?side=right\n"
              "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
              "A recording without --out has the keys of replay.\n"

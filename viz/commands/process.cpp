@@ -147,10 +147,11 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   add_settings(
       *command, request,
       {{"outputs",
-        "What to compute: force, surface, confidence, contacts, skin, gradient (default: force and contacts, "
+        "What to compute: force, surface, confidence, contacts, skin, gradient, traction, motion (default: "
+        "force and contacts, "
         "and surface and skin where the sensor can); with contacts separate contacts are distinguished and "
-        "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
-        "surface leaves out what is not known"},
+        "followed, with skin the pattern on the pad shows stick, slip and torsion, with motion where "
+        "what touches the pad has moved, with confidence the surface leaves out what is not known"},
        {"solver",
         "Surface solver: best (default), on the device or the processor, or live, which is faster"}});
   command->add_flag("--as-recorded", request.as_recorded,

@@ -474,7 +474,7 @@ const char* reason_against(Needs needs) {
     case Needs::Skin:
       return "no strain of the skin: this sensor does not follow its skin";
     case Needs::Object:
-      return "the object's motion is not measured: --outputs force --outputs surface --outputs motion";
+      return "the object's motion is not measured: --outputs force,surface,contacts,motion";
     case Needs::List:
       return "the list of sources is that of palpate without a command";
     default:
