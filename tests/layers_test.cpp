@@ -36,7 +36,7 @@ constexpr Arrow kArrows[] = {
     {"engine/optics", "engine/numeric"},
     {"engine/measure", "engine/pad"},
     {"engine/stages", "engine/measure"},
-    {"engine/pipeline", "engine/stages"},
+    {"engine/pipeline", "engine/stages engine/motion"},
     {"engine/calibrate", "engine/measure engine/optics"},
     {"engine/elasticity/modulus", "engine/elasticity"},
     {"engine/grip", "engine/measure"},

@@ -25,6 +25,7 @@ const Circumstances kEverything{.player = true,
                                 .friction = true,
                                 .traction = true,
                                 .skin = true,
+                                .object = true,
                                 .from_list = true};
 
 TEST(Actions, EachHasANameAndKeysOfItsOwn) {

@@ -33,7 +33,8 @@ PadTilt pad_tilt(const PressureMap& pressure_Pa, const TissueLayer& tissue, doub
 /// rises with a share of the thickness more. Neo-Hookean, bonded to a floor twice as wide as it is thick.
 double compression_under(double pressure_Pa, double young_Pa);
 double rise_with_compression(double compression);
-/// Load of a level plate that compresses by `deeper` more, share of the one that compresses so; 0: lifted off.
+/// Load of a level plate that compresses by `deeper` more, share of the one that compresses so; 0: lifted
+/// off.
 double load_share(double compression, double deeper);
 
 }  // namespace palpate::lump

@@ -23,8 +23,8 @@ bool says_nothing(const QuantityValue& value) {
   const bool* flag = std::get_if<bool>(&value);
   const auto* count = std::get_if<uint64_t>(&value);
   const auto* number = std::get_if<double>(&value);
-  return (word && (*word == "valid" || *word == "steady" || *word == "none")) || (flag && !*flag) || (count && *count == 0) ||
-         (number && *number == 0);
+  return (word && (*word == "valid" || *word == "steady" || *word == "none")) || (flag && !*flag) ||
+         (count && *count == 0) || (number && *number == 0);
 }
 
 /// The deepest point, or, where nothing touches, how uneven the surface is.
