@@ -90,7 +90,9 @@ void name(Freedom& freedom) {
 }  // namespace
 
 double Freedom::unknown_share(int component) const {
-  return unknown.row(component).norm();
+  const double share = unknown.row(component).norm();
+  // A screw may have turned any number of times, and gone along its axis with each.
+  return kind == Slippage::Screw && component < 3 ? std::max(share, std::abs(axis[component])) : share;
 }
 
 RigidMotion Freedom::least_turn(const RigidMotion& motion) const {

@@ -89,7 +89,7 @@ TEST(Registration, NamesWhatASurfaceDoesNotDetermine) {
   const int trials = of_sweep(40, 8);
   const std::tuple<SolidObject, Slippage, const char*> cases[] = {
       {ball(), Slippage::Ball, "--+---"},          {plane(), Slippage::Plane, "--+++-"},
-      {cylinder(), Slippage::Cylinder, "--+--+"},  {screw(), Slippage::Screw, "+-+-++"},
+      {cylinder(), Slippage::Cylinder, "--+--+"},  {screw(), Slippage::Screw, "--+-++"},
       {textured_dome(), Slippage::None, "++++++"}, {key_relief(), Slippage::None, "++++++"},
       {coin(), Slippage::None, "++++++"}};
   for (const auto& [object, wanted, states] : cases)
