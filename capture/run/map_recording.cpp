@@ -26,11 +26,15 @@ class Depths {
     const Touch& touch = result.touch;
     if (touch.contact && touch.surface && !depth_.empty()) {
       sorted_ = depth_;
-      const auto deep = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 49 / 50);
-      std::nth_element(sorted_.begin(), deep, sorted_.end());
+      // From the frame's own lowest places: where little of the pad is at rest, its level is not known.
+      const auto fiftieth = static_cast<std::ptrdiff_t>(sorted_.size() / 50);
+      const auto low = sorted_.begin() + fiftieth, deep = sorted_.end() - 1 - fiftieth;
+      std::nth_element(sorted_.begin(), low, sorted_.end());
+      std::nth_element(low, deep, sorted_.end());
       constexpr double kSure = 4, kLeast_mm = 0.01;  // clear of the depths' noise
+      const double range = double{*deep} - double{*low};
       const auto level = static_cast<float>(
-          std::max({share_ * double{*deep}, kSure * touch.surface->depth_sd_mm, kLeast_mm}));
+          double{*low} + std::max({share_ * range, kSure * touch.surface->depth_sd_mm, kLeast_mm}));
       std::transform(depth_.begin(), depth_.end(), contact_.begin(),
                      [&](float depth) { return depth > level ? 1 : 0; });
     }

@@ -175,8 +175,9 @@ void add_map(CommandLine& program, Common& common, Command& chosen) {
   command->add_flag("--no-loops", options->no_loops, "Compare each key frame with the last one alone");
   command->add_setting("--most-keys", request.map.most_keys, Check::range(2, 5000),
                        "Key frames that are kept, 0.2 MB each");
-  command->add_setting("--contact-share", request.contact_share, Check::range(0.05, 0.9),
-                       "Part of the largest depth from which a place counts as touched");
+  command->add_setting(
+      "--contact-share", request.contact_share, Check::range(0.05, 0.9),
+      "Part of the way from a frame's lowest to its deepest place from which it counts as touched");
   add_settings(*command, request, {{"rate_Hz"}, {"frames", "Stop after that many frames"}});
   command->add_option(
       "--out", common.out,
