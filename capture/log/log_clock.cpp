@@ -175,7 +175,7 @@ LogClock aligned(const LogTable& log, const FrameClock& frames) {
   if (same_host)
     if (auto clock = by_arrivals(log, offset_s)) {
       if (log.stamps == LogStamps::Realtime)
-        clock->warnings.push_back(
+        clock->warnings.emplace_back(
             "its dates are another machine's, or were set: they are taken as a clock of "
             "their own");
       return *clock;

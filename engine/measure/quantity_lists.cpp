@@ -399,7 +399,7 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "Whether the object that touches the pad is followed: `begun` (a track's first frame), `tracked`, "
         "`lost`, "
         "`no contact` or `picture damaged`. After a loss the next frame begins a new track.",
-        {.row = {"object"}}),
+        {.none = true, .row = {"object"}}),
     field<Touch, &Touch::object, &ObjectPose::loss>(
         "object_loss", G::Object,
         "Why it was lost: `little overlap` with the key frame, `large residual`, `many strangers` (pixels "
@@ -407,16 +407,16 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "not fit), `large step` (by a third of the contact in one frame), `slopes disagree` (another wave of "
         "a texture may "
         "have been found); else `none`.",
-        {.why = "the state says that it was lost"}),
+        {.none = true, .why = "the state says that it was lost"}),
     field<Touch, &Touch::object, &ObjectPose::doubt>(
         "object_doubt", G::Object,
         "What the pose is to be taken with care for: `others move` (several contacts that move unlike: it is "
         "the "
         "largest one's), `shape changes` (what is left over is no rigid object's) or `none`.",
-        {.row = {.label = "object in doubt", .only_if_some = true}}),
+        {.none = true, .row = {.label = "object in doubt", .only_if_some = true}}),
     field<Touch, &Touch::object, &ObjectPose::track>(
         "object_track", G::Object, "Number of the track, from 1; motions count from its first frame.",
-        {.why = "a new track begins at 0"}),
+        {.none = true, .why = "a new track begins at 0"}),
     field<Touch, &Touch::object, &ObjectPose::surface>(
         "object_surface", G::Object,
         "What of the motion this contact does not determine: `none`, or the shape that slides along itself "
@@ -424,7 +424,7 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "(`ball`: its turns; `plane`: shifts along it and the turn about its normal; `cylinder`, "
         "`revolution`, "
         "`extrusion`, `screw`, `other`). Components that it touches have no number.",
-        {.row = {.label = "not determined, as of a", .only_if_some = true}}),
+        {.none = true, .row = {.label = "not determined, as of a", .only_if_some = true}}),
     made<Touch>(
         "object_x_mm", G::Object, Number,
         "Middle of the contact that is followed, to the right of the picture's middle; the motions are of "

@@ -100,8 +100,7 @@ struct Compare {
     const auto left = static_cast<int>(held_x), top = static_cast<int>(held_y);
     const float u = held_x - static_cast<float>(left), v = held_y - static_cast<float>(top);
     const int here = top * key_width + left;
-    const float there_variance =
-        key_variance[here + static_cast<int>(u + 0.5f) + static_cast<int>(v + 0.5f) * key_width];
+    const float there_variance = key_variance[here + (u >= 0.5f ? 1 : 0) + (v >= 0.5f ? key_width : 0)];
     const std::array<float, 4> across = cubic(u), down = cubic(v);
     float there = 0;
     for (int k = 0; k < 4; ++k) {

@@ -145,8 +145,9 @@ void bind_motion(py::module_& module) {
       .def_property_readonly("covariance",
                              [](const PyMotion& m) { return square_array(m.pose().covariance, 6); })
       .def("__repr__", [](const PyMotion& m) {
-        const ObjectPose& pose = m.pose();
-        return text("<palpate.Motion %s, track %u>", to_string(pose.state), pose.track);
+        const auto& object = m.held->touch().object;
+        if (!object) return std::string("<palpate.Motion not measured>");
+        return text("<palpate.Motion %s, track %u>", to_string(object->state), object->track);
       });
 }
 
@@ -357,11 +358,7 @@ void bind_touch(py::module_& module) {
       .def_property_readonly("shear_kPa", &PyTouch::shear_kPa)
       .def_property_readonly("extrapolated", &PyTouch::extrapolated)
       .def_property_readonly("wrench", [](const PyTouch& t) { return PyWrench{t.shared()}; })
-      .def_property_readonly("motion", [](const PyTouch& t) {
-        PyMotion motion{t.shared()};
-        motion.pose();
-        return motion;
-      });
+      .def_property_readonly("motion", [](const PyTouch& t) { return PyMotion{t.shared()}; });
   module.def("quantities", &quantities);
 }
 

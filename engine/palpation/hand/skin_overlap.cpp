@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace palpate {
 namespace {
@@ -14,22 +15,27 @@ constexpr double kTurnStep_rad = 0.035;
 struct Texture {
   int width = 0, height = 0;
   std::vector<float> value, seen;
+
+  size_t at(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
+  }
 };
 
 /// In place, weighted by what was seen.
 void blur(std::vector<float>& map, int width, int height, double sd_px) {
-  const int far = static_cast<int>(std::ceil(3 * sd_px));
+  using Index = std::ptrdiff_t;
+  const auto far = static_cast<Index>(std::ceil(3 * sd_px));
   std::vector<float> kernel, line;
-  for (int k = -far; k <= far; ++k)
-    kernel.push_back(static_cast<float>(std::exp(-k * k / (2 * sd_px * sd_px))));
-  const auto pass = [&](int lines, int length, int next, int step) {
+  for (Index k = -far; k <= far; ++k)
+    kernel.push_back(static_cast<float>(std::exp(-double(k * k) / (2 * sd_px * sd_px))));
+  const auto pass = [&](Index lines, Index length, Index next, Index step) {
     line.resize(static_cast<size_t>(length));
-    for (int l = 0; l < lines; ++l) {
-      for (int i = 0; i < length; ++i)
+    for (Index l = 0; l < lines; ++l) {
+      for (Index i = 0; i < length; ++i)
         line[static_cast<size_t>(i)] = map[static_cast<size_t>(l * next + i * step)];
-      for (int i = 0; i < length; ++i) {
+      for (Index i = 0; i < length; ++i) {
         float sum = 0;
-        for (int k = std::max(-far, -i); k <= std::min(far, length - 1 - i); ++k)
+        for (Index k = std::max(-far, -i); k <= std::min(far, length - 1 - i); ++k)
           sum += kernel[static_cast<size_t>(k + far)] * line[static_cast<size_t>(i + k)];
         map[static_cast<size_t>(l * next + i * step)] = sum;
       }
@@ -84,11 +90,11 @@ Texture turned(const Texture& from, double turn_rad) {
       const double u = i - (out.width - 1) / 2.0, v = j - (out.height - 1) / 2.0;
       const double x = c * u - s * v + (out.width - 1) / 2.0, y = s * u + c * v + (out.height - 1) / 2.0;
       const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-      const size_t n = static_cast<size_t>(j * out.width + i);
+      const size_t n = out.at(i, j);
       out.value[n] = out.seen[n] = 0;
       if (x0 < 0 || y0 < 0 || x0 + 1 >= out.width || y0 + 1 >= out.height) continue;
       const auto fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
-      const size_t m = static_cast<size_t>(y0 * out.width + x0), w = static_cast<size_t>(out.width);
+      const size_t m = out.at(x0, y0), w = static_cast<size_t>(out.width);
       const auto mix = [&](const std::vector<float>& map) {
         return (1 - fy) * ((1 - fx) * map[m] + fx * map[m + 1]) +
                fy * ((1 - fx) * map[m + w] + fx * map[m + w + 1]);
@@ -108,8 +114,7 @@ Sums sums_at(const Texture& a, const Texture& b, int dx, int dy) {
   Sums sums;
   const int x0 = std::max(0, -dx), x1 = std::min(b.width, a.width - dx);
   for (int j = std::max(0, -dy); j < std::min(b.height, a.height - dy); ++j) {
-    const size_t at_a = static_cast<size_t>((j + dy) * a.width + dx + x0),
-                 at_b = static_cast<size_t>(j * b.width + x0);
+    const size_t at_a = a.at(dx + x0, j + dy), at_b = b.at(x0, j);
     const float *va = a.value.data() + at_a, *sa = a.seen.data() + at_a;
     const float *vb = b.value.data() + at_b, *sb = b.seen.data() + at_b;
     for (int i = 0; i < x1 - x0; ++i) {
