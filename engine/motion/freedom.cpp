@@ -20,12 +20,13 @@ Vector6d turns_by(double factor) {
   return scale;
 }
 
-/// Orthonormal columns that span those of `twists`, but for what is nearly in the others.
-Twists orthonormal(const MatrixXd& twists) {
+/// Orthonormal columns that span those of `twists`, but for what is nearly in the others: singular values of
+/// no more than `least`.
+Twists orthonormal(const MatrixXd& twists, double least = Freedom::kShare) {
   if (twists.cols() == 0) return Twists(6, 0);
   const dense::Svd parts = dense::svd(twists, Eigen::ComputeThinU);
   Eigen::Index rank = 0;
-  while (rank < parts.values.size() && parts.values[rank] > Freedom::kShare) ++rank;
+  while (rank < parts.values.size() && parts.values[rank] > least) ++rank;
   return parts.u.leftCols(rank);
 }
 
@@ -100,7 +101,9 @@ RigidMotion Freedom::least_turn(const RigidMotion& motion) const {
   if (unknown.cols() == 0) return out;
   // Turns about the pivot itself may be of any size.
   const Vector3d place = has_pivot() ? pivot_mm : at_mm;
-  const Turning there = turning_first(at(place));
+  const Freedom here = at(place);
+  if (here.unknown.cols() == 0) return out;
+  const Turning there = turning_first(here);
   if (there.turns == 0) return out;
   const Twists turning = there.twists.leftCols(there.turns);
   for (int step = 0; step < 3; ++step) {
@@ -114,7 +117,9 @@ RigidMotion Freedom::least_turn(const RigidMotion& motion) const {
 Freedom Freedom::at(const Vector3d& place) const {
   Freedom out = *this;
   const Vector6d down = turns_by(1 / radius_mm), up = turns_by(radius_mm);
-  out.unknown = orthonormal(up.asDiagonal() * (seen_at(at_mm, place) * (down.asDiagonal() * unknown)));
+  // From however far it is seen, nothing that is unknown becomes known.
+  constexpr double kAll = 1e-9;
+  out.unknown = orthonormal(up.asDiagonal() * (seen_at(at_mm, place) * (down.asDiagonal() * unknown)), kAll);
   out.at_mm = place;
   return out;
 }

@@ -518,7 +518,13 @@ TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
   traction.fx_N = traction.fy_N = traction.fz_N = kKnown;
   traction.mx_Nmm = traction.my_Nmm = traction.mz_Nmm = kKnown;
   traction.slipping_fraction = 0.25;
-  const Layout layout = make_layout({1280, 1440}, 1, image.format, true);
+  ObjectPose& object = touch.object.emplace();
+  object.state = PoseState::Tracked;
+  object.doubt = PoseDoubt::OthersMove;
+  object.surface = Slippage::Ball;
+  object.shift_mm.fill(kKnown);
+  object.turn_rad.fill(kKnown);
+  const Layout layout = make_layout({1280, 1600}, 1, image.format, true);
   const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
   const std::string words =
       words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
