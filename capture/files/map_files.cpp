@@ -4,41 +4,13 @@
 #include <cmath>
 #include <cstring>
 
-#include "capture/files/images/tiff_memory.h"
-#include "capture/files/measurements.h"
+#include "capture/files/measured_tiff.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
-
-void write_float_tiff(const std::filesystem::path& file, const FusedMap& map) {
-  TiffMemory memory;
-  const TiffPtr tiff = memory.create();
-  const std::string about =
-      "height of the object out of its first contact, unit mm, NaN where nothing was seen; pixels are " +
-      shortest(map.pitch_mm) + " mm apart";
-  const auto per_cm = static_cast<float>(10 / map.pitch_mm);
-  std::vector<float> values = map.height_mm;
-  const auto set = [&](ttag_t tag, auto value) { return TIFFSetField(tiff.get(), tag, value) == 1; };
-  const bool written =
-      tiff && set(TIFFTAG_IMAGEWIDTH, map.width) && set(TIFFTAG_IMAGELENGTH, map.height) &&
-      set(TIFFTAG_BITSPERSAMPLE, 32) && set(TIFFTAG_SAMPLESPERPIXEL, 1) &&
-      set(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) && set(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) &&
-      set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) && set(TIFFTAG_COMPRESSION, COMPRESSION_LZW) &&
-      set(TIFFTAG_PREDICTOR, PREDICTOR_FLOATINGPOINT) && set(TIFFTAG_ROWSPERSTRIP, map.height) &&
-      set(TIFFTAG_RESOLUTIONUNIT, RESUNIT_CENTIMETER) && set(TIFFTAG_XRESOLUTION, per_cm) &&
-      set(TIFFTAG_YRESOLUTION, per_cm) && set(TIFFTAG_IMAGEDESCRIPTION, about.c_str()) &&
-      set(TIFFTAG_SOFTWARE, "palpate") &&
-      TIFFWriteEncodedStrip(tiff.get(), 0, values.data(),
-                            static_cast<tmsize_t>(values.size() * sizeof(float))) >= 0 &&
-      TIFFFlush(tiff.get()) == 1;
-  if (!written)
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "an error of the TIFF encoder",
-                "npy files");
-  write_whole(file, memory.take());
-}
 
 template <typename T>
 void append(std::string& bytes, T value) {
@@ -104,7 +76,15 @@ std::vector<std::string> write_map(const std::filesystem::path& folder, const Ma
     write_npy(folder / name("map_error", ".npy"), one.error_mm, shape);
     write_npy(folder / name("coverage", ".npy"), one.coverage, shape);
     write_mesh(folder / name("map", ".ply"), one);
-    write_float_tiff(folder / name("map", ".tif"), one);
+    std::vector<float> heights = one.height_mm;
+    write_measured_tiff(
+        folder / name("map", ".tif"),
+        {.width = one.width,
+         .height = one.height,
+         .pitch_mm = one.pitch_mm,
+         .about =
+             "height of the object out of its first contact, unit mm, NaN where nothing was seen; pixels",
+         .values = std::span(heights)});
   }
   return names;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/files/depth/depth_mesh.h"
-#include "capture/files/images/tiff_memory.h"
+#include "capture/files/measured_tiff.h"
 #include "capture/files/measurements.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
@@ -25,28 +25,14 @@ std::array<float, 3> cell_at(const TractionMaps& maps, size_t cell) {
 }
 
 void write_tiff(const std::filesystem::path& file, const TractionMaps& maps, double cell_mm) {
-  TiffMemory memory;
-  const TiffPtr tiff = memory.create();
-  const std::string about = "pressure on the pad, unit kPa; cells are " + shortest(cell_mm) + " mm apart";
-  const auto per_cm = static_cast<float>(10 / cell_mm);
-  const auto set = [&](ttag_t tag, auto value) { return TIFFSetField(tiff.get(), tag, value) == 1; };
   std::vector<float> values;
   for (size_t i = 0; i < size_t{maps.width} * maps.height; ++i) values.push_back(cell_at(maps, i)[0]);
-  const bool written =
-      tiff && set(TIFFTAG_IMAGEWIDTH, maps.width) && set(TIFFTAG_IMAGELENGTH, maps.height) &&
-      set(TIFFTAG_BITSPERSAMPLE, 32) && set(TIFFTAG_SAMPLESPERPIXEL, 1) &&
-      set(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) && set(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) &&
-      set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) && set(TIFFTAG_COMPRESSION, COMPRESSION_LZW) &&
-      set(TIFFTAG_RESOLUTIONUNIT, RESUNIT_CENTIMETER) && set(TIFFTAG_XRESOLUTION, per_cm) &&
-      set(TIFFTAG_YRESOLUTION, per_cm) && set(TIFFTAG_ROWSPERSTRIP, maps.height) &&
-      set(TIFFTAG_IMAGEDESCRIPTION, about.c_str()) && set(TIFFTAG_SOFTWARE, "palpate") &&
-      TIFFWriteEncodedStrip(tiff.get(), 0, values.data(),
-                            static_cast<tmsize_t>(values.size() * sizeof(float))) >= 0 &&
-      TIFFFlush(tiff.get()) == 1;
-  if (!written)
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "an error of the TIFF encoder",
-                "npy files");
-  write_whole(file, memory.take());
+  write_measured_tiff(file, {.width = maps.width,
+                             .height = maps.height,
+                             .pitch_mm = cell_mm,
+                             .about = "pressure on the pad, unit kPa; cells",
+                             .values = std::span(values),
+                             .predicted = false});
 }
 
 }  // namespace
