@@ -18,8 +18,8 @@ class Context;
 /// Settings that count: those of measuring, and max_frames. Frames follow one another.
 struct MapRequest : RunSettings {
   MapOptions map;
-  /// What is deeper than this part of the way from a frame's lowest fiftieth to its deepest touches, > 0 and
-  /// < 1.
+  /// Places deeper than this part of the way from a frame's lowest fiftieth to its deepest count as touched,
+  /// > 0 and < 1.
   double contact_share = 0.3;
 };
 

@@ -37,7 +37,7 @@ struct ObjectOptions {
 inline constexpr const char* kObjectScene =
     "an object (built in, .npy or .stl) is pressed into a colour gel and moved along a path";
 
-/// Whether an input is such an object: "synthetic:object", alone or followed by "?...".
+/// True for an input that is such an object: "synthetic:object", alone or followed by "?...".
 bool is_object(const std::string& input);
 /// "synthetic:object?shape=bead&path=roll&...". Throws Error(Failure::Input) that lists the keys.
 ObjectOptions parse_object(const std::string& input);

@@ -69,7 +69,7 @@ const Scene& find_scene(const std::string& name) {
   if (const Scene* scene = drawn_scene(name)) return *scene;
   std::string list;
   std::vector<std::string> names;
-  for (const Scene& scene : scenes()) {
+  for (const Scene& scene : scripted_scenes()) {
     if (scene.name == name) return scene;
     list += scene.name + ", ";
     names.push_back(scene.name);

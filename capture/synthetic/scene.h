@@ -36,7 +36,7 @@ struct Scene {
 
 Keyframe at(const Script& script, double time_s);
 
-const std::vector<Scene>& scenes();
+const std::vector<Scene>& scripted_scenes();
 /// One of these, or "slides-N": touches, pulls, slides and rolls drawn at random from the number N. Throws
 /// Error(Failure::Input) that lists the names.
 const Scene& find_scene(const std::string& name);

@@ -300,7 +300,7 @@ Scene slides_scene(uint32_t seed) {
   return scene;
 }
 
-const std::vector<Scene>& scenes() {
+const std::vector<Scene>& scripted_scenes() {
   static const std::vector<Scene> all = {still_scene(),     stairs_scene(), slide_scene(), flat_scene(),
                                          palpation_scene(), rig_scene(),    pull_scene(),  drag_scene(),
                                          twist_scene(),     stick_scene(),  grip_scene(),  fingers_scene()};

@@ -186,7 +186,7 @@ std::string to_string(const SyntheticOptions& o) {
 
 std::vector<std::pair<std::string, std::string>> synthetic_scenes() {
   std::vector<std::pair<std::string, std::string>> list;
-  for (const Scene& scene : scenes()) list.emplace_back(scene.name, scene.description);
+  for (const Scene& scene : scripted_scenes()) list.emplace_back(scene.name, scene.description);
   return list;
 }
 
