@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/statistics.h"
+
 namespace palpate {
 namespace {
 
@@ -12,13 +14,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr size_t kFewest_px = 200;   // of a key frame's contact
 constexpr size_t kPrepared = 12;     // surfaces that are kept ready
 constexpr uint32_t kOftenFused = 8;  // key frames after which the map is fused while more wait
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

@@ -141,11 +141,14 @@ struct Compare {
 void Equations::compare(const Level& key, const Level& now, const Guess& guess, Spread by) {
   count = now.inside.size();
   // Sums take whole lanes.
-  const size_t room = (count + kLanes - 1) / kLanes * kLanes;
+  const auto end_lanes = [this](std::vector<float>& values) {
+    values.resize((count + kLanes - 1) / kLanes * kLanes);
+    std::fill(values.begin() + static_cast<std::ptrdiff_t>(count), values.end(), 0.0f);
+  };
   for (auto* of : {&row, &difference})
-    for (std::vector<float>& values : *of) values.assign(room, 0);
-  residual.assign(room, 0);
-  inverse_variance.assign(room, 0);
+    for (std::vector<float>& values : *of) end_lanes(values);
+  end_lanes(residual);
+  end_lanes(inverse_variance);
   Compare work{.key_depth = key.depth.data(),
                .key_slope_x = key.slope_x.data(),
                .key_slope_y = key.slope_y.data(),
