@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <string>
 
@@ -136,6 +137,8 @@ Level coarser(const Level& fine) {
 
 ContactSurface::ContactSurface(const HeightMap& map, const SurfaceOptions& options)
     : level_sd_mm_(map.level_sd_mm) {
+  static std::atomic<uint64_t> made = 0;
+  id_ = ++made;
   check(map);
   Level finest{.width = map.width, .height = map.height, .pitch_mm = map.pitch_mm_per_px};
   finest.left_mm = -0.5 * (map.width - 1) * map.pitch_mm_per_px;

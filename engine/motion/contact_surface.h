@@ -36,6 +36,8 @@ class ContactSurface {
   explicit ContactSurface(const HeightMap& map, const SurfaceOptions& options = {});
 
   const std::vector<Level>& levels() const { return levels_; }
+  /// Another of each surface that was made; copies share it.
+  uint64_t id() const { return id_; }
   /// Of the finest level's pixels inside: how many, their mean place, and the RMS distance from it along the
   /// pad, times sqrt(2), which is the radius of a round contact.
   size_t count() const { return levels_.empty() ? 0 : levels_.front().inside.size(); }
@@ -47,6 +49,7 @@ class ContactSurface {
   void find_centroid();
 
   std::vector<Level> levels_;
+  uint64_t id_ = 0;
   Eigen::Vector3d centroid_mm_ = Eigen::Vector3d::Zero();
   double radius_mm_ = 0, level_sd_mm_ = 0;
 };

@@ -115,12 +115,12 @@ bool PoseTracker::find_apart(const HeightMap& map, Found& found, ContactSurface&
 PoseTracker::Found PoseTracker::find(const ContactSurface& surface) const {
   RegistrationOptions options = options_.registration;
   options.enough_residual_mm = 1.5 * last_residual_mm_;
-  Found found{register_surface(key_.surface, surface, from_key_, options)};
+  Found found{register_surface(key_.surface, surface, from_key_, options, *sums_)};
   found.loss = loss_of(found.registration);
   if (found.loss == PoseLoss::None) return found;
   // Once more from where it would be, had it gone on.
   const RigidMotion further = last_step_ * from_key_;
-  found.registration = register_surface(key_.surface, surface, further, options_.registration);
+  found.registration = register_surface(key_.surface, surface, further, options_.registration, *sums_);
   found.loss = loss_of(found.registration);
   return found;
 }

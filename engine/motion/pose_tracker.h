@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
+#include <utility>
 
 #include "engine/motion/registration.h"
 #include "palpate/object_pose.h"
@@ -48,8 +50,8 @@ struct Pose {
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();  ///< where what follows is seen
   /// Of the small motion about at_mm that is missing, the errors of all key frames in it.
   Matrix6d covariance = Matrix6d::Zero();
-  Freedom freedom = {};               ///< what is unknown of the motion since the track began
-  Slippage surface = Slippage::None;  ///< what the contact is now
+  Freedom freedom = {};                   ///< what is unknown of the motion since the track began
+  Slippage surface = Slippage::None;      ///< what the contact is now
   Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< Freedom::pivot_mm of that
   double residual_mm = 0;
   double overlap = 0;
@@ -62,7 +64,9 @@ struct Pose {
 
 class PoseTracker {
  public:
-  explicit PoseTracker(const PoseOptions& options = {}) : options_(options) {}
+  /// `sums`: who adds up the pixels.
+  explicit PoseTracker(const PoseOptions& options = {}, std::unique_ptr<PixelSums> sums = host_sums())
+      : options_(options), sums_(std::move(sums)) {}
 
   /// Frames in order. Throws Error where a map is not as HeightMap says.
   const Pose& update(const HeightMap& map);
@@ -98,6 +102,7 @@ class PoseTracker {
   void make_key(ContactSurface surface);
 
   PoseOptions options_;
+  std::unique_ptr<PixelSums> sums_;
   Pose pose_;
   Key key_;
   RigidMotion from_key_, last_step_;

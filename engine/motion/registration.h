@@ -6,6 +6,7 @@
 
 #include "engine/motion/contact_surface.h"
 #include "engine/motion/freedom.h"
+#include "engine/motion/pixel_sums.h"
 #include "engine/motion/rigid_motion.h"
 
 namespace palpate {
@@ -51,5 +52,8 @@ struct Registration {
 /// noise twice. `start`: of the motion. Both surfaces have the same pitch.
 Registration register_surface(const ContactSurface& key, const ContactSurface& now, const RigidMotion& start,
                               const RegistrationOptions& options = {});
+/// The same with others' sums.
+Registration register_surface(const ContactSurface& key, const ContactSurface& now, const RigidMotion& start,
+                              const RegistrationOptions& options, PixelSums& sums);
 
 }  // namespace palpate
