@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "engine/base/simd.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -30,32 +31,33 @@ void check(const HeightMap& map) {
               std::to_string(map.contact.size()));
 }
 
-/// Calls set(pixel, the five neighbours along x or y, those beyond the border being the border's).
-template <typename Set>
-void each_five(uint32_t width, uint32_t height, bool along_x, Set set) {
-  const uint32_t length = along_x ? width : height, step = along_x ? 1 : width;
-  for (uint32_t row = 0; row < height; ++row)
-    for (uint32_t column = 0; column < width; ++column) {
-      const uint32_t pixel = row * width + column, at = along_x ? column : row;
-      std::array<uint32_t, 5> near{};
-      for (uint32_t k = 0; k < 5; ++k) {
-        const uint32_t to = std::clamp<uint32_t>(at + k, 2, length + 1) - 2;
-        near[k] = pixel + to * step - at * step;
-      }
-      set(pixel, near);
+/// Rows of five(the five neighbours along x or y), those beyond the border being the border's.
+template <typename Five>
+std::vector<float> from_five(const std::vector<float>& in, uint32_t width, uint32_t height, bool along_x,
+                             Five five) {
+  std::vector<float> out(in.size()), padded(width + 4);
+  for (uint32_t row = 0; row < height; ++row) {
+    std::array<const float*, 5> near{};
+    for (uint32_t k = 0; k < 5; ++k)
+      near[k] = along_x ? padded.data() + k
+                        : in.data() + size_t{std::clamp<uint32_t>(row + k, 2, height + 1) - 2} * width;
+    if (along_x) {
+      const float* const from = in.data() + size_t{row} * width;
+      std::fill_n(std::copy_n(from, width, std::fill_n(padded.begin(), 2, from[0])), 2, from[width - 1]);
     }
+    float* const to = out.data() + size_t{row} * width;
+    PALPATE_INDEPENDENT
+    for (uint32_t x = 0; x < width; ++x)
+      to[x] = five(near[0][x], near[1][x], near[2][x], near[3][x], near[4][x]);
+  }
+  return out;
 }
 
 std::vector<float> smoothed(const std::vector<float>& in, uint32_t width, uint32_t height) {
-  std::vector<float> once(in.size()), twice(in.size());
-  const auto filter = [&](const std::vector<float>& from, std::vector<float>& to, bool along_x) {
-    each_five(width, height, along_x, [&](uint32_t pixel, const std::array<uint32_t, 5>& n) {
-      to[pixel] = (from[n[0]] + from[n[4]] + 4 * (from[n[1]] + from[n[3]]) + 6 * from[n[2]]) / 16;
-    });
+  const auto binomial = [](float a, float b, float c, float d, float e) {
+    return (a + e + 4 * (b + d) + 6 * c) / 16;
   };
-  filter(in, once, true);
-  filter(once, twice, false);
-  return twice;
+  return from_five(from_five(in, width, height, true, binomial), width, height, false, binomial);
 }
 
 /// What is at least `border` pixels, counted along rows and columns, from what is not in the contact.
@@ -84,16 +86,12 @@ std::vector<uint8_t> eroded(std::span<const uint8_t> contact, uint32_t width, ui
 
 /// Differences of the fourth order, which texture of a few pixels needs.
 void find_slopes(Level& level) {
-  const auto slope = [&](std::vector<float>& out, bool along_x) {
-    out.resize(level.depth.size());
-    const auto part = static_cast<float>(1 / (12 * level.pitch_mm));
-    each_five(level.width, level.height, along_x, [&](uint32_t pixel, const std::array<uint32_t, 5>& n) {
-      const std::vector<float>& d = level.depth;
-      out[pixel] = (8 * (d[n[3]] - d[n[1]]) - (d[n[4]] - d[n[0]])) * part;
-    });
+  const auto part = static_cast<float>(1 / (12 * level.pitch_mm));
+  const auto slope = [part](float a, float b, float, float d, float e) {
+    return (8 * (d - b) - (e - a)) * part;
   };
-  slope(level.slope_x, true);
-  slope(level.slope_y, false);
+  level.slope_x = from_five(level.depth, level.width, level.height, true, slope);
+  level.slope_y = from_five(level.depth, level.width, level.height, false, slope);
 }
 
 void list_inside(Level& level) {
