@@ -15,6 +15,9 @@ struct SolveCase {
 
 Solve choose_solve(SurfaceSolver solver, SolveBy by, const SolveCase& what);
 
+/// The sums over pixels of Output::Motion: by the host.
+bool motion_on_host(SolveBy by, bool processor);
+
 /// The pressure of Output::Traction: by the host. `surface`: what was chosen for it.
 bool traction_on_host(SolveBy by, Solve surface, bool processor);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/numbers.h"
 #include "shaders/shared/cell_change.h"
@@ -73,11 +74,12 @@ ObjectPose unknown_pose(PoseState state, PoseLoss loss) {
   return out;
 }
 
-ObjectFollower::ObjectFollower(const Sensor& sensor, const FrameFormat& format)
+ObjectFollower::ObjectFollower(const Sensor& sensor, const FrameFormat& format,
+                               std::unique_ptr<PixelSums> sums)
     : width_(format.width),
       height_(format.height),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
-      tracker_(pose_options(sensor)),
+      tracker_(pose_options(sensor), std::move(sums)),
       depth_mm_(size_t{width_} * height_),
       contact_(depth_mm_.size()),
       followed_(size_t{cells_along(width_)} * cells_along(height_)) {}

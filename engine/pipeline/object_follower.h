@@ -19,8 +19,8 @@ PoseOptions pose_options(const Sensor& sensor);
 
 class ObjectFollower {
  public:
-  /// `sensor` has a scale.
-  ObjectFollower(const Sensor& sensor, const FrameFormat& format);
+  /// `sensor` has a scale. `sums`: who adds up the pixels.
+  ObjectFollower(const Sensor& sensor, const FrameFormat& format, std::unique_ptr<PixelSums> sums);
 
   /// Takes a copy of a frame's surface as it was solved. What is taken off where the pad seems to be at rest
   /// differs from frame to frame, and would change the object's shape.

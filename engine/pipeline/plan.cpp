@@ -82,6 +82,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
       options.solver, options.solve_by,
       {.transforms = plan.surface == SurfaceKind::Gradient && !plan.weights, .processor = processor});
   plan.traction_on_host = traction_on_host(options.solve_by, plan.solve, processor);
+  plan.motion_on_host = motion_on_host(options.solve_by, processor);
   plan.upload = options.upload;
   plan.slots = std::max(options.slots, 1u);
   return plan;

@@ -35,7 +35,7 @@ struct FramePlan {
   SurfaceKind surface = SurfaceKind::None;
   bool traction = false;  ///< by the layer
   bool motion = false;    ///< of the object
-  bool traction_on_host = false;
+  bool traction_on_host = false, motion_on_host = false;
   bool weights = false;  ///< the surface counts each pixel by its confidence
   Solve solve = Solve::Live;
   Upload upload = Upload::Auto;

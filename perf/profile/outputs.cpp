@@ -1,6 +1,7 @@
 #include "perf/profile/outputs.h"
 
 #include <deque>
+#include <utility>
 
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
@@ -39,6 +40,9 @@ std::vector<Choice> choices_for(SurfaceReading reading) {
   choices.push_back(
       {"force + surface (best, device)", reading, 1, options_for(all, SurfaceSolver::Best, SolveBy::Device)});
   choices.push_back({"force + surface + confidence", reading, 1, options_for(all | Output::Confidence)});
+  for (const auto& [by, name] : {std::pair{SolveBy::Host, "host"}, {SolveBy::Device, "device"}})
+    choices.push_back({std::string("force + surface + motion (") + name + ")", reading, 1,
+                       options_for(all | Output::Motion, SurfaceSolver::Live, by)});
   return choices;
 }
 

@@ -39,6 +39,13 @@ TEST(ChooseSolve, TractionGoesWhereItsSurfaceIs) {
   EXPECT_TRUE(traction_on_host(SolveBy::Host, Solve::Live, false));
 }
 
+TEST(ChooseSolve, MotionIsTheDevicesWhereItIsNoProcessor) {
+  EXPECT_TRUE(motion_on_host(SolveBy::Auto, true));
+  EXPECT_FALSE(motion_on_host(SolveBy::Auto, false));
+  EXPECT_FALSE(motion_on_host(SolveBy::Device, true));
+  EXPECT_TRUE(motion_on_host(SolveBy::Host, false));
+}
+
 using ChooseSolveOnDevice = GpuTest;
 
 // Whichever it takes: the heights are those of the host.

@@ -56,8 +56,8 @@ enum class SurfaceSolver {
   Best,  ///< to 3e-6: on the device or the host, as SolveBy says
 };
 
-/// Who computes what both can: the surface's equations (SurfaceSolver::Best) and the pressure of
-/// Output::Traction. Its errors and shear are always the host's.
+/// Who computes what both can: the surface's equations (SurfaceSolver::Best), the pressure of
+/// Output::Traction (its errors and shear are always the host's) and the sums over pixels of Output::Motion.
 enum class SolveBy {
   Auto,    ///< the faster one, by a rule: a recording gives the same digits each time
   Device,  ///< single precision: six cycles of multigrid at full resolution; pressure by twelve iterations a

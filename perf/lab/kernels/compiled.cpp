@@ -64,14 +64,15 @@ std::vector<Kind> kinds() {
   const Outputs known = surface | Output::Confidence, contacts = surface | Output::Contacts;
   const Outputs sums = force | Output::Contacts, gradient = force | Output::Gradient,
                 skin = force | Output::Skin;
-  return {{"press?size=640x480", {force, sums, contacts, gradient, known | Output::Contacts}},
-          {"press?size=640x480&bits=12", {surface, sums, contacts, known}},
-          {"press?size=640x480&skin=texture", {skin}},
-          {"press?size=640x480&bits=12&skin=texture", {skin}},
-          {"press?size=640x480&mode=lambert", {surface, contacts, known}},
-          {"press?size=640x480&mode=gel",
-           {surface, sums, contacts, gradient, known, contacts | Output::Traction}},
-          {"press?size=640x480&mode=gel&skin=markers", {surface, known, skin}}};
+  return {
+      {"press?size=640x480", {force, sums, contacts, gradient, known | Output::Contacts}},
+      {"press?size=640x480&bits=12", {surface, sums, contacts, known}},
+      {"press?size=640x480&skin=texture", {skin}},
+      {"press?size=640x480&bits=12&skin=texture", {skin}},
+      {"press?size=640x480&mode=lambert", {surface, contacts, known}},
+      {"press?size=640x480&mode=gel",
+       {surface, sums, contacts, gradient, known, contacts | Output::Traction, contacts | Output::Motion}},
+      {"press?size=640x480&mode=gel&skin=markers", {surface, known, skin}}};
 }
 
 /// The sensor of a scene, then with what calibrations can add to it.
