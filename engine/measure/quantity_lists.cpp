@@ -393,6 +393,16 @@ QuantityValue contact_middle(const Touch& touch) {
   return touch.object ? QuantityValue{touch.object->at_mm[K]} : QuantityValue{};
 }
 
+QuantityValue object_on_skin(const Touch& touch) {
+  if (!touch.object || touch.object->on_skin == OnSkin::Unknown) return {};
+  return std::string_view(to_string(touch.object->on_skin));
+}
+template <size_t K>
+QuantityValue slip_component(const Touch& touch) {
+  if (!touch.object || touch.object->on_skin == OnSkin::Unknown) return {};
+  return touch.object->slip_mm[K];
+}
+
 constexpr MeasuredQuantity<Touch> kObject[] = {
     field<Touch, &Touch::object, &ObjectPose::state>(
         "object_state", G::Object,
@@ -452,6 +462,17 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
     made<Touch>("object_turn_z_rad", G::Object, Estimated, "The same, about the normal, from +x towards +y.",
                 pose_component<&ObjectPose::turn_rad, 2>,
                 {.row = {"object turned", 2, true, "deg", 57.29578}}),
+    made<Touch>(
+        "object_on_skin", G::Object, Word,
+        "The object and the skin, where it is followed, by how far both have moved since they last stuck: "
+        "`sticks`, `slips` (the object goes on where the skin stays behind) or `disagrees` (the skin goes "
+        "farther than the object, or across: one of both is wrong).",
+        object_on_skin, {.none = true, .row = {"object on the skin"}}),
+    made<Touch>("object_slip_x_mm", G::Object, Estimated,
+                "How far the object has slid to the right over the skin since they last stuck.",
+                slip_component<0>, {.row = {"slid over the skin", 3, true}}),
+    made<Touch>("object_slip_y_mm", G::Object, Estimated, "The same, downwards.", slip_component<1>,
+                {.row = {"slid over the skin", 3, true}}),
     field<Touch, &Touch::object, &ObjectPose::residual_mm>(
         "object_residual_mm", G::Object,
         "Difference that the motion leaves between both surfaces, a standard deviation.",

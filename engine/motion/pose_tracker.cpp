@@ -173,7 +173,7 @@ void PoseTracker::take(const Registration& found) {
   pose_.motion = found.motion * key_.motion;
   pose_.at_mm = found.at_mm;
   const Matrix6d moved = carried_by(found.motion);
-  link_ = found.covariance;
+  link_ = pose_.since_key = found.covariance;
   // A key frame's noise enters the motions to it and from it with opposite signs: it cancels in what both
   // share.
   const double shared = std::max(key_.overlap + found.overlap - 1, 0.0);

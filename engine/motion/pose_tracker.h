@@ -50,6 +50,7 @@ struct Pose {
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();  ///< where what follows is seen
   /// Of the small motion about at_mm that is missing, the errors of all key frames in it.
   Matrix6d covariance = Matrix6d::Zero();
+  Matrix6d since_key = Matrix6d::Zero();  ///< of that, the part since the last key frame
   Freedom freedom = {};                   ///< what is unknown of the motion since the track began
   Slippage surface = Slippage::None;      ///< what the contact is now
   Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< Freedom::pivot_mm of that

@@ -28,20 +28,6 @@ Along along(std::span<const double> mm, std::span<const double> sd_mm, std::span
 
 }  // namespace
 
-std::string_view name_of(Grip grip) {
-  switch (grip) {
-    case Grip::Unknown:
-      return "unknown";
-    case Grip::Stick:
-      return "stick";
-    case Grip::Slip:
-      return "slip";
-    case Grip::Disagree:
-      break;
-  }
-  return "disagree";
-}
-
 SlipWitness slip_between(const PoseComponents& object, const SkinDisplacement& skin) {
   constexpr double kChiSquare95[] = {0, 3.841, 5.991}, kSure = 2.576;
   SlipWitness out;
@@ -62,10 +48,10 @@ SlipWitness slip_between(const PoseComponents& object, const SkinDisplacement& s
     length_mm = std::hypot(length_mm, way[k]);
   }
   if (known == 0) return out;
-  out.grip = Grip::Stick;
+  out.on_skin = OnSkin::Sticks;
   // Without any error (0 / 0) equal motions stick.
   if (!(chi_square > kChiSquare95[known])) return out;
-  out.grip = Grip::Slip;
+  out.on_skin = OnSkin::Slips;
   for (double& part : way) part = length_mm > 0 ? part / length_mm : 0;
   const double across[2] = {-way[1], way[0]};
   const Along gone = along(object.shift_mm, out.slip_sd_mm, way),
@@ -73,7 +59,7 @@ SlipWitness slip_between(const PoseComponents& object, const SkinDisplacement& s
   const Along carried = along(skin.shift_mm, out.slip_sd_mm, way),
               aside = along(skin.shift_mm, out.slip_sd_mm, across);
   if (!gone.apart(kSure) || ahead.below(kSure) || carried.below(kSure) || (known == 2 && aside.apart(kSure)))
-    out.grip = Grip::Disagree;
+    out.on_skin = OnSkin::Disagrees;
   return out;
 }
 

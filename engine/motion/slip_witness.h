@@ -2,7 +2,6 @@
 #pragma once
 
 #include <limits>
-#include <string_view>
 
 #include "engine/motion/pose_tracker.h"
 
@@ -16,20 +15,9 @@ struct SkinDisplacement {
   double turn_sd_rad = std::numeric_limits<double>::quiet_NaN();
 };
 
-enum class Grip {
-  Unknown,  ///< no shift is known of both
-  Stick,    ///< they move alike, within their errors
-  Slip,     ///< the object goes on where the skin stays behind
-  /// The skin goes farther than the object, across its way or back: the object's texture is the skin's or the
-  /// pad's, a wave was missed, or the skin's points were lost. A skin that springs back after a slip does so,
-  /// too: ways to hand over are those since it last stuck.
-  Disagree
-};
-std::string_view name_of(Grip grip);
-
 /// NaN where the object's or the skin's is.
 struct SlipWitness {
-  Grip grip = Grip::Unknown;
+  OnSkin on_skin = OnSkin::Unknown;
   double slip_mm[2] = {}, slip_sd_mm[2] = {};  ///< the object's shift less the skin's
   double turn_rad = 0, turn_sd_rad = 0;        ///< likewise about the normal
 };

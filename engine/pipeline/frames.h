@@ -50,6 +50,8 @@ class Frames {
   /// FramePlan::motion: adds the object's pose to the parts of the frame that was measured last. `after_gap`:
   /// the frames before are not its predecessors.
   void follow_object(uint32_t slot, bool after_gap);
+  /// The same frame, once its skin is followed: what the object does on it.
+  void follow_object_on_skin(Touch& touch) { object_->follow_skin(touch); }
   /// The object's track begins anew.
   void restart_motion();
 

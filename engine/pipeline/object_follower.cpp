@@ -66,6 +66,7 @@ ObjectPose unknown_pose(PoseState state, PoseLoss loss) {
   out.state = state;
   out.loss = loss;
   for (auto* of : {&out.shift_mm, &out.turn_rad}) of->fill({kNaN, kNaN, reason_of(state)});
+  out.slip_mm.fill({kNaN, kNaN, reason_of(state)});
   out.at_mm.fill(kNaN);
   out.covariance.fill(kNaN);
   out.rotation.fill(kNaN);
@@ -93,16 +94,18 @@ ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touc
                                   const GelContacts* contacts) {
   if (!touched) {
     std::ranges::fill(followed_, 0);
-    return summary_of(tracker_.lift());
+    pose_ = tracker_.lift();
+    return summary_of(pose_);
   }
   for (float& depth : depth_mm_) depth -= static_cast<float>(level_mm);
   contacts ? mark_contact(*contacts) : mark_deep();
-  return summary_of(tracker_.update({.width = width_,
-                                     .height = height_,
-                                     .pitch_mm_per_px = pitch_mm_per_px_,
-                                     .depth_mm = depth_mm_,
-                                     .level_sd_mm = level_sd_mm,
-                                     .contact = contact_}));
+  pose_ = tracker_.update({.width = width_,
+                           .height = height_,
+                           .pitch_mm_per_px = pitch_mm_per_px_,
+                           .depth_mm = depth_mm_,
+                           .level_sd_mm = level_sd_mm,
+                           .contact = contact_});
+  return summary_of(pose_);
 }
 
 // The contact that holds most of the cells of the one that was followed, else the largest.

@@ -7,6 +7,7 @@
 #include "engine/measure/contact/gel_contacts.h"
 #include "engine/measure/height_rows.h"
 #include "engine/motion/pose_tracker.h"
+#include "engine/pipeline/skin_slip.h"
 #include "palpate/sensor.h"
 
 namespace palpate {
@@ -29,6 +30,8 @@ class ObjectFollower {
   /// `touched`: whether something touches at all. `contacts`: those of a colour gel; null: what is deeper
   /// than half of the deepest point is in contact.
   ObjectPose follow(double level_mm, double level_sd_mm, bool touched, const GelContacts* contacts);
+  /// Of the frame that was followed last, once its skin is: what the object does on it.
+  void follow_skin(Touch& touch) { slip_.follow(pose_, touch); }
   /// The next frame begins a new track.
   void restart() { tracker_.restart(); }
 
@@ -39,6 +42,8 @@ class ObjectFollower {
   uint32_t width_, height_;
   double pitch_mm_per_px_;
   PoseTracker tracker_;
+  Pose pose_;
+  SkinSlip slip_;
   std::vector<float> depth_mm_;
   std::vector<uint8_t> contact_;          ///< of each pixel
   std::vector<uint8_t> followed_;         ///< of each cell: it was in the contact that is followed

@@ -163,6 +163,7 @@ struct Pipeline::Impl {
     if (plan.motion && spoilt) parts.object = unknown_pose(PoseState::PictureDamaged);
     if (plan.motion && !spoilt) frames.follow_object(index, stamp.after_gap);
     assemble(parts, stamp, history, touch);
+    if (plan.motion && !spoilt) frames.follow_object_on_skin(touch);
     if (!spoilt) {
       result.traction = parts.traction_maps;
       result.extrapolated = parts.extrapolated;

@@ -94,6 +94,20 @@ const char* to_string(PoseDoubt doubt) {
   return "?";
 }
 
+const char* to_string(OnSkin on_skin) {
+  switch (on_skin) {
+    case OnSkin::Unknown:
+      return "unknown";
+    case OnSkin::Sticks:
+      return "sticks";
+    case OnSkin::Slips:
+      return "slips";
+    case OnSkin::Disagrees:
+      break;
+  }
+  return "disagrees";
+}
+
 const char* to_string(Slippage kind) {
   switch (kind) {
     case Slippage::None:

@@ -39,8 +39,10 @@ constexpr const char* kHeader =
     "shear_max_kPa,pressed_area_mm2,unexplained_slope,bending_mm,object_state,object_loss,object_doubt,"
     "object_track,object_surface,object_x_mm,object_y_mm,object_z_mm,object_shift_x_mm,object_shift_x_sd_mm,"
     "object_shift_y_mm,object_shift_y_sd_mm,object_shift_z_mm,object_shift_z_sd_mm,object_turn_x_rad,object_"
-    "turn_x_sd_rad,object_turn_y_rad,object_turn_y_sd_rad,object_turn_z_rad,object_turn_z_sd_rad,object_"
-    "residual_mm,object_overlap,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_"
+    "turn_x_sd_rad,object_turn_y_rad,object_turn_y_sd_rad,object_turn_z_rad,object_turn_z_sd_rad,object_on_"
+    "skin,"
+    "object_slip_x_mm,object_slip_x_sd_mm,object_slip_y_mm,object_slip_y_sd_mm,object_residual_mm,object_"
+    "overlap,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_"
     "center_x_px,true_center_y_px,true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,true_"
     "volume_mm3,true_torsion_rad,true_stick_share";
 constexpr const char* kContactsHeader =
@@ -56,7 +58,8 @@ constexpr const char* kRow =
     "clipped,rest,5,6,7,2,0.001000,0.020000,8,1,0.7500,4.5000,9,120,3,0.050,0.010,-0.060,0.011,0.0300,0.0020,"
     "0.800,0.040,55.5,changed,1.25,0.10,0.20,0.30,0.40,0.50,0.60,0.70,0.80,0.9,1.0,1.1,1.2,too deep for the "
     "pad,33.00,11.00,6.50,0.0150,7.2500,tracked,none,none,2,revolution,0.5000,-0.2500,0.4000,0.310,0.020,-0."
-    "310,0.030,0.110,0.010,0.0210,0.0040,-0.0210,0.0050,,,0.0021,0.750000,1,0.85,0.1,-0.2,1,10,20,30,0.43,0."
+    "310,0.030,0.110,0.010,0.0210,0.0040,-0.0210,0.0050,,,slips,0.125,0.011,,,0.0021,0.750000,1,0.85,0.1,-0."
+    "2,1,10,20,30,0.43,0."
     "005000,1,0.8,0.031,0.79";
 
 Touch distinct_touch() {
@@ -123,6 +126,8 @@ Touch distinct_touch() {
   object.turn_rad = {{{0.021, 0.004, Validity::Valid},
                       {-0.021, 0.005, Validity::Valid},
                       {kNaN, kNaN, Validity::Undetermined}}};
+  object.on_skin = OnSkin::Slips;
+  object.slip_mm = {{{0.125, 0.011, Validity::Valid}, {kNaN, kNaN, Validity::Undetermined}}};
   object.residual_mm = 0.0021;
   object.overlap = 0.75;
   return t;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "capture/synthetic/object.h"
 #include "engine/pipeline/object_follower.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
@@ -76,7 +77,7 @@ TEST_F(ObjectMotion, CountsAnewWhereAskedToAndAfterAGap) {
 
 // All other numbers are as without it, and without it nothing of it is there.
 TEST_F(ObjectMotion, LeavesTheOtherNumbersAlone) {
-  Pipeline with = run_.pipeline(context(), {.outputs = kMoving});
+  Pipeline with = run_.pipeline(context(), {.outputs = kMoving, .solve_by = SolveBy::Host});
   Pipeline without = run_.pipeline(context(), {.outputs = kMeasured});
   EXPECT_EQ(with.memory_bytes(), without.memory_bytes());
   for (const uint64_t k : {0u, 30u, 50u, 80u}) {
@@ -117,6 +118,80 @@ TEST_F(ObjectMotion, WantsASurfaceAndAScale) {
   Sensor unscaled = run_.sensor;
   unscaled.pitch_mm_per_px = 0;
   EXPECT_THROW(Pipeline(context(), unscaled, run_.source.format(), {.outputs = kMoving}), Error);
+}
+
+/// Every frame of a simulated object through a pipeline, with its truth.
+template <typename See>
+void measure_object(Device& device, const std::string& keys, const PipelineOptions& options, See see) {
+  const ObjectOptions scene = parse_object("synthetic:object?" + keys);
+  ObjectSensor source(scene);
+  Pipeline pipeline(device, object_sensor(scene), source.format(), options);
+  pipeline.set_background(*source.own_background());
+  for (Frame frame; source.next(frame);) see(pipeline.process(frame).touch, *source.truth(frame.sequence));
+}
+
+// Device and host add up in different orders.
+TEST_F(ObjectMotion, OfDeviceAndHostAreAlike) {
+  const std::string keys = "shape=textured&size=160x120&seconds=1.2&seed=2";
+  std::vector<ObjectPose> host;
+  measure_object(context(), keys, {.outputs = kMoving, .solve_by = SolveBy::Host},
+                 [&](const Touch& touch, const Truth&) { host.push_back(*touch.object); });
+  size_t at = 0, tracked = 0;
+  measure_object(context(), keys, {.outputs = kMoving, .solve_by = SolveBy::Device},
+                 [&](const Touch& touch, const Truth&) {
+                   const ObjectPose &device = *touch.object, &wanted = host[at++];
+                   ASSERT_EQ(device.state, wanted.state) << at;
+                   if (device.state != PoseState::Tracked) return;
+                   ++tracked;
+                   for (size_t c = 0; c < 3; ++c) {
+                     EXPECT_NEAR(device.translation_mm[c], wanted.translation_mm[c], 2e-4) << at;
+                     EXPECT_NEAR(device.shift_mm[c].standard_error, wanted.shift_mm[c].standard_error,
+                                 0.02 * wanted.shift_mm[c].standard_error)
+                         << at;
+                   }
+                 });
+  EXPECT_GT(tracked, 20u);
+}
+
+// Dragged to and fro under friction: the skin goes along, then stays behind.
+TEST_F(ObjectMotion, SlipsOnTheSkinWhereFrictionGivesWay) {
+  constexpr double kFriction = 0.3;
+  size_t told = 0, right = 0, slipping = 0;
+  double worst_mm = 0, stuck_at_mm = 0;
+  measure_object(context(), "shape=textured&path=drag&skin=markers&friction=0.3&seconds=2.6&size=320x240",
+                 {.outputs = kMoving | Output::Skin}, [&](const Touch& touch, const Truth& truth) {
+                   const ObjectPose& pose = *touch.object;
+                   if (pose.state != PoseState::Tracked || !truth.motion) {
+                     EXPECT_EQ(pose.on_skin == OnSkin::Slips, false);
+                     return;
+                   }
+                   ++told;
+                   right += (pose.on_skin == OnSkin::Slips) == truth.slipping;
+                   slipping += truth.slipping;
+                   const double x_mm = truth.motion->shift_mm[0];
+                   if (!truth.slipping) stuck_at_mm = x_mm;
+                   if (!truth.slipping || pose.on_skin != OnSkin::Slips) return;
+                   // The skin's way is friction times depth; at the last place where both stuck it was less.
+                   const double most_mm = std::abs(x_mm - stuck_at_mm);
+                   EXPECT_TRUE(pose.slip_mm[0].valid());
+                   EXPECT_LT(std::abs(pose.slip_mm[0].value), most_mm + 0.06);
+                   worst_mm = std::max(worst_mm, std::abs(pose.slip_mm[0].value));
+                 });
+  std::printf("%zu frames told, %zu as in truth, %zu of them slip, by up to %.2f mm (friction %.1f)\n", told,
+              right, slipping, worst_mm, kFriction);
+  EXPECT_GT(slipping, 30u);
+  EXPECT_GT(right, 0.85 * static_cast<double>(told));
+  EXPECT_GT(worst_mm, 1.4);
+}
+
+// Where no skin is followed nothing is said of it.
+TEST_F(ObjectMotion, KnowsNoSlipWithoutSkin) {
+  measure_object(context(), "shape=textured&size=160x120&seconds=1", {.outputs = kMoving},
+                 [](const Touch& touch, const Truth&) {
+                   EXPECT_EQ(touch.object->on_skin, OnSkin::Unknown);
+                   EXPECT_TRUE(std::isnan(touch.object->slip_mm[0].value));
+                   EXPECT_FALSE(touch.object->slip_mm[0].valid());
+                 });
 }
 
 }  // namespace

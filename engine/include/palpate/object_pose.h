@@ -28,7 +28,7 @@ enum class PoseLoss : uint8_t {
 };
 PALPATE_API const char* to_string(PoseLoss loss);
 
-/// What a tracked pose is to be taken with care for.
+/// Doubt: what a tracked pose is to be taken with care for.
 enum class PoseDoubt : uint8_t {
   None,
   OthersMove,    ///< several contacts that move unlike: the pose is the largest one's
@@ -50,6 +50,18 @@ enum class Slippage : uint8_t {
 };
 PALPATE_API const char* to_string(Slippage kind);
 
+/// Object and skin, where the skin is followed (Output::Skin), by how far both have moved since they last
+/// stuck.
+enum class OnSkin : uint8_t {
+  Unknown,  ///< no shift along the pad is known of both
+  Sticks,   ///< they move alike, within their errors (95 %)
+  Slips,    ///< the object goes on where the skin stays behind
+  /// The skin goes farther than the object, across its way or back (99 %): the object's texture is the skin's
+  /// or the pad's, a wave was missed, or the skin's points were lost.
+  Disagrees
+};
+PALPATE_API const char* to_string(OnSkin on_skin);
+
 /// Places count from the picture's middle: x to the right, y down, z into the pad. Of the object's point that
 /// is at `at_mm` now: its shifts since the track began, and the object's turns about the axes, as a rotation
 /// vector. Components that the surface does not determine have the state Undetermined and no number.
@@ -70,6 +82,9 @@ struct ObjectPose {
   /// open, the one that turns least.
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::array<double, 3> translation_mm{};
+  OnSkin on_skin = OnSkin::Unknown;
+  /// How far the object has slid over the skin since they last stuck, x and y.
+  std::array<Estimate, 2> slip_mm{};
   double residual_mm = 0;  ///< that the motion leaves between both surfaces, a standard deviation
   double overlap = 0;      ///< part of the contact that is compared with the key frame's, 0 to 1
 };
