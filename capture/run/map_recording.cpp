@@ -1,10 +1,13 @@
 #include "capture/run/map_recording.h"
 
 #include <algorithm>
-#include <vector>
 
+#include "capture/files/map_files.h"
+#include "capture/files/output_file.h"
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
+#include "capture/run/touched_depths.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/object_follower.h"
 #include "palpate/error.h"
@@ -13,44 +16,21 @@
 namespace palpate {
 namespace {
 
-/// A frame's depths below rest, and where the object touches.
-class Depths {
- public:
-  Depths(const FrameFormat& format, double pitch_mm, double share)
-      : width_(format.width), height_(format.height), pitch_mm_(pitch_mm), share_(share) {}
+void require_within(const char* option, double value, double least, double most) {
+  if (!(value >= least && value <= most))
+    throw Error(Failure::Usage, text("%s %g to %g", option, least, most), text("%g", value),
+                text("%s %g", option, std::clamp(value, least, most)));
+}
 
-  HeightMap of(const Result& result) {
-    const std::span<const float> depths = result.depth_mm();
-    depth_.assign(depths.begin(), depths.end());
-    contact_.assign(depths.size(), 0);
-    const Touch& touch = result.touch;
-    if (touch.contact && touch.surface && !depth_.empty()) {
-      sorted_ = depth_;
-      // From the frame's own lowest places: where little of the pad is at rest, its level is not known.
-      const auto fiftieth = static_cast<std::ptrdiff_t>(sorted_.size() / 50);
-      const auto low = sorted_.begin() + fiftieth, deep = sorted_.end() - 1 - fiftieth;
-      std::nth_element(sorted_.begin(), low, sorted_.end());
-      std::nth_element(low, deep, sorted_.end());
-      constexpr double kSure = 4, kLeast_mm = 0.01;  // clear of the depths' noise
-      const double range = double{*deep} - double{*low};
-      const auto level = static_cast<float>(
-          double{*low} + std::max({share_ * range, kSure * touch.surface->depth_sd_mm, kLeast_mm}));
-      std::transform(depth_.begin(), depth_.end(), contact_.begin(),
-                     [&](float depth) { return depth > level ? 1 : 0; });
-    }
-    return {.width = width_,
-            .height = height_,
-            .pitch_mm_per_px = pitch_mm_,
-            .depth_mm = depth_,
-            .contact = contact_};
-  }
-
- private:
-  uint32_t width_, height_;
-  double pitch_mm_, share_;
-  std::vector<float> depth_, sorted_;
-  std::vector<uint8_t> contact_;
-};
+void require_options(const MapRequest& request) {
+  const MapOptions& map = request.map;
+  constexpr double kLargest_mm = 100;
+  if (map.pitch_mm != 0) require_within("--pitch-mm", map.pitch_mm, 1e-4, kLargest_mm);
+  require_within("--key-overlap", map.key_overlap, MapRequest::kLeastOverlap, MapRequest::kMostOverlap);
+  require_within("--links", map.links, 1, MapRequest::kMostLinks);
+  require_within("--most-keys", map.most_keys, 2, MapRequest::kMostKeys);
+  require_within("--contact-share", request.contact_share, MapRequest::kLeastShare, MapRequest::kMostShare);
+}
 
 void require_surface(const MapRequest& request, const MeasuredInput& input) {
   if (!wants(input.outputs, Output::Surface))
@@ -62,7 +42,30 @@ void require_surface(const MapRequest& request, const MeasuredInput& input) {
 
 }  // namespace
 
+json::Value map_report(const RecordingMap& found) {
+  json::Value report = map_json(*found.map);
+  report["frames"] = found.frames;
+  report["frames_tracked"] = found.tracked;
+  report["frames_lost"] = found.lost;
+  report["frames_without_contact"] = found.no_contact;
+  report["tracks"] = found.tracks;
+  json::Value surfaces = json::Value::object();
+  for (const auto& [name, frames] : found.surfaces) surfaces[name] = frames;
+  report["frames_by_surface"] = surfaces;
+  report["complete"] = found.complete;
+  return report;
+}
+
+std::vector<std::string> write_map(const std::filesystem::path& folder, const RecordingMap& found) {
+  make_output_folder(folder);
+  std::vector<std::string> names = write_map(folder, *found.map);
+  write_whole(folder / "map.json", std::string_view(map_report(found).dump(2) + "\n"));
+  names.emplace_back("map.json");
+  return names;
+}
+
 RecordingMap map_recording(gpu::Context& context, const MapRequest& request, const RunWatch& watch) {
+  require_options(request);
   const MeasuredInput input = find_input(request);
   require_surface(request, input);
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
@@ -77,14 +80,16 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
 
   RecordingMap out;
   out.pitch_mm = input.sensor.pitch_mm_per_px;
-  Depths depths(source->format(), out.pitch_mm, request.contact_share);
+  TouchedDepths depths(source->format(), out.pitch_mm, request.contact_share);
   PoseTracker tracker(pose_options(input.sensor));
   ObjectMap map(request.map);
   const RunWatch::Progress progress = watch.begin("mapping", source->frame_count().value_or(0));
-  run_recording(*source, pipeline, request.max_frames, watch.stop, [&](const Result& result, const Frame&) {
-    const HeightMap seen = depths.of(result);
+  const auto take = [&](const Result& result, const Frame&) {
+    const Touch& touch = result.touch;
+    const HeightMap seen = depths.of(result.depth_mm(), touch.contact && touch.surface,
+                                     touch.surface.value_or(SurfaceSummary{}).depth_sd_mm);
     const Pose& pose = tracker.update(seen);
-    map.add(seen, pose, result.touch.sequence);
+    map.add(seen, pose, touch.sequence);
     // Here, and not beside the frames: a recording gives the same map each time.
     while (map.work(ObjectMap::Work::Places)) {
     }
@@ -95,12 +100,19 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
     if (pose.state == PoseState::Tracked) ++out.surfaces[to_string(pose.surface)];
     if (pose.state == PoseState::Tracked || pose.state == PoseState::Begun) ++out.tracked;
     progress(out.frames);
-  });
+  };
+  try {
+    run_recording(*source, pipeline, request.max_frames, watch.stop, take);
+  } catch (const Error& error) {
+    // What came before it is good.
+    if (out.frames == 0) throw;
+    out.error = error.what();
+  }
   map.finish();
   if (out.frames == 0 && !watch.stopped())
     throw Error(Failure::Input, "frames in '" + request.input + "'", "none", "another recording");
   out.map = map.snapshot();
-  out.complete = !watch.stopped();
+  out.complete = !watch.stopped() && out.error.empty();
   out.warning = source->warning();
   return out;
 }

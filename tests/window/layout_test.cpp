@@ -92,6 +92,25 @@ bool lies_in(const ViewRect& a, const ViewRect& b) {
          a.x + static_cast<int64_t>(a.width) <= b.x + static_cast<int64_t>(b.width) &&
          a.y + static_cast<int64_t>(a.height) <= b.y + static_cast<int64_t>(b.height);
 }
+
+TEST(Layout, TheMapHasRoomOfItsOwnBesideThePictures) {
+  for (const auto& [width, height] : {std::pair{480u, 320u}, {800u, 600u}, {1280u, 720u}, {1920u, 1080u}})
+    for (int i = 0; i < 2 * kArrangements; ++i)
+      for (const bool surface : {true, false}) {
+        SCOPED_TRACE(text("%u x %u, %d, surface %d", width, height, i, surface));
+        const Layout l = make_layout({width, height}, 1, {640, 480, 1, 8}, surface,
+                                     {.tools = true,
+                                      .arrangement = static_cast<Arrangement>(i / 2),
+                                      .image_large = i % 2 != 0,
+                                      .map = true});
+        ASSERT_TRUE(l.has_map);
+        EXPECT_TRUE(lies_in(l.map, l.pictures));
+        EXPECT_GE(l.map.width * l.map.height, l.pictures.width * l.pictures.height / 3);
+        EXPECT_FALSE(l.has_surface && meet(l.map, l.surface));
+        EXPECT_FALSE(l.has_image && meet(l.map, l.image));
+      }
+  EXPECT_FALSE(make_layout({800, 600}, 1, {640, 480, 1, 8}, true).has_map);
+}
 uint64_t area(const ViewRect& r) {
   return uint64_t{r.width} * r.height;
 }

@@ -104,6 +104,37 @@ TEST_F(WindowTest, ADeviceThatIsLostIsOpenedAnewBehindTheWindow) {
   EXPECT_TRUE(contains(done.err, "opened anew, the run goes on")) << done.err;
 }
 
+// What is written is what is shown; Shift + O begins it anew, with frames that came after it.
+TEST_F(WindowTest, TheMapOfAnObjectIsWrittenAndBeginsAnew) {
+  const fs::path out = folder_ / "out";
+  open({"live", "synthetic:object?shape=relief&speed_mm_s=2&reach_mm=6&size=160x120&repeat=0", "--outputs",
+        "force,surface,contacts,motion", "--out", out});
+  ASSERT_TRUE(drawn(out));
+  Json map;
+  const auto mapped = [&](size_t keys, uint64_t after) {
+    return wait_for([&] {
+      desktop_->key("s");
+      fs::path newest;
+      for (const auto& entry : fs::directory_iterator(out))
+        if (entry.path().string().ends_with("-map") && fs::exists(entry.path() / "map.json"))
+          newest = std::max(newest, entry.path());
+      if (newest.empty()) return false;
+      map = parse_json(slurp(newest / "map.json"));
+      const Json& found = map.at("pieces")[0].at("key_frames");
+      return found.size() >= keys && found[0].at("frame") > after;
+    });
+  };
+  ASSERT_TRUE(mapped(2, 0));
+  const uint64_t last = map.at("pieces")[0].at("key_frames").back().at("frame");
+  desktop_->key("shift+o");
+  EXPECT_TRUE(mapped(1, last));
+  EXPECT_EQ(map.at("pieces").size(), 1u) << "nothing of before";
+  desktop_->key("shift+t");  // off
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(remembered()["object_map"], false);
+}
+
 TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
   ASSERT_TRUE(drawn(folder_ / "out"));

@@ -102,16 +102,7 @@ std::string words_of(const RecordingMap& found) {
 Report report_of(const RecordingMap& found) {
   const MapSnapshot& map = *found.map;
   Report report;
-  report.json = map_json(map);
-  report.json["frames"] = found.frames;
-  report.json["frames_tracked"] = found.tracked;
-  report.json["frames_lost"] = found.lost;
-  report.json["frames_without_contact"] = found.no_contact;
-  report.json["tracks"] = found.tracks;
-  json::Value surfaces = json::Value::object();
-  for (const auto& [name, frames] : found.surfaces) surfaces[name] = frames;
-  report.json["frames_by_surface"] = surfaces;
-  report.json["complete"] = found.complete;
+  report.json = map_report(found);
   report.say(text(
       "%llu frames: %llu tracked, %llu lost, %llu without contact; %u key frames, %u loops, %u refused\n",
       static_cast<unsigned long long>(found.frames), static_cast<unsigned long long>(found.tracked),
@@ -127,16 +118,15 @@ Report run(const Common& common, Options options) {
   request.seed = common.seed;
   request.map.loops = !options.no_loops;
   catch_interrupts();
+  if (!common.out.empty()) make_output_folder(common.out);  // refused before the work, not after it
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const RecordingMap found = map_recording(*context, request, run_watch(common));
   if (!found.warning.empty()) spdlog::warn("{}", found.warning);
+  if (!found.error.empty()) spdlog::error("{}", found.error);
   Report report = report_of(found);
   if (!common.out.empty()) {
-    make_output_folder(common.out);
     std::string written = "written to " + common.out.string() + ":";
-    for (const std::string& name : write_map(common.out, *found.map)) written += " " + name;
-    write_whole(common.out / "map.json", std::string_view(report.json.dump(2) + "\n"));
-    written += " map.json";
+    for (const std::string& name : write_map(common.out, found)) written += " " + name;
     if (!found.map->pieces.empty()) {
       std::string drawn;
       draw_plot(picture_of(found.map->pieces.front()), common.out / "map", drawn);
@@ -144,10 +134,10 @@ Report run(const Common& common, Options options) {
     }
     report.say(written);
   }
-  report.exit_code = !validation_clean(*context) ? kInternalError
-                     : !found.complete           ? kInterrupted
-                     : found.map->pieces.empty() ? static_cast<int>(Failure::Input)
-                                                 : 0;
+  report.exit_code = !validation_clean(*context)                         ? kInternalError
+                     : interrupted()                                     ? kInterrupted
+                     : found.map->pieces.empty() || !found.error.empty() ? static_cast<int>(Failure::Input)
+                                                                         : 0;
   return report;
 }
 
@@ -168,15 +158,16 @@ void add_map(CommandLine& program, Common& common, Command& chosen) {
                 {"fixed_light"}});
   command->add_option("--pitch-mm", request.map.pitch_mm, "Of the map's pixels (default: the key frames')")
       ->check(Check::positive());
-  command->add_setting("--key-overlap", request.map.key_overlap, Check::range(0.3, 0.95),
+  command->add_setting("--key-overlap", request.map.key_overlap,
+                       Check::range(MapRequest::kLeastOverlap, MapRequest::kMostOverlap),
                        "Part of a contact that the next key frame still shows");
-  command->add_setting("--links", request.map.links, Check::range(1, 50),
+  command->add_setting("--links", request.map.links, Check::range(1, MapRequest::kMostLinks),
                        "Key frames that each one is compared with");
   command->add_flag("--no-loops", options->no_loops, "Compare each key frame with the last one alone");
-  command->add_setting("--most-keys", request.map.most_keys, Check::range(2, 5000),
+  command->add_setting("--most-keys", request.map.most_keys, Check::range(2, MapRequest::kMostKeys),
                        "Key frames that are kept, 0.2 MB each");
   command->add_setting(
-      "--contact-share", request.contact_share, Check::range(0.05, 0.9),
+      "--contact-share", request.contact_share, Check::range(MapRequest::kLeastShare, MapRequest::kMostShare),
       "Part of the way from a frame's lowest to its deepest place from which it counts as touched");
   add_settings(*command, request, {{"rate_Hz"}, {"frames", "Stop after that many frames"}});
   command->add_option(
@@ -189,7 +180,7 @@ void add_map(CommandLine& program, Common& common, Command& chosen) {
       "Heights are in the pad's axes at the first key frame: x right, y down, z out of the object.\n"
       "Parts that no texture connects are maps of their own: map.npy is the largest, map_2.npy the next.\n"
       "Ctrl-C ends the recording, and what was seen until then is mapped (exit code 130). Exit code 3\n"
-      "where there is no map.\n");
+      "where there is no map, or the recording is damaged: what came before that is mapped.\n");
   command->runs(chosen, [&common, options] { return run(common, *options); });
 }
 

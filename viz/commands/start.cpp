@@ -6,6 +6,7 @@
 
 #include "capture/live/live_report.h"
 #include "capture/open_source.h"
+#include "capture/synthetic/object_options.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -89,6 +90,9 @@ Report start(const Common& common, const std::optional<SetupInputs>& setup) {
       }
     }
     if (!opened) continue;
+    // What these show is how an object moves; of a sensor's recording it is asked for.
+    if (is_object(request.input) && request.chosen_outputs.empty())
+      opened->measured.outputs |= Output::Motion;
     settings.remember(request.input, request.sensor);
     try {
       const LiveRunReport run = run_live_input(*context, std::move(request), std::move(*opened));

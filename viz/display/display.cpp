@@ -49,11 +49,12 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
       scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
              window_.handle(), window_.scale()),
       software_(context.is_software()),
-      governor_(!context.is_software(), kDrawBudget_ms) {
+      governor_(!context.is_software(), kDrawBudget_ms),
+      map_(what.map) {
   if (shown.settings) scene_.state().choose(shown.settings->view);
   scene_.state().vsync = window_.vsync();
   scene_.state().replay = options.replay;
-  scene_.state().follows_object = wants(what.outputs, Output::Motion) && !what.separate;
+  scene_.state().follows_object = map_ != nullptr;
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
   scene_.set_timeline({.timed = timed,
@@ -128,6 +129,7 @@ void Display::handle_input() {
   ViewState& state = scene_.state();
   const ImGuiIO& io = ImGui::GetIO();
   if (!state.mouse_taken) drag_view(scene_.eye(), scene_.layout().surface, state.camera);
+  if (!state.mouse_taken && scene_.layout().has_map) drag_map(scene_.map_fit(), state.map_eye);
   // In the order of the presses, which ImGui does not keep: it sees only keys that are down when a picture
   // begins, and says of a text that is closed for one picture more that it is typed.
   const bool field = state.labelling || state.palette, closed = std::exchange(field_, field) && !field;
@@ -170,6 +172,17 @@ void Display::follow_thumbnail() {
   else
     thumbnail_ = thumbnail_of(current_->captured->frame);
   thumbnail_px_ = area_px;
+}
+
+/// Frames go to the map as long as it is shown, and what there is of it to the picture.
+void Display::follow_map(bool is_new) {
+  if (!map_ || !scene_.state().object_map) return;
+  if (is_new && map_->wants(current_->result.touch))
+    map_->add(current_->result.touch, current_->captured->frame.format, current_->result.depth_mm(),
+              session_.device_losses);
+  MapLook look{map_->seen(), map_->pad_mm()};
+  if (look.map != scene_.map().map) restless_ = std::max(restless_, 1);
+  scene_.show_map(std::move(look));
 }
 
 void Display::update_player() {
@@ -297,6 +310,7 @@ void Display::show(LiveReport& report) {
       restless_ = 3;
       if (options_.close_at_end) break;
     }
+    follow_map(is_new);
     update_stats();
     const bool still = !is_new && restless_ == 0 && is_still();
     if (!current_ || (!is_new && restless_ == 0 && !still)) {

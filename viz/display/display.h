@@ -12,6 +12,7 @@
 #include "capture/files/measurements.h"
 #include "capture/live/live_options.h"
 #include "capture/live/session.h"
+#include "capture/run/growing_map.h"
 #include "engine/base/background_work.h"
 #include "engine/pipeline/surface_map.h"
 #include "viz/display/depth_strip.h"
@@ -27,7 +28,8 @@ struct DisplayedSensor {
   const Sensor& sensor;
   const Frame& background;
   Outputs outputs = {};
-  bool separate = false;  ///< as PipelineOptions::separate
+  bool separate = false;      ///< as PipelineOptions::separate
+  GrowingMap* map = nullptr;  ///< of what the pad moves over; null: none is made
 };
 
 class Display {
@@ -71,6 +73,7 @@ class Display {
   void log_event(const char* kind, const std::string& words);
   void update_presses();
   void follow_thumbnail();
+  void follow_map(bool is_new);
   std::filesystem::path notes_folder() const;
   bool write_event(const Event& event);
   void update_stats();
@@ -109,6 +112,7 @@ class Display {
   std::filesystem::path chart_picture_;  ///< of the next picture, in which their menu is closed; empty: none
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen
+  GrowingMap* const map_;
   bool sources_requested_ = false;
   bool started_ = false;  ///< the first frame has come
   Clock::time_point start_ = Clock::now(), end_ = start_;

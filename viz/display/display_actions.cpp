@@ -31,9 +31,12 @@ void Display::save_snapshot() {
   }
   Snapshot snapshot = snapshot_of(current_->captured->frame, current_->result, columns_, pitch_mm_per_px_);
   snapshot.picture = std::move(*image);
-  background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
+  const GrowingMap* const map = scene_.layout().has_map && scene_.map().map ? map_ : nullptr;
+  background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)), map,
                    stem = next_file(notes_folder(), "palpate", snapshots_)] {
-    return "wrote " + write_snapshot(*snapshot, stem);
+    std::string names = write_snapshot(*snapshot, stem);
+    if (map && !map->write(stem.string() + "-map").empty()) names += ", -map";
+    return "wrote " + names;
   });
 }
 
@@ -253,7 +256,11 @@ void Display::carry_out_requests() {
     stats_due_ = {};
   }
   if (requested(state.zero_requested)) switch_zero(true);
-  if (requested(state.track_requested)) session_.track_anew = true;
+  if (requested(state.track_requested)) {
+    session_.track_anew = true;
+    state.map_eye = {};
+    if (map_) map_->restart();
+  }
   if (requested(state.zero_cleared_requested)) switch_zero(false);
   if (requested(state.mark_requested)) mark_event();
   const bool table = requested(state.chart_table_requested),

@@ -45,7 +45,12 @@ LiveReport run_live(gpu::Context& context, const OpenSource& open, MeasuredRun r
   // Current picture, pictures in flight, mailbox, engine.
   run.pipeline.slots =
       std::max(run.pipeline.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
-  const DisplayedSensor what{run.sensor, run.background, run.pipeline.outputs, run.pipeline.separate};
+  // It outlives a device that is lost.
+  std::optional<GrowingMap> map;
+  if (wants(run.pipeline.outputs, Output::Motion) && !run.pipeline.separate && has_scale(run.sensor))
+    map.emplace(run.sensor.pitch_mm_per_px);
+  const DisplayedSensor what{run.sensor, run.background, run.pipeline.outputs, run.pipeline.separate,
+                             map ? &*map : nullptr};
   LiveSession session(Patience(options.patience_s, options.input));
   return run_session(session, context, open, run, options,
                      [&](LiveSession& of, LatencyLog& latency, const Pipeline&) {

@@ -99,7 +99,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
                          .headline = !window,
                          .chart_rows = 1u + (sensor_.force && sensor_.shear ? 1 : 0) + (has_surface ? 1 : 0),
                          .arrangement = state_.arrangement,
-                         .image_large = state_.image_large});
+                         .image_large = state_.image_large,
+                         .map = window && state_.follows_object && state_.object_map});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.result.traction)
@@ -138,6 +139,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   content.unknown = &unknown_;
   content.separate = hud_.timeline().separate;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
+  if (layout_.has_map) content.map = &map_;
   if (has_surface) content.mesh = SurfaceView::mesh_size(surface, mesh_columns);
   const bool in_sight =
       layout_.has_surface && (window || !state_.sensor_panel);  // not under the calibrations
@@ -160,6 +162,10 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   }
   if (layout_.has_image) image_.draw(cmd, shown.frame, surface, layout_.image, extent, strain);
   draw_strip(cmd, extent);
+  if (layout_.has_map) {
+    if (!map_view_) map_view_.emplace(context_, pass_, frames_in_flight_);
+    map_view_->draw(cmd, extent, map_, map_fit(), state_.map, state_.light_theme);
+  }
   frame_->draw(cmd);
 }
 

@@ -14,6 +14,7 @@
 #include "viz/panels/hud.h"
 #include "viz/render/image/image_view.h"
 #include "viz/render/image/load_view.h"
+#include "viz/render/image/map_view.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_state.h"
 
@@ -42,6 +43,10 @@ class Scene {
   const History& history() const { return hud_.history(); }
   /// Thumbnails of the recording that is played, which outlive this.
   void show_strip(const DepthStrip& strip);
+  /// The map of what the pad moves over, shown where ViewState::object_map asks for it.
+  void show_map(MapLook look) { map_ = std::move(look); }
+  const MapLook& map() const { return map_; }
+  MapFit map_fit() const { return fit_map(map_.map.get(), layout_.map, state_.map_eye, frame_->scale()); }
   std::string chart_table() const { return hud_.chart_table(sensor_, state_); }
   /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.
   void record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
@@ -75,6 +80,8 @@ class Scene {
   ViewState state_;
   Layout layout_;
   Eye eye_;
+  MapLook map_;
+  std::optional<MapView> map_view_;
   const DepthStrip* strip_ = nullptr;
   std::optional<ImageView> strip_view_;
   Frame strip_picture_;

@@ -118,6 +118,8 @@ void follow_double_click(const Layout& layout, ViewState& state) {
     state.image_large = !state.image_large;
   } else if (layout.has_surface && inside(layout.surface, io.MousePos)) {
     state.camera = {};
+  } else if (layout.has_map && inside(layout.map, io.MousePos)) {
+    state.map_eye = {};
   }
 }
 
@@ -149,6 +151,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (layout.has_image)
     mark_image(under, layout.image, content, shown, trail_, state, section, full_shear_N_,
                !eye || !is_roomy(layout.surface, scale), scale);
+  if (layout.has_map && content.map)
+    draw_map_marks(under, layout.map, *content.map, state.map_eye, state.map, scale);
   const ChartStyle chart_style = charts_of(state, layout, history_, scale);
   if (layout.has_charts)
     draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare, chart_style);

@@ -19,7 +19,7 @@
 
 namespace palpate::viz {
 
-/// A double click on the surface shows all of it again; on the image both change places.
+/// A double click on the surface or on the map shows all of it again; on the image both change places.
 void follow_double_click(const Layout& layout, ViewState& state);
 
 class Hud {

@@ -10,6 +10,7 @@
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "viz/live/stats.h"
+#include "viz/render/image/map_view.h"
 #include "viz/render/image/strain_view.h"
 #include "viz/render/image/unknown_cells.h"
 
@@ -27,6 +28,7 @@ struct HudContent {
   const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
   TractionMaps traction = {};
   const UnknownCells* unknown = nullptr;  ///< hatched over surface and image
+  const MapLook* map = nullptr;           ///< of what the pad moves over; null: none is asked for
   bool separate = false;                  ///< a picture by itself: nothing has moved
 };
 

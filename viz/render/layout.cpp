@@ -46,14 +46,21 @@ std::array<ViewRect, 2> halves(const ViewRect& r, double aspect, int32_t grid) {
 /// Gives surface and image their places.
 void share(Layout& l, const ViewRect& small, int32_t margin, double aspect, bool has_surface,
            const Panels& panels) {
+  ViewRect large = l.pictures;
+  l.has_map = panels.map;
+  if (panels.map) {
+    const auto [first, second] = halves(l.pictures, aspect, margin);
+    large = first;
+    l.map = second;
+  }
   const bool equal = panels.arrangement == Arrangement::BothEqual && has_surface;
   const bool alone = panels.arrangement == Arrangement::OneAlone;
   const bool image_large = panels.image_large || !has_surface;
   l.has_surface = has_surface && !(alone && image_large);
   l.has_image = !(alone && !image_large);
   l.numbers_y = small.y;
-  std::array<ViewRect, 2> rooms{l.pictures, small};
-  if (equal) rooms = halves(l.pictures, aspect, margin);
+  std::array<ViewRect, 2> rooms{large, small};
+  if (equal) rooms = halves(large, aspect, margin);
   if (l.has_surface) l.surface = rooms[image_large ? 1 : 0];
   if (l.has_image) {
     const ViewRect& room = rooms[image_large ? 0 : 1];

@@ -28,13 +28,15 @@ struct Panels {
   uint32_t chart_rows = 2;  ///< charts below each other; of a picture three have more room
   Arrangement arrangement = Arrangement::OneLarge;
   bool image_large = false;  ///< the image is the large, first or only one; it is without a surface
+  bool map = false;          ///< of what the pad moves over, beside them
 };
 
 /// Places, px. An absent panel is 1 x 1 px large and not drawn.
 struct Layout {
-  ViewRect pictures;      ///< what is not small of surface and image
+  ViewRect pictures;      ///< what is not small of surface, image and map
   ViewRect surface;       ///< of the 3D view; inside pictures or panel
   ViewRect image;         ///< raw image; inside pictures or panel
+  ViewRect map;           ///< of what the pad moves over; inside pictures
   ViewRect tools;         ///< bar of buttons, above the pictures
   ViewRect headline;      ///< there, of a picture without buttons
   ViewRect dock;          ///< settings or calibrations, left of the pictures
@@ -47,6 +49,7 @@ struct Layout {
   int32_t numbers_y = 0;  ///< in panel, where they begin: below its heading, or the small picture
   bool has_surface = false;
   bool has_image = false;
+  bool has_map = false;
   bool has_panel = false;
   bool has_tools = false;
   bool has_headline = false;

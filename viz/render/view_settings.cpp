@@ -28,6 +28,7 @@ constexpr std::array kSettings = {
     ViewSetting{"axes", &V::axes, "axes in mm", 'Y', true},
     ViewSetting{"section", &V::section, "section line; drag its ends or middle", 'X', true},
     ViewSetting{.name = "section_line", .member = &V::line},
+    ViewSetting{"object_map", &V::object_map, "map of what the pad moves over"},
     ViewSetting{"charts", &V::charts, "strip charts", 'P'},
     ViewSetting{.name = "chart_span_s", .member = &V::chart_span_s, .least = 1, .most = 60},
     ViewSetting{"contacts", &V::contacts, "contacts over image and surface", 'K'},

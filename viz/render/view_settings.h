@@ -29,6 +29,7 @@ struct ViewSettings {
   bool lit = true, grid = true, axes = true, section = false;
   SectionLine line;
   bool charts = true;
+  bool object_map = true;  ///< beside the pictures, where the motion of what touches is measured
   double chart_span_s = 10;
   bool contacts = true, skin = true;         ///< over the raw image
   SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image

@@ -13,6 +13,7 @@
 #include "viz/live/history.h"
 #include "viz/live/tare.h"
 #include "viz/live/vsync.h"
+#include "viz/render/map_eye.h"
 #include "viz/render/orbit.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_settings.h"
@@ -86,6 +87,7 @@ struct ViewState : ViewSettings {
   std::optional<std::array<float, 2>> chart_menu;  ///< place of the charts' open menu, px
   std::optional<double> chart_cursor;              ///< time that keys chose to read them at
   double skin_strain_range = 0.005;                ///< with the last colour; follows the touch
+  MapEye map_eye;                                  ///< of the map beside the pictures
   bool sensor_panel = false;
   bool help = false;
   bool paused = false;

@@ -316,8 +316,11 @@ class Actions {
       add("end that zero", {with_shift(GLFW_KEY_Z)}, [](S& state) { state.zero_cleared_requested = true; });
     });
     add(
-        "follow the object anew, from here", {with_shift('O')},
+        "follow the object and map it anew, from here", {with_shift('O')},
         [](S& state) { state.track_requested = true; }, Needs::Object);
+    add(
+        "map of what the pad moves over, on, off", {with_shift('T')},
+        [](S& state) { state.object_map = !state.object_map; }, Needs::Object);
     add(
         "record a session, or end it", keys({GLFW_KEY_W}),
         [](S& state) { state.recording_switched_requested = true; }, Needs::NoPlayer);

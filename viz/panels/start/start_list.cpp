@@ -201,7 +201,9 @@ void StartList::collect(const Settings& settings) {
        {std::array{"path=hand&turn_deg=20", "textured dome",
                    "an object that a hand slides and turns on a gel"},
         {"shape=bead&path=roll&depth_mm=0.7", "bead", "rolls once round on a gel, and back"},
-        {"shape=coin&turn_deg=35", "coin", "slides and turns on a gel"}})
+        {"shape=coin&turn_deg=35", "coin", "slides and turns on a gel"},
+        {"shape=relief&path=hand&reach_mm=12&speed_mm_s=6&turn_deg=8", "relief",
+         "a hand slides it over a gel: its map grows"}})
     sources_.push_back(
         {Group::Synthetic, std::string("synthetic:object?") + keys + "&repeat=0", name, what, {}});
   sources_.push_back({Group::Synthetic,
