@@ -32,7 +32,7 @@ def test_the_readme_s_code_runs(press, tmp_path, monkeypatch, capsys):
     (tmp_path / "press").symlink_to(press)
     monkeypatch.chdir(tmp_path)
     blocks = blocks_of("viz/python/README.md")
-    assert len(blocks) == 8
+    assert len(blocks) == 9
     names = {}
     for block in blocks:
         exec(compile(block, "README.md", "exec"), names)

@@ -19,6 +19,7 @@ void bind_lump(pybind11::module_& module);
 void bind_machine(pybind11::module_& module);
 void bind_match(pybind11::module_& module);
 void bind_mechanics(pybind11::module_& module);
+void bind_object_map(pybind11::module_& module);
 void bind_optics(pybind11::module_& module);
 void bind_pair_live(pybind11::module_& module);
 void bind_profile(pybind11::module_& module);

@@ -42,6 +42,7 @@ PYBIND11_MODULE(_palpate, module) {
   bind_waveguide(module);
   bind_lump(module);
   bind_workflows(module);
+  bind_object_map(module);
   bind_machine(module);
   bind_mechanics(module);
   bind_profile(module);

@@ -25,6 +25,7 @@ _FILES = {
     "_export": "Exported export",
     "_live": "Contact Estimate Motion Sensor Stream Touch Truth Wrench open",
     "_machine": "Camera Device Recorded Simulation cameras devices record simulate",
+    "_map": "Map MapPiece map",
     "_mechanics": "Compression Contacting Pressed WrenchSeries contact forward strain wrench",
     "_pair": "Grip Pair PairRecorded PairStream open_pair record_pair",
     "_recordings": "Modulus Recording measure modulus",

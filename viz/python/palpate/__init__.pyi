@@ -4,6 +4,7 @@ from ._errors import *
 from ._export import *
 from ._live import *
 from ._machine import *
+from ._map import *
 from ._mechanics import *
 from ._pair import *
 from ._recordings import *
