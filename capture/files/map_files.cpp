@@ -130,6 +130,8 @@ json::Value map_json(const MapSnapshot& map) {
           {"left_out_key_frames", map.left_out},
           {"missed_key_frames", map.missed},
           {"loops", map.loops},
+          {"tracks_found_again", map.found_again},
+          {"ambiguous_places", map.ambiguous},
           {"loops_refused", map.refused},
           {"residual_mm", map.residual_mm},
           {"variance_factor", map.variance_factor}};

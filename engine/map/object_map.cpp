@@ -29,6 +29,19 @@ struct ObjectMap::Current {
   uint32_t alike = 0;  // partners that show nearly the same
   double best_overlap = 0;
   std::optional<size_t> best = {};  // whole edge of the largest overlap
+
+  /// Where nothing is known of its place on another piece than its own.
+  struct Search {
+    uint32_t piece = 0;  // that is searched
+    PlaceSearch places;
+    std::vector<PlaceGuess> guesses = {};
+    bool turning = true;  // guesses are still being made
+    size_t next = 0;
+    std::vector<GraphEdge> agreeing = {};
+    std::vector<double> residuals_mm = {};
+  };
+  std::optional<Search> search = {};
+  std::optional<GraphEdge> again = {};  // what the search has found
 };
 
 struct ObjectMap::Fusing {
@@ -99,7 +112,9 @@ std::shared_ptr<const MapSnapshot> ObjectMap::snapshot() const {
 
 bool ObjectMap::work(Work kind) {
   if (current_) {
-    if (current_->next < current_->partners.size())
+    if (current_->search)
+      search_one();
+    else if (current_->next < current_->partners.size())
       link_one();
     else
       end_key();
@@ -150,16 +165,23 @@ void ObjectMap::begin_key(Waiting waiting) {
   current_ = std::make_unique<Current>(
       Current{.key = std::move(waiting), .surface = std::move(surface), .motion = {}, .partners = {}});
   Current& now = *current_;
-  if (!anchor_ || anchor_->track != now.key.track) return;
+  if (anchor_ && anchor_->track == now.key.track) {
+    const PoseGraph::Node& last = graph_.nodes()[anchor_->node];
+    now.motion = now.key.motion * anchor_->of_track.inverse() * anchor_->from_node * last.motion;
+    now.partners.push_back(anchor_->node);
+    now.with_last = true;
+    if (options_.loops) add_partners(last.piece);
+  }
+  if (options_.loops) begin_search();
+}
+
+/// Key frames of that piece which should show some of the same.
+void ObjectMap::add_partners(uint32_t piece) {
+  Current& now = *current_;
   const std::vector<PoseGraph::Node>& nodes = graph_.nodes();
-  const PoseGraph::Node& last = nodes[anchor_->node];
-  now.motion = now.key.motion * anchor_->of_track.inverse() * anchor_->from_node * last.motion;
-  now.partners.push_back(anchor_->node);
-  now.with_last = true;
-  if (!options_.loops) return;
   std::vector<std::pair<double, uint32_t>> others;
   for (uint32_t node = 0; node < nodes.size(); ++node) {
-    if (node == anchor_->node || nodes[node].piece != last.piece) continue;
+    if (nodes[node].piece != piece || std::ranges::count(now.partners, node) > 0) continue;
     const double overlap =
         keys_[node].frame.overlap(now.key.frame, now.motion * nodes[node].motion.inverse());
     if (overlap >= options_.link_overlap) others.emplace_back(overlap, node);
@@ -167,6 +189,92 @@ void ObjectMap::begin_key(Waiting waiting) {
   std::ranges::sort(others, std::greater<>());
   for (size_t k = 0; k < others.size() && now.partners.size() < options_.links; ++k)
     now.partners.push_back(others[k].second);
+}
+
+/// The largest piece is searched, unless it is the frame's own.
+void ObjectMap::begin_search() {
+  Current& now = *current_;
+  if (searched_track_ != now.key.track) searches_ = 0;
+  searched_track_ = now.key.track;
+  const std::vector<PoseGraph::Node>& nodes = graph_.nodes();
+  if (nodes.empty() || searches_ >= options_.searches) return;
+  std::vector<uint32_t> sizes(nodes.size(), 0);
+  for (const PoseGraph::Node& node : nodes) ++sizes[node.piece];
+  const auto piece = static_cast<uint32_t>(std::ranges::max_element(sizes) - sizes.begin());
+  if (now.with_last && nodes[anchor_->node].piece == piece) return;
+  ++searches_;
+  std::vector<PlaceSearch::Part> parts;
+  for (uint32_t node = 0; node < nodes.size(); ++node)
+    if (nodes[node].piece == piece) parts.push_back({keys_[node].frame, nodes[node].motion});
+  now.search.emplace(Current::Search{.piece = piece, .places = {parts, now.key.frame}});
+}
+
+/// A turn of the search, or a guess that is tried by the key frame that shows most of it.
+void ObjectMap::search_one() {
+  Current& now = *current_;
+  Current::Search& search = *now.search;
+  if (search.turning) {
+    search.turning = search.places.step();
+    if (!search.turning) search.guesses = search.places.guesses();
+    return;
+  }
+  if (search.next == search.guesses.size()) {
+    end_search();
+    return;
+  }
+  const RigidMotion& guess = search.guesses[search.next++].motion;
+  const std::vector<PoseGraph::Node>& nodes = graph_.nodes();
+  double most = options_.link_overlap;
+  std::optional<uint32_t> partner;
+  for (uint32_t node = 0; node < nodes.size(); ++node) {
+    if (nodes[node].piece != search.piece) continue;
+    const double overlap = keys_[node].frame.overlap(now.key.frame, guess * nodes[node].motion.inverse());
+    if (overlap >= most) most = overlap, partner = node;
+  }
+  if (!partner) return;
+  const Registration found = register_surface(
+      surface_of(*partner), now.surface, guess * nodes[*partner].motion.inverse(), options_.registration);
+  GraphEdge edge = edge_of(*partner, 0, found);
+  constexpr double kMostDisagreement = 0.25;  // as a tracker's: more is another wave of a texture
+  if (!agrees(found) || !edge.whole || found.overlap < options_.link_overlap ||
+      found.disagreement > kMostDisagreement)
+    return;
+  edge.loop = true;
+  search.agreeing.push_back(edge);
+  search.residuals_mm.push_back(found.residual_mm);
+}
+
+/// One place is taken; of several that fit nearly as well none is known to be the right one.
+void ObjectMap::end_search() {
+  Current& now = *current_;
+  const Current::Search search = std::move(*now.search);
+  now.search.reset();
+  if (search.agreeing.empty()) return;
+  const auto place = [&](size_t k) {
+    return search.agreeing[k].motion * graph_.nodes()[search.agreeing[k].from].motion;
+  };
+  const auto best =
+      static_cast<size_t>(std::ranges::min_element(search.residuals_mm) - search.residuals_mm.begin());
+  constexpr double kClearly = 2;  // times the residual, at another place
+  for (size_t k = 0; k < search.agreeing.size(); ++k) {
+    const Vector6d apart = twist_between(place(best), place(k), now.key.frame.middle_mm());
+    const bool same =
+        apart.head<3>().norm() < 0.1 * now.key.frame.radius_mm() && apart.tail<3>().norm() < 5 * kDegree;
+    if (same || search.residuals_mm[k] > kClearly * search.residuals_mm[best]) continue;
+    ++ambiguous_;
+    return;
+  }
+  now.again = search.agreeing[best];
+  const RigidMotion there = place(best);
+  if (now.with_last) return;  // the piece that its own track has made comes along
+  now.motion = there;
+  now.edges.push_back(*now.again);
+  now.residuals_mm.push_back(search.residuals_mm[best]);
+  now.best = 0;
+  now.best_overlap = options_.link_overlap;
+  now.partners.push_back(now.again->from);
+  now.next = 1;
+  add_partners(search.piece);
 }
 
 bool ObjectMap::agrees(const Registration& found) const {
@@ -202,6 +310,15 @@ void ObjectMap::link_one() {
 
 void ObjectMap::end_key() {
   const std::unique_ptr<Current> now = std::move(current_);
+  // A place that the other key frames there do not bear out is none.
+  if (now->again && !now->with_last && 2 * now->edges.size() < now->partners.size()) {
+    now->again.reset();
+    now->best.reset();
+    now->edges.clear();
+    now->residuals_mm.clear();
+    now->alike = 0;
+  }
+  if (now->again) ++found_again_;
   const bool full = keys_.size() >= options_.most_keys;
   if (now->alike >= options_.enough || full) {
     if (full) {
@@ -229,6 +346,12 @@ void ObjectMap::end_key() {
     edge.to = node;
     if (edge.loop) ++loops_;
     graph_.connect(edge);
+  }
+  if (now->again && now->with_last) {
+    GraphEdge edge = *now->again;
+    edge.to = node;
+    graph_.connect(edge);
+    ++loops_;
   }
   graph_.solve();
   ++unfused_;
@@ -266,6 +389,8 @@ void ObjectMap::begin_fusion() {
   told.keys = static_cast<uint32_t>(nodes.size());
   told.loops = loops_;
   told.refused = static_cast<uint32_t>(graph_.refused());
+  told.found_again = found_again_;
+  told.ambiguous = ambiguous_;
   told.left_out = left_out_;
   told.residual_mm = median(residuals_mm_);
   told.variance_factor = graph_.variance_factor();

@@ -13,6 +13,7 @@
 
 #include "engine/map/fusion.h"
 #include "engine/map/key_frame.h"
+#include "engine/map/place_search.h"
 #include "engine/map/pose_graph.h"
 #include "engine/motion/pose_tracker.h"
 
@@ -30,7 +31,9 @@ struct MapOptions {
   double key_turn_deg = 8;
   uint32_t links = 6;  ///< key frames at most that a new one is registered to
   double link_overlap = 0.3;
-  bool loops = true;    ///< false: to the last one alone
+  bool loops = true;  ///< false: to the last one alone
+  /// Key frames of a track that are searched for on the map, wherever it may be, until one is found; 0: none.
+  uint32_t searches = 3;
   uint32_t enough = 4;  ///< a key frame is left out where that many show nearly the same
   SurfaceOptions surface = {};
   RegistrationOptions registration = {};
@@ -62,6 +65,8 @@ struct MapSnapshot {
   uint32_t smooth = 0;         ///< key frames that hang together with no other one
   uint32_t loops = 0;          ///< motions measured other than to the last key frame
   uint32_t refused = 0;        ///< of them, that did not agree with the rest
+  uint32_t found_again = 0;    ///< tracks that began where the map was known
+  uint32_t ambiguous = 0;      ///< searches that found several places alike, and took none
   uint32_t left_out = 0;       ///< key frames that show what others show
   uint32_t missed = 0;         ///< key frames for which there was no room: waiting, or in the map
   double residual_mm = 0;      ///< median of what registrations left over
@@ -122,6 +127,10 @@ class ObjectMap {
 
   const ContactSurface& surface_of(uint32_t node);
   void begin_key(Waiting waiting);
+  void begin_search();
+  void search_one();
+  void end_search();
+  void add_partners(uint32_t piece);
   void link_one();
   void end_key();
   bool agrees(const Registration& found) const;
@@ -162,9 +171,10 @@ class ObjectMap {
     ContactSurface surface;
   };
   std::deque<Prepared> prepared_;
-  uint32_t loops_ = 0, left_out_ = 0;
-  uint32_t unfused_ = 0;               ///< key frames since the last fusion began
-  std::vector<uint32_t> piece_order_;  ///< lowest nodes of the published pieces
+  uint32_t loops_ = 0, left_out_ = 0, found_again_ = 0, ambiguous_ = 0;
+  uint32_t searched_track_ = 0, searches_ = 0;  ///< of that track
+  uint32_t unfused_ = 0;                        ///< key frames since the last fusion began
+  std::vector<uint32_t> piece_order_;           ///< lowest nodes of the published pieces
 };
 
 }  // namespace palpate

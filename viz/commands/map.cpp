@@ -85,6 +85,10 @@ std::string words_of(const RecordingMap& found) {
     out +=
         "one key frame alone: the pad did not move over the object, or its surface does not show by how "
         "much\n";
+  if (map.found_again > 0)
+    out += text("found again on what was mapped before: %u of %u tracks\n", map.found_again, found.tracks);
+  if (map.ambiguous > 0)
+    out += text("looked alike at several places, and joined to none: %u searches\n", map.ambiguous);
   if (map.pieces.size() > 1)
     out += text("not connected: %zu pieces, each in its own axes\n", map.pieces.size());
   if (map.smooth > 0)
