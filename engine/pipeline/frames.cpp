@@ -54,7 +54,8 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
   if (plan.motion) {
     auto sums = plan.motion_on_host ? nullptr : std::make_unique<DeviceMotionSums>(context);
     device_sums_ = sums.get();
-    object_.emplace(sensor, format, sums ? std::unique_ptr<PixelSums>(std::move(sums)) : host_sums());
+    object_.emplace(sensor, format, sums ? std::unique_ptr<PixelSums>(std::move(sums)) : host_sums(),
+                    plan.markers);
   }
   if (gel_contacts_ && surface_) rest_correction_.emplace(format.width, format.height);
   if (rest_correction_ && sensor.reading == SurfaceReading::Photometric)

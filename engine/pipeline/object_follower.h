@@ -20,8 +20,9 @@ PoseOptions pose_options(const Sensor& sensor);
 
 class ObjectFollower {
  public:
-  /// `sensor` has a scale. `sums`: who adds up the pixels.
-  ObjectFollower(const Sensor& sensor, const FrameFormat& format, std::unique_ptr<PixelSums> sums);
+  /// `sensor` has a scale. `sums`: who adds up the pixels. `marked`: printed markers are filled.
+  ObjectFollower(const Sensor& sensor, const FrameFormat& format, std::unique_ptr<PixelSums> sums,
+                 bool marked);
 
   /// Takes a copy of a frame's surface as it was solved. What is taken off where the pad seems to be at rest
   /// differs from frame to frame, and would change the object's shape.
@@ -41,6 +42,7 @@ class ObjectFollower {
 
   uint32_t width_, height_;
   double pitch_mm_per_px_;
+  bool marked_;
   PoseTracker tracker_;
   Pose pose_;
   SkinSlip slip_;
