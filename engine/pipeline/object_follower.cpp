@@ -65,6 +65,10 @@ ObjectPose summary_of(const Pose& pose) {
 
 PoseOptions pose_options(const Sensor& sensor) {
   PoseOptions options;
+  // Pixels smaller than this tell a motion no better: the skin smooths over more.
+  constexpr double kFine_mm = 0.04;
+  for (double pitch_mm = sensor.pitch_mm_per_px; pitch_mm > 0 && pitch_mm < kFine_mm; pitch_mm *= 2)
+    ++options.registration.finest_level;
   if (sensor.reading == SurfaceReading::Photometric)
     options.registration.pad_slope_sd = sensor.photometric.normal_sd;
   return options;

@@ -15,7 +15,8 @@ namespace palpate {
 /// A pose of which nothing is known.
 ObjectPose unknown_pose(PoseState state, PoseLoss loss = PoseLoss::None);
 
-/// With what the calibration leaves of slopes, which stays with the pad.
+/// With what the calibration leaves of slopes, which stays with the pad, and no finer pixels than tell of a
+/// motion (0.04 mm).
 PoseOptions pose_options(const Sensor& sensor);
 
 class ObjectFollower {

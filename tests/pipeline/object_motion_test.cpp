@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/synthetic/object.h"
@@ -118,6 +120,15 @@ TEST_F(ObjectMotion, WantsASurfaceAndAScale) {
   Sensor unscaled = run_.sensor;
   unscaled.pitch_mm_per_px = 0;
   EXPECT_THROW(Pipeline(context(), unscaled, run_.source.format(), {.outputs = kMoving}), Error);
+}
+
+// Frames of more pixels than the skin has detail are followed on a coarser level.
+TEST_F(ObjectMotion, PixelsFinerThanTheSkinAreNotCounted) {
+  Sensor sensor = run_.sensor;
+  for (const auto& [pitch_mm, level] : {std::pair{0.06, 0u}, {0.04, 0u}, {0.03, 1u}, {0.015, 2u}}) {
+    sensor.pitch_mm_per_px = pitch_mm;
+    EXPECT_EQ(pose_options(sensor).registration.finest_level, level) << pitch_mm;
+  }
 }
 
 /// Every frame of a simulated object through a pipeline, with its truth.
