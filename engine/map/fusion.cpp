@@ -104,7 +104,8 @@ Fusion::Fusion(const std::vector<Part>& parts, const Options& options) : options
   cells_.resize(size_t{width_} * height_);
 }
 
-void Fusion::add(const Part& part) {
+template <typename See>
+void Fusion::look(const Part& part, const See& see) const {
   if (cells_.empty()) return;
   const KeyFrame::Unpacked frame = part.frame.unpacked();
   const std::vector<float> far = distance_px(frame);
@@ -146,21 +147,65 @@ void Fusion::add(const Part& part) {
           static_cast<size_t>(std::lround(v)) * frame.width + static_cast<size_t>(std::lround(u));
       const double part_of = (double{far[pixel]} - border) / ramp_px;
       if (part_of <= 0) continue;
-      const double share = part_of >= 1 ? 1 : part_of * part_of * (3 - 2 * part_of);
-      const double precision = frame.sd.empty() ? 1 : 1 / std::pow(double{frame.sd[pixel]}, 2);
-      const double weight = share * precision;
-      Vector6d by;
+      Seen seen{.height_mm = z, .right = u / frame.width, .down = v / frame.height};
+      seen.share = part_of >= 1 ? 1 : part_of * part_of * (3 - 2 * part_of);
+      seen.weight = frame.sd.empty() ? seen.share : seen.share / std::pow(double{frame.sd[pixel]}, 2);
       const Vector3d normal(-surface.by_x, -surface.by_y, 1);
-      by << normal, cross(q - part.frame.middle_mm()) * normal;
-      Cell& cell = cells_[size_t{row} * width_ + column];
-      const double sum = double{cell.weight} + weight, off = z - double{cell.mean_mm};
-      cell.mean_mm = static_cast<float>(double{cell.mean_mm} + off * weight / sum);
-      cell.spread += static_cast<float>(weight * off * (z - double{cell.mean_mm}));
-      cell.weight = static_cast<float>(sum);
-      cell.squares += static_cast<float>(weight * share);
-      cell.place_mm2 += static_cast<float>(weight * by.dot(part.covariance * by));
-      cell.coverage += static_cast<float>(share);
+      seen.by << normal, cross(q - part.frame.middle_mm()) * normal;
+      see(size_t{row} * width_ + column, seen);
     }
+}
+
+void Fusion::add(const Part& part) {
+  look(part, [&](size_t at, const Seen& seen) {
+    Cell& cell = cells_[at];
+    const double weight = seen.weight, sum = double{cell.weight} + weight,
+                 off = seen.height_mm - double{cell.mean_mm};
+    cell.mean_mm = static_cast<float>(double{cell.mean_mm} + off * weight / sum);
+    cell.spread += static_cast<float>(weight * off * (seen.height_mm - double{cell.mean_mm}));
+    cell.weight = static_cast<float>(sum);
+    cell.squares += static_cast<float>(weight * seen.share);
+    cell.place_mm2 += static_cast<float>(weight * seen.by.dot(part.covariance * seen.by));
+    cell.coverage += static_cast<float>(seen.share);
+  });
+}
+
+void Fusion::compare(const Part& part) {
+  struct Mean {
+    double sum_mm = 0, weight = 0;
+  };
+  std::vector<Mean> means(pad_.size());
+  look(part, [&](size_t at, const Seen& seen) {
+    // Of the map of all others: what this frame brought is not in it.
+    const Cell& cell = cells_[at];
+    const double rest = double{cell.weight} - seen.weight;
+    if (rest < 0.5 * seen.weight) return;
+    const double off = (seen.height_mm - double{cell.mean_mm}) * double{cell.weight} / rest;
+    Mean& mean = means[static_cast<size_t>(seen.down * kPadCells) * kPadCells +
+                       static_cast<size_t>(seen.right * kPadCells)];
+    mean.sum_mm += seen.share * off;
+    mean.weight += seen.share;
+  });
+  for (size_t k = 0; k < pad_.size(); ++k) {
+    if (means[k].weight <= 0) continue;
+    const double mean_mm = means[k].sum_mm / means[k].weight;
+    pad_[k].sum_mm += mean_mm;
+    pad_[k].squares_mm2 += mean_mm * mean_mm;
+    ++pad_[k].frames;
+  }
+}
+
+/// What the frames' differences have in common, place by place of the pad, beyond what they stray by.
+double Fusion::pad_error_mm() const {
+  double squares_mm2 = 0, cells = 0;
+  for (const PadCell& cell : pad_) {
+    if (cell.frames < 3) continue;
+    const double mean_mm = cell.sum_mm / cell.frames,
+                 stray_mm2 = (cell.squares_mm2 / cell.frames - mean_mm * mean_mm) / (cell.frames - 1);
+    squares_mm2 += mean_mm * mean_mm - stray_mm2;
+    ++cells;
+  }
+  return cells > 0 ? std::sqrt(std::max(squares_mm2 / cells, 0.0)) : 0;
 }
 
 FusedMap Fusion::finish() const {
@@ -186,15 +231,17 @@ FusedMap Fusion::finish() const {
   constexpr double kLeastFreedom = 10;
   const double noise2 = freedom > kLeastFreedom ? std::max(spread, 0.0) / freedom : NAN;
   out.noise_mm = std::sqrt(noise2);
+  out.pad_mm = pad_error_mm();
   constexpr double kShared = 4;  // key frames that the noise of the whole map counts as, in each cell
   for (const Cell& cell : cells_) {
     const bool seen = cell.weight > 0;
     const double w = double{cell.weight};
     const double local = seen ? (double{cell.spread} + kShared * noise2) / (free_part(cell) + kShared) : 0;
     out.height_mm.push_back(seen ? cell.mean_mm : NAN);
-    out.error_mm.push_back(seen ? static_cast<float>(std::sqrt(local * double{cell.squares} / (w * w) +
-                                                               double{cell.place_mm2} / w))
-                                : NAN);
+    out.error_mm.push_back(
+        seen ? static_cast<float>(std::sqrt(local * double{cell.squares} / (w * w) +
+                                            double{cell.place_mm2} / w + out.pad_mm * out.pad_mm))
+             : NAN);
     out.coverage.push_back(cell.coverage);
   }
   return out;

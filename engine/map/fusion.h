@@ -15,10 +15,12 @@ struct FusedMap {
   double left_mm = 0, top_mm = 0;  ///< of the first pixel's centre
   std::vector<float> height_mm;    ///< NaN where nothing was seen
   std::vector<float>
-      error_mm;  ///< standard error, of noise and of the key frames' places; NaN there and without noise_mm
+      error_mm;  ///< standard error, of noise, places and the pad; NaN there and without noise_mm
   std::vector<float> coverage;  ///< key frames, each counted by its weight (1 away from a contact's border)
   double noise_mm =
       0;  ///< of one key frame where its error is largest, by where they differ; NaN where no two overlap
+  double pad_mm =
+      0;  ///< standard error that goes with the pad, alike in all key frames; in error_mm undivided
 
   double covered_mm2() const;
 };
@@ -41,9 +43,21 @@ class Fusion {
   /// A map that holds all of the parts.
   Fusion(const std::vector<Part>& parts, const Options& options);
   void add(const Part& part);
+  /// Once all are added, each once more: what it shows other than the map, place by place of the pad.
+  void compare(const Part& part);
   FusedMap finish() const;
 
  private:
+  /// What a frame shows at a pixel of the map.
+  struct Seen {
+    double height_mm = 0, share = 0, weight = 0;
+    Vector6d by = Vector6d::Zero();  ///< of the height, by the frame's missing motion
+    double right = 0, down = 0;      ///< place in the frame's picture, 0 to 1
+  };
+  template <typename See>
+  void look(const Part& part, const See& see) const;
+  double pad_error_mm() const;
+
   struct Cell {
     float weight = 0;   ///< sum of weights
     float squares = 0;  ///< sum of their squares over the depth's precision
@@ -57,6 +71,12 @@ class Fusion {
   uint32_t width_ = 0, height_ = 0;
   double left_mm_ = 0, top_mm_ = 0;
   std::vector<Cell> cells_;
+  /// A part of the pad, over the frames that were compared.
+  struct PadCell {
+    double sum_mm = 0, squares_mm2 = 0, frames = 0;
+  };
+  static constexpr size_t kPadCells = 12;  ///< along and across
+  std::vector<PadCell> pad_ = std::vector<PadCell>(kPadCells * kPadCells);
 };
 
 }  // namespace palpate

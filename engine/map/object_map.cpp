@@ -416,8 +416,12 @@ void ObjectMap::fuse_one() {
                                               .border_px = options_.surface.border_px});
     job.member = 0;
   }
-  job.fusion->add(part(members[job.member++]));
-  if (job.member < members.size()) return;
+  // All are added, then compared with what they are together.
+  if (job.member < members.size())
+    job.fusion->add(part(members[job.member]));
+  else
+    job.fusion->compare(part(members[job.member - members.size()]));
+  if (++job.member < 2 * members.size()) return;
   MapPiece piece{job.fusion->finish(), {}};
   for (const Fusing::Member& m : members) piece.keys.push_back(m.key);
   job.done.push_back({job.lowest[job.piece++], std::move(piece)});

@@ -18,19 +18,21 @@ constexpr size_t kMostCells = 60'000;  // of the mosaic
 
 /// A Gaussian along rows and columns.
 void blur(std::vector<float>& values, int width, int height, double sd) {
-  const int far = static_cast<int>(std::ceil(3 * sd));
-  std::vector<float> kernel;
-  for (int k = -far; k <= far; ++k) kernel.push_back(static_cast<float>(std::exp(-0.5 * k * k / (sd * sd))));
-  const auto pass = [&](int lines, int length, int next, int step) {
-    std::vector<float> line(static_cast<size_t>(length));
-    for (int l = 0; l < lines; ++l) {
-      float* const first = values.data() + std::ptrdiff_t{l} * next;
-      for (int i = 0; i < length; ++i) line[static_cast<size_t>(i)] = first[std::ptrdiff_t{i} * step];
-      for (int i = 0; i < length; ++i) {
+  const auto far = static_cast<std::ptrdiff_t>(std::ceil(3 * sd));
+  std::vector<float> kernel, line;
+  for (std::ptrdiff_t k = -far; k <= far; ++k)
+    kernel.push_back(static_cast<float>(std::exp(-0.5 * static_cast<double>(k * k) / (sd * sd))));
+  const auto pass = [&](std::ptrdiff_t lines, std::ptrdiff_t length, std::ptrdiff_t next,
+                        std::ptrdiff_t step) {
+    line.resize(static_cast<size_t>(length));
+    for (std::ptrdiff_t l = 0; l < lines; ++l) {
+      float* const first = values.data() + l * next;
+      for (std::ptrdiff_t i = 0; i < length; ++i) line[static_cast<size_t>(i)] = first[i * step];
+      for (std::ptrdiff_t i = 0; i < length; ++i) {
         float sum = 0;
-        for (int k = std::max(-far, -i); k <= far && i + k < length; ++k)
+        for (std::ptrdiff_t k = std::max(-far, -i); k <= far && i + k < length; ++k)
           sum += kernel[static_cast<size_t>(k + far)] * line[static_cast<size_t>(i + k)];
-        first[std::ptrdiff_t{i} * step] = sum;
+        first[i * step] = sum;
       }
     }
   };

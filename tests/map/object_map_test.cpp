@@ -22,8 +22,9 @@ struct Mapped {
   int lost = 0;
 };
 Mapped mapped(const Relief& relief, const std::vector<RigidMotion>& path, DepthNoise kind,
-              MapOptions options = {}, double noise_mm = 0.002) {
-  const PadView pad = wide_pad(thorough());
+              MapOptions options = {}, double noise_mm = 0.002, double pad_slope_sd = 0) {
+  PadView pad = wide_pad(thorough());
+  pad.slope_error = pad_slope_sd;
   const SolidObject object = relief.object();
   std::mt19937 random(1);
   PoseTracker tracker;
@@ -85,6 +86,23 @@ TEST(ObjectMap, IsRightAlongARasterAndByHand) {
       EXPECT_GT(m.errors.covered, 0.95);
       EXPECT_GT(m.errors.held, 0.85);
     }
+}
+
+// What the pad itself errs by goes over the object with it, and no number of key frames takes it away. That
+// it bends the map, too, is not in the stated error.
+TEST(ObjectMap, TellsWhatThePadItselfErrsBy) {
+  const Mapped right = mapped(Relief(6), straight_path(), DepthNoise::White);
+  const Mapped wrong = mapped(Relief(6), straight_path(), DepthNoise::White, {}, 0.002, 0.003);
+  print("a pad that is right", right);
+  print("slopes wrong by 0.003", wrong);
+  ASSERT_EQ(right.map->pieces.size(), 1u);
+  ASSERT_EQ(wrong.map->pieces.size(), 1u);
+  const FusedMap &good = right.map->pieces[0].map, &bad = wrong.map->pieces[0].map;
+  std::printf("of the pad: %.5f mm, %.5f mm\n", good.pad_mm, bad.pad_mm);
+  EXPECT_LT(good.pad_mm, 0.0004);
+  EXPECT_GT(right.errors.held, 0.9);
+  EXPECT_GT(bad.pad_mm, 0.001);
+  EXPECT_GT(wrong.errors.stated_mm, bad.pad_mm);
 }
 
 // A smooth band wider than the pad: what lies beyond it is a piece of its own, and the band none.

@@ -177,6 +177,7 @@ void Display::follow_thumbnail() {
 /// Frames go to the map as long as it is shown, and what there is of it to the picture.
 void Display::follow_map(bool is_new) {
   if (!map_ || !scene_.state().object_map) return;
+  const TraceSpan span("map");
   if (is_new && map_->wants(current_->result.touch))
     map_->add(current_->result.touch, current_->captured->frame.format, current_->result.depth_mm(),
               session_.device_losses);
