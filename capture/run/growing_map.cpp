@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
@@ -20,6 +21,8 @@
 
 namespace palpate {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 struct Taken {
   std::vector<float> depth_mm;
@@ -116,7 +119,8 @@ struct GrowingMap::Work {
 
   void run(const std::stop_token& stop);
   void take(const Taken& frame);
-  void publish();
+  bool publish();
+  bool work_on();
 
   const FrameFormat format;
   const double pitch_mm;
@@ -133,6 +137,8 @@ struct GrowingMap::Work {
   // Of the thread.
   TouchedDepths depths;
   std::optional<ObjectMap> map;
+  Clock::duration spent{};          ///< on the work since the last map
+  Clock::time_point fuses_after{};  ///< half of the time is left to others
 
   std::jthread thread;  ///< last: it uses the rest
 };
@@ -152,18 +158,29 @@ void GrowingMap::Work::take(const Taken& frame) {
   if (!begin_anew) pad_mm = std::move(corners);
 }
 
-/// What has changed of the map.
-void GrowingMap::Work::publish() {
+/// What has changed of the map; false: nothing.
+bool GrowingMap::Work::publish() {
   const std::shared_ptr<const MapSnapshot> now = map->snapshot();
   {
     const std::lock_guard lock(mutex);
-    if (now == snapshot || now->keys == 0) return;
+    if (now == snapshot || now->keys == 0) return false;
   }
   const std::shared_ptr<const SeenMap> looked = look_at(*now);
   const std::lock_guard lock(mutex);
-  if (begin_anew) return;
+  if (begin_anew) return false;
   snapshot = now;
   seen = looked;
+  return true;
+}
+
+/// One piece of work; what the last map took of time is left to others before the next is fused.
+bool GrowingMap::Work::work_on() {
+  const Clock::time_point begin = Clock::now();
+  const bool rests = begin < fuses_after;
+  const bool worked = map->work(rests ? ObjectMap::Work::Places : ObjectMap::Work::All);
+  spent += Clock::now() - begin;
+  if (publish()) fuses_after = Clock::now() + std::exchange(spent, {});
+  return worked;
 }
 
 void GrowingMap::Work::run(const std::stop_token& stop) {
@@ -178,16 +195,24 @@ void GrowingMap::Work::run(const std::stop_token& stop) {
       anew = std::exchange(begin_anew, false);
       busy = true;
     }
-    if (anew) map.emplace();
+    if (anew) {
+      map.emplace();
+      fuses_after = {};
+      spent = {};
+    }
     if (frame) take(*frame);
-    const bool worked = map->work();
-    publish();
+    const bool worked = work_on();
     std::unique_lock lock(mutex);
     if (frame) spare = std::move(frame->depth_mm);
-    if (worked || next || begin_anew) continue;
+    const auto called = [this] { return next || begin_anew; };
+    if (worked || called()) continue;
+    if (Clock::now() < fuses_after) {
+      changed.wait_until(lock, stop, fuses_after, called);
+      continue;
+    }
     busy = false;
     changed.notify_all();
-    changed.wait(lock, stop, [this] { return next || begin_anew; });
+    changed.wait(lock, stop, called);
   }
 }
 
