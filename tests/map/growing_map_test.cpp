@@ -33,11 +33,9 @@ class GrowingMapTest : public ::testing::Test {
     told.track = pose.track;
     told.keys = pose.keys;
     told.residual_mm = pose.residual_mm;
-    for (int row = 0; row < 3; ++row) {
-      told.translation_mm[static_cast<size_t>(row)] = pose.motion.shift_mm[row];
-      for (int column = 0; column < 3; ++column)
-        told.rotation[static_cast<size_t>(3 * row + column)] = pose.motion.turn(row, column);
-    }
+    for (size_t i = 0; i < 9; ++i)
+      told.rotation[i] = pose.motion.turn(static_cast<int>(i / 3), static_cast<int>(i % 3));
+    for (size_t i = 0; i < 3; ++i) told.translation_mm[i] = pose.motion.shift_mm[static_cast<int>(i)];
     out.touch.contact = true;
     out.touch.surface.emplace().depth_sd_mm = 0.002;
     out.touch.sequence = k;
