@@ -7,6 +7,7 @@
 
 #include "capture/synthetic/optics.h"
 #include "capture/synthetic/scene.h"
+#include "capture/synthetic/tissue_hand.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
@@ -50,6 +51,7 @@ std::shared_ptr<const fem::LargeStrainResult> solved(const TissueOptions& o) {
   block.x_mm = block.y_mm = 0;
   block.seed = 1;
   block.falloff = 0;
+  block.hand = 0;
   block.width = block.height = 64;
   const std::string key = to_string(block);
   const std::lock_guard lock(guard);
@@ -71,9 +73,11 @@ std::shared_ptr<const fem::LargeStrainResult> solved(const TissueOptions& o) {
 struct TissueSensor::Impl {
   TissueOptions options;
   SyntheticOptions optics_options;
+  std::optional<TissueHand> hand;
   Script script;
   uint64_t frames;
   std::shared_ptr<const fem::LargeStrainResult> press;
+  PressedTissue tissue;  // of a hand
   double pitch_mm, gray_per_Pa;
   optics::Field field;
   optics::NormalNoise normal;
@@ -81,12 +85,22 @@ struct TissueSensor::Impl {
   explicit Impl(const TissueOptions& o)
       : options(o),
         optics_options(optics_of(o)),
-        script(script_of(o)),
+        hand(o.hand > 0 ? std::optional<TissueHand>(o) : std::nullopt),
+        script(hand ? hand->script() : script_of(o)),
         frames(static_cast<uint64_t>(std::round(script.back().time_s * o.rate_Hz))),
         press(solved(o)),
         pitch_mm(optics::pitch_mm(optics_options)),
         gray_per_Pa(1e-6 * tissue_gray_per_MPa(o)),
-        field(optics_options) {}
+        field(optics_options) {
+    if (!hand) return;
+    tissue.block_mm = o.scene.block_mm;
+    tissue.young_Pa = o.scene.young_Pa;
+    for (const fem::PressedBlock& load : press->loads) {
+      tissue.pressure_Pa.push_back(load.pressure_Pa);
+      tissue.force_N.push_back(load.force_N);
+      tissue.press_mm.push_back(load.press_mm);
+    }
+  }
 
   bool past_end(uint64_t sequence) const {
     return options.repeat != 0 && sequence / frames >= options.repeat;
@@ -108,17 +122,37 @@ struct TissueSensor::Impl {
                                         t * static_cast<double>(b.pressure_Pa.values[i]) / b.force_N));
     return map;
   }
-  /// 0 beside the block.
-  double pressure_Pa(const PressureMap& map, double x_mm, double y_mm) const {
-    const double x = x_mm + options.x_mm, y = y_mm + options.y_mm;
-    if (std::abs(x) > options.scene.block_mm[0] / 2 || std::abs(y) > options.scene.block_mm[1] / 2) return 0;
-    return std::max(0.0, map_at(map, x, y));
+  HeldPose held(uint64_t sequence) const {
+    if (!hand) return {{options.x_mm, options.y_mm}, 0, {}};
+    return hand->held(static_cast<double>(sequence % frames) / options.rate_Hz);
   }
 
-  /// `force_N` 0: untouched. `sequence`: of the noise; none: without.
-  void render(double force_N, std::optional<uint64_t> sequence, Frame& frame) const {
+  /// What the window sees at a moment.
+  struct Seen {
+    double force_N = 0;
+    HeldPose pose;
+    PressureMap map;  // over the block; of a hand under the window
+  };
+  Seen seen(uint64_t sequence) const {
+    Seen s{force_N(sequence), held(sequence), {}};
+    if (s.force_N <= 0) return s;
+    const std::array<double, 2> window_mm = {options.width * pitch_mm, options.height * pitch_mm};
+    s.map = hand ? pressure_under(tissue, s.pose, s.force_N, window_mm) : map_at_force(s.force_N);
+    return s;
+  }
+  /// 0 beside the block.
+  double pressure_Pa(const Seen& s, double x_mm, double y_mm) const {
+    const auto [x, y] = s.pose.block(x_mm, y_mm);
+    if (std::abs(x) > options.scene.block_mm[0] / 2 || std::abs(y) > options.scene.block_mm[1] / 2) return 0;
+    if (!hand) return std::max(0.0, map_at(s.map, x, y));
+    return std::max(0.0, map_at(s.map, x_mm, y_mm)) *
+           hand->share_at(skin_place(tissue, s.pose, s.force_N, x, y));
+  }
+
+  /// `sequence`: none: untouched, without noise.
+  void render(std::optional<uint64_t> sequence, Frame& frame) const {
     const uint32_t w = options.width, h = options.height;
-    const PressureMap map = force_N > 0 ? map_at_force(force_N) : PressureMap{};
+    const Seen now = sequence ? seen(*sequence) : Seen{};
     const double per_e = 255 / optics::kFullWell_e, read_gray = per_e * optics::kReadNoise_e;
     std::vector<float> noise(w, 0.0f), pattern(w);
     for (uint32_t y = 0; y < h; ++y) {
@@ -131,7 +165,7 @@ struct TissueSensor::Impl {
         const double x_mm = (x - (w - 1) / 2.0) * pitch_mm;
         double gray = field.stray_gray(x_mm, y_mm);
         if (options.noise) gray += optics::kPattern_gray * static_cast<double>(pattern[x]);
-        if (force_N > 0) gray += gray_per_Pa * pressure_Pa(map, x_mm, y_mm) * field.touch(x_mm, y_mm);
+        if (now.force_N > 0) gray += gray_per_Pa * pressure_Pa(now, x_mm, y_mm) * field.touch(x_mm, y_mm);
         if (noisy)
           gray += static_cast<double>(noise[x]) *
                   std::sqrt(read_gray * read_gray + per_e * std::max(0.0, gray - optics::kBlack_gray));
@@ -190,7 +224,7 @@ bool TissueSensor::next(Frame& frame) {
   frame.reshape(format());
   frame.sequence = next_sequence_;
   frame.time_ns = std::llround(static_cast<double>(next_sequence_) / impl_->options.rate_Hz * 1e9);
-  impl_->render(impl_->force_N(next_sequence_), next_sequence_, frame);
+  impl_->render(next_sequence_, frame);
   ++next_sequence_;
   return true;
 }
@@ -204,7 +238,7 @@ bool TissueSensor::seek(uint64_t index) {
 std::optional<Frame> TissueSensor::own_background() const {
   Frame frame;
   frame.reshape(format());
-  impl_->render(0, std::nullopt, frame);
+  impl_->render(std::nullopt, frame);
   return frame;
 }
 
@@ -213,8 +247,12 @@ double TissueSensor::block_force_N(uint64_t sequence) const {
 }
 
 double TissueSensor::pressure_Pa(uint64_t sequence, double x_mm, double y_mm) const {
-  const double force_N = impl_->force_N(sequence);
-  return force_N > 0 ? impl_->pressure_Pa(impl_->map_at_force(force_N), x_mm, y_mm) : 0;
+  const Impl::Seen now = impl_->seen(sequence);
+  return now.force_N > 0 ? impl_->pressure_Pa(now, x_mm, y_mm) : 0;
+}
+
+HeldPose TissueSensor::held(uint64_t sequence) const {
+  return impl_->held(sequence);
 }
 
 std::optional<Truth> TissueSensor::truth(uint64_t sequence) const {
@@ -222,17 +260,16 @@ std::optional<Truth> TissueSensor::truth(uint64_t sequence) const {
   Truth t;
   t.sequence = sequence;
   t.time_s = static_cast<double>(sequence) / impl_->options.rate_Hz;
-  const double block_N = impl_->force_N(sequence);
-  t.contact = block_N > 0;
+  const Impl::Seen now = impl_->seen(sequence);
+  t.contact = now.force_N > 0;
   t.depth_mm.assign(size_t{impl_->options.width} * impl_->options.height, 0.0f);
   if (!t.contact) return t;
-  const PressureMap map = impl_->map_at_force(block_N);
   const uint32_t w = impl_->options.width, h = impl_->options.height;
   constexpr uint32_t kEvery = 4;
   double sum = 0, x_sum = 0, y_sum = 0;
   for (uint32_t y = kEvery / 2; y < h; y += kEvery)
     for (uint32_t x = kEvery / 2; x < w; x += kEvery) {
-      const double p = impl_->pressure_Pa(map, (x - (w - 1) / 2.0) * impl_->pitch_mm,
+      const double p = impl_->pressure_Pa(now, (x - (w - 1) / 2.0) * impl_->pitch_mm,
                                           (y - (h - 1) / 2.0) * impl_->pitch_mm);
       sum += p;
       x_sum += p * x;

@@ -1,10 +1,10 @@
-// The synthetic block's options as text.
+#include "capture/synthetic/tissue_options.h"
+
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <sstream>
 
-#include "capture/synthetic/tissue.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -17,7 +17,8 @@ constexpr const char* kTissueKeys =
     "window), "
     "lump=sphere|ellipsoid|cylinder|lying|none, d=MM, h=MM, ratio=E_R, lx=MM, ly=MM (of the lump), "
     "thickness=MM, "
-    "young=PA, cells=N";
+    "young=PA, cells=N, hand=N (presses by hand), tilt=DEG, turn=DEG, tremor=MM, slide=MM, texture=SHARE (of "
+    "a hand)";
 
 const std::map<std::string, InclusionShape> kShapes = {{"sphere", InclusionShape::Sphere},
                                                        {"ellipsoid", InclusionShape::Ellipsoid},
@@ -51,7 +52,7 @@ bool is_tissue(const std::string& input) {
 TissueOptions parse_tissue(const std::string& input) {
   TissueOptions o;
   fem::Inclusion lump;
-  bool has_lump = true;
+  bool has_lump = true, force_given = false;
   double d = 8;
   const size_t question = input.find('?');
   std::istringstream pairs(question == std::string::npos ? "" : input.substr(question + 1));
@@ -70,9 +71,15 @@ TissueOptions parse_tissue(const std::string& input) {
                                                     {"lx", &lump.offset_mm[0]},
                                                     {"ly", &lump.offset_mm[1]},
                                                     {"thickness", &o.scene.block_mm[2]},
-                                                    {"young", &o.scene.young_Pa}};
+                                                    {"young", &o.scene.young_Pa},
+                                                    {"tilt", &o.skill.tilt_deg},
+                                                    {"turn", &o.skill.turn_deg},
+                                                    {"tremor", &o.skill.tremor_mm},
+                                                    {"slide", &o.slide_mm},
+                                                    {"texture", &o.texture}};
     if (const auto there = lengths.find(key); there != lengths.end()) {
       *there->second = number<double>(key, value);
+      force_given = force_given || key == "force";
     } else if (key == "size") {
       const size_t cross = value.find('x');
       if (cross == std::string::npos)
@@ -86,6 +93,8 @@ TissueOptions parse_tissue(const std::string& input) {
       o.repeat = number<uint32_t>(key, value);
     } else if (key == "loads") {
       o.loads = number<uint32_t>(key, value);
+    } else if (key == "hand") {
+      o.hand = number<uint32_t>(key, value);
     } else if (key == "cells") {
       const auto cells = number<uint32_t>(key, value);
       check_block(cells >= 16 && cells <= 64 && cells % 8 == 0,
@@ -101,6 +110,7 @@ TissueOptions parse_tissue(const std::string& input) {
                   "'" + pair + "'" + did_you_mean(key, names_before(kTissueKeys, '=')), kTissueKeys);
     }
   }
+  if (o.hand > 0 && !force_given) o.force_N = 3;
   check_block(o.width >= 32 && o.width <= kMaxSide_px, "a width of 32 px or more", o.width, "size=640x480");
   check_block(o.height >= 32 && o.height <= kMaxSide_px, "a height of 32 px or more", o.height,
               "size=640x480");
@@ -110,6 +120,16 @@ TissueOptions parse_tissue(const std::string& input) {
   check_block(o.loads >= 1 && o.loads <= 8, "1 to 8 loads", o.loads, "loads=4");
   check_block(std::abs(o.x_mm) <= 40 && std::abs(o.y_mm) <= 40, "its window within 40 mm of its middle",
               std::max(std::abs(o.x_mm), std::abs(o.y_mm)), "x=6");
+  check_block(o.hand <= 64, "up to 64 presses by hand", o.hand, "hand=13");
+  check_block(o.skill.tilt_deg >= 0 && o.skill.tilt_deg <= 15, "tilts of 0 to 15 degrees", o.skill.tilt_deg,
+              "tilt=5");
+  check_block(o.skill.turn_deg >= 0 && o.skill.turn_deg <= 45, "turns of 0 to 45 degrees", o.skill.turn_deg,
+              "turn=6");
+  check_block(o.skill.tremor_mm >= 0 && o.skill.tremor_mm <= 1, "a tremor of 0 to 1 mm", o.skill.tremor_mm,
+              "tremor=0.1");
+  check_block(o.slide_mm >= 0 && o.slide_mm <= 20, "a slide of 0 to 20 mm", o.slide_mm, "slide=8");
+  check_block(o.texture >= 0 && o.texture <= 0.3, "a texture of 0 to 0.3 of the pressure", o.texture,
+              "texture=0.15");
   o.scene.inclusion.reset();
   if (has_lump) {
     lump.size_mm = {d, d, d};
@@ -133,6 +153,9 @@ std::string to_string(const TissueOptions& o) {
     << "&noise=" << (o.noise ? "on" : "off") << "&falloff=" << o.falloff << "&repeat=" << o.repeat
     << "&force=" << o.force_N << "&loads=" << o.loads << "&x=" << o.x_mm << "&y=" << o.y_mm
     << "&thickness=" << o.scene.block_mm[2] << "&young=" << o.scene.young_Pa << "&cells=" << o.scene.cells[0];
+  if (o.hand > 0)
+    s << "&hand=" << o.hand << "&tilt=" << o.skill.tilt_deg << "&turn=" << o.skill.turn_deg
+      << "&tremor=" << o.skill.tremor_mm << "&slide=" << o.slide_mm << "&texture=" << o.texture;
   if (!o.scene.inclusion) {
     s << "&lump=none";
     return s.str();

@@ -34,7 +34,7 @@ HandPlan four_presses(uint64_t seed) {
   plan.aims_mm = {{0, 0}, {6, -3}, {6, 5}, {-5, 4}};
   plan.aim_sd_mm = 1;
   plan.force_N = {1, 1.5};
-  plan.tilt_deg = 3;
+  plan.skill.tilt_deg = 3;
   plan.seed = seed;
   return plan;
 }
@@ -107,7 +107,7 @@ TEST(HandScan, MomentsTellTheTiltToFiveDegrees) {
   const PressedTissue tissue = even_tissue();
   for (const double most : {1.0, 3.0, 5.0}) {
     HandPlan plan = four_presses(static_cast<uint64_t>(10 * most));
-    plan.tilt_deg = most;
+    plan.skill.tilt_deg = most;
     plan.relief_pitch_mm = 0.5;
     std::vector<HandTruth> truth;
     const std::vector<HandPress> presses = simulate_hand(tissue, plan, &truth);
@@ -132,8 +132,8 @@ TEST(HandScan, APressOfAnotherSkinIsLeftOut) {
   const HandScan scan = hand_scan(presses, lump::Network::built_in().model());
   EXPECT_FALSE(scan.places.places[2].placed);
   EXPECT_EQ(scan.presses.size(), 3u);
-  ASSERT_FALSE(scan.warnings.empty());
-  EXPECT_NE(scan.warnings[0].find("press 3"), std::string::npos) << scan.warnings[0];
+  EXPECT_NE(scan.left_out[2].find("no texture or no overlap"), std::string::npos) << scan.left_out[2];
+  EXPECT_TRUE(scan.left_out[1].empty());
 }
 
 TEST(HandScan, RefusesWhatHasNoPlaces) {

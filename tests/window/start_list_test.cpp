@@ -90,7 +90,7 @@ TEST(StartList, SimulatedTouchesShowTheirLargestForce) {
   }));
   size_t simulated = 0;
   for (const SourceEntry& e : list.sources()) simulated += e.group == SourceEntry::Group::Synthetic;
-  EXPECT_EQ(list.simulated().size(), simulated - 2) << "tissue takes too long";
+  EXPECT_EQ(list.simulated().size(), simulated - 3) << "tissue takes too long";
   std::map<std::string, const RgbImage*> pictures;
   for (const auto& [input, picture] : list.simulated()) {
     EXPECT_EQ(picture.width, kThumbnailWidth);

@@ -68,10 +68,8 @@ void Levelling::choose() {
     std::string reason = out_.places.places[p].reason;
     if (out_.places.places[p].placed && presses_[p].observation.force_N.back() < least_N)
       reason = text("it reached %.3g N, half of what others did", presses_[p].observation.force_N.back());
-    if (reason.empty())
-      used_.push_back(p);
-    else
-      out_.warnings.push_back("press '" + presses_[p].name + "' is left out: " + reason);
+    if (reason.empty()) used_.push_back(p);
+    out_.left_out.push_back(reason);
   }
 }
 
@@ -114,9 +112,8 @@ bool Levelling::refuse_tilted(const lump::ScanMap& map) {
     worst = k;
   }
   if (!worst || used_.size() < 3) return false;
-  out_.warnings.push_back("press '" + presses_[used_[*worst]].name +
-                          text("' is left out: the pad was tilted by %.2g degrees, more than %.2g", most,
-                               options_.most_tilt_deg));
+  out_.left_out[used_[*worst]] =
+      text("the pad was tilted by %.2g degrees, more than %.2g", most, options_.most_tilt_deg);
   used_.erase(used_.begin() + static_cast<std::ptrdiff_t>(*worst));
   return true;
 }
@@ -126,7 +123,7 @@ HandScan Levelling::run() {
   choose();
   if (used_.size() < 2)
     throw Error(Failure::Input, "two presses by hand that can be used", std::to_string(used_.size()),
-                out_.warnings.empty() ? "more presses" : out_.warnings[0]);
+                "presses of like force that overlap by half");
   out_.stitch.tilt_sd_per_mm = options_.tilt_sd_deg * per_mm();
   out_.stitch.gain_sd = options_.gain_sd;
   out_.stitch.unlike_sd = options_.unlike_sd;

@@ -32,7 +32,7 @@ struct HandScan {
   lump::StitchOptions stitch;            ///< with the error of their places
   HandPlaces places;                     ///< of all presses
   std::vector<HandTilt> tilt;            ///< of all presses; NaN of those left out
-  std::vector<std::string> warnings;     ///< who is left out, and why
+  std::vector<std::string> left_out;     ///< of all presses: why; empty: it is used
 };
 
 /// Places by the skin; tilts by the pressure that presses share and by the block's, which is even about its

@@ -7,24 +7,16 @@
 
 #include "engine/lump/observation/sensor_model.h"
 #include "engine/palpation/hand/hand_press.h"
+#include "engine/palpation/hand/held_pad.h"
 
 namespace palpate {
-
-/// A block as a level plate presses it: the forward model's answer at rising loads.
-struct PressedTissue {
-  std::array<double, 3> block_mm = {40, 40, 20};
-  double young_Pa = 4000;
-  std::vector<PressureMap> pressure_Pa;  ///< true pressure in the frame of the plate
-  std::vector<double> force_N, press_mm;
-};
 
 struct HandPlan {
   std::vector<std::array<double, 2>> aims_mm;  ///< of the window's middle, in order; none: hand_aims()
   double aim_sd_mm = 1.5;  ///< by how far the hand misses them; the first one by first_sd_mm
   double first_sd_mm = 0.7;
-  double turn_deg = 6, tilt_deg = 5;       ///< most, even; the first turn: a third of it
+  HandSkill skill;                         ///< the first press's turn: a third of it
   std::array<double, 2> force_N = {1, 3};  ///< highest of a press, even
-  double tremor_mm = 0.1;                  ///< amplitude along x and along y, at 8 to 12 Hz
   double press_s = 1.5;                    ///< until its highest force
   uint32_t loads = 4;
   double relief_mm = 0.012;        ///< RMS of the skin's texture, waves of 0.5 to 3 mm; 0: smooth
@@ -43,12 +35,7 @@ struct HandTruth {
   double highest_N = 0;
 };
 
-/// The block's middle, then windows to and fro over all of it, each over half of its neighbour.
-std::vector<std::array<double, 2>> hand_aims(const std::array<double, 3>& block_mm,
-                                             const std::array<double, 2>& window_mm);
-
-/// Presses of the block. A tilted plate presses each place as a level one would that is as deep there; skin
-/// under it is stretched as a bent column's end is. All are read from 55 to 100 % of the force that the
+/// Presses of the block, as held_pad.h has them. All are read from 55 to 100 % of the force that the
 /// weakest press has reached, each with an error of 2 % of how near a frame was. Throws Error(Failure::Usage)
 /// where the tissue was not pressed as hard as the weakest press, or a number is out of range.
 std::vector<HandPress> simulate_hand(const PressedTissue& tissue, const HandPlan& plan,

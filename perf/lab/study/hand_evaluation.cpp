@@ -54,7 +54,8 @@ std::vector<ScanPress> staged_presses(const PressedTissue& tissue, const Evaluat
   HandPlan plan;
   plan.aims_mm = scan_places(tissue.block_mm, plan.sensor.window_mm);
   plan.aim_sd_mm = plan.first_sd_mm = kStage_mm;
-  plan.turn_deg = plan.tilt_deg = plan.tremor_mm = plan.relief_mm = 0;
+  plan.skill = {0, 0, 0};
+  plan.relief_mm = 0;
   plan.relief_pitch_mm = 0.5;
   plan.force_N = {top_N, top_N};
   plan.sensor.noise_fraction = job.sensor.noise_fraction;

@@ -216,6 +216,11 @@ void StartList::collect(const Settings& settings) {
                       "lump in doubt",
                       "smaller and deeper: its stiffness cannot be determined",
                       {}});
+  sources_.push_back({Group::Synthetic,
+                      "synthetic:tissue?hand=13&d=12&h=3&ratio=4&repeat=0",
+                      "lump under a hand",
+                      "a hand presses here and there, trembles and tilts the pad",
+                      {}});
   for (SourceEntry& e : sources_)
     if (e.whole.empty()) e.whole = e.detail;
   if (sensors_.empty())
