@@ -1,6 +1,7 @@
 #include "engine/palpation/press_detector.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 
@@ -36,6 +37,21 @@ void PressDetector::break_off() {
   if (state_ != State::Pressing) return;
   lowest_N_ = -1;
   state_ = State::Leaving;
+}
+
+std::vector<PressSpan> find_presses(const std::vector<double>& force_N, double least_N) {
+  PressDetector detector(least_N);
+  std::vector<PressSpan> found;
+  for (size_t i = 0; i < force_N.size(); ++i) {
+    const bool known = std::isfinite(force_N[i]);
+    if (!known) detector.break_off();
+    const PressDetector::Step step = known ? detector.add(force_N[i]) : PressDetector::Step::Rest;
+    if (step == PressDetector::Step::Began) found.push_back({i, i, force_N[i]});
+    if (!detector.pressing()) continue;
+    found.back().last = i;
+    found.back().highest_N = detector.highest_N();
+  }
+  return found;
 }
 
 }  // namespace palpate

@@ -1,6 +1,9 @@
 // Presses in a force over time: when one begins, and when it is over.
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 namespace palpate {
 
 class PressDetector {
@@ -36,5 +39,14 @@ class PressDetector {
   State state_ = State::Rest;
   double highest_N_ = 0, lowest_N_ = 0;  ///< lowest: since the last press was over; below 0: given up
 };
+
+/// Frames of one press, `first` to `last`.
+struct PressSpan {
+  size_t first = 0, last = 0;
+  double highest_N = 0;
+};
+/// All presses in the forces of a recording's frames that reach `least_N`; a force that is not known (NaN)
+/// ends one.
+std::vector<PressSpan> find_presses(const std::vector<double>& force_N, double least_N);
 
 }  // namespace palpate

@@ -11,13 +11,12 @@
 namespace palpate {
 namespace {
 
-using lump::Estimate;
 using lump::Observation;
 
 /// A made-up inverse: the size goes with the modulus, the depth with the thickness, the ratio with the pitch;
 /// the place with how far the map's first value is from its middle one.
-Estimate made_up(const Observation& o) {
-  Estimate e;
+lump::Estimate made_up(const Observation& o) {
+  lump::Estimate e;
   e.verdict = lump::Status::Found;
   const auto value = [](double v) { return lump::Value{v, v * std::exp(-0.03), v * std::exp(0.03)}; };
   e.size_mm = value(8 * o.young_Pa / 4000);
@@ -40,7 +39,7 @@ Observation observation() {
 
 TEST(ErrorSources, NoneLeavesTheIntervalsAsTheyAre) {
   const lump::Estimator exact(made_up);
-  const Estimate e = exact(observation());
+  const lump::Estimate e = exact(observation());
   EXPECT_TRUE(e.input_effects.empty());
   EXPECT_EQ(e.size_mm.low, made_up(observation()).size_mm.low);
   EXPECT_EQ(e.x_mm.low, -0.1);
@@ -51,7 +50,7 @@ TEST(ErrorSources, NoneLeavesTheIntervalsAsTheyAre) {
 TEST(ErrorSources, EachWidensWhatItMovesBySquares) {
   const lump::Estimator estimator(made_up, lump::ErrorSources{});
   const Observation o = observation();
-  const Estimate e = estimator(o);
+  const lump::Estimate e = estimator(o);
   ASSERT_EQ(e.input_effects.size(), 4u);
   // Modulus: ten per cent of the size, up and down.
   EXPECT_NEAR(std::log(e.size_mm.high / 8), std::hypot(0.03, std::log(1.1)), 1e-6);
@@ -75,23 +74,23 @@ TEST(ErrorSources, AnotherInverseMovesFromItsOwnAnswer) {
   const lump::Estimator estimator(
       made_up, {.young = 0.1, .thickness = 0, .pitch = 0, .light = false, .place = false},
       [](const Observation& o) {
-        Estimate e = made_up(o);
+        lump::Estimate e = made_up(o);
         e.size_mm.value *= 1.5;  // another answer, which the same error moves alike
         return e;
       });
-  const Estimate e = estimator(observation());
+  const lump::Estimate e = estimator(observation());
   EXPECT_NEAR(std::log(e.size_mm.high / 8), std::hypot(0.03, std::log(1.1)), 1e-6);
 }
 
 TEST(ErrorSources, AnEndWithoutNumbersCountsAsTheOther) {
   const lump::Estimator estimator(
       [](const Observation& o) {
-        Estimate e = made_up(o);
+        lump::Estimate e = made_up(o);
         if (o.young_Pa < 4000) e.verdict = lump::Status::OutsideTraining;
         return e;
       },
       {.young = 0.1, .thickness = 0, .pitch = 0, .light = false, .place = false});
-  const Estimate e = estimator(observation());
+  const lump::Estimate e = estimator(observation());
   EXPECT_NEAR(std::log(e.size_mm.low / 8), -std::hypot(0.03, std::log(1.1)), 1e-6);
   EXPECT_NE(effect_text(e.input_effects[0]).find("lower than stated: no numbers"), std::string::npos);
 }
@@ -99,13 +98,13 @@ TEST(ErrorSources, AnEndWithoutNumbersCountsAsTheOther) {
 TEST(ErrorSources, ALumpThatGoesAwayWithUnevenLightIsUnusable) {
   const lump::Estimator estimator(
       [](const Observation& o) {
-        Estimate e = made_up(o);
+        lump::Estimate e = made_up(o);
         if (e.x_mm.value < -0.01) e.verdict = lump::Status::NoLump;
         return e;
       },
       {.young = 0, .thickness = 0, .pitch = 0, .light = true, .place = true});
   Observation o = observation();
-  const Estimate gone = estimator(o);
+  const lump::Estimate gone = estimator(o);
   EXPECT_EQ(gone.verdict, lump::Status::Unusable);
   ASSERT_EQ(gone.reasons.size(), 1u);
   EXPECT_NE(gone.reasons[0].find("unevenness, which is known to 1 %"), std::string::npos) << gone.reasons[0];

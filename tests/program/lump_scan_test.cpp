@@ -104,8 +104,67 @@ TEST_F(LumpScanCommand, RecordingsBecomeAMap) {
   EXPECT_NEAR(value["outline"]["y_mm"]["value"].get<double>(), -3, 1);
 }
 
+// Made by the simulator as pictures with a gauge's table, scanned without any place.
+TEST_F(LumpScanCommand, PressesByHandFindTheLump) {
+  const fs::path made = folder_ / "made", out = folder_ / "scan";
+  const Ended simulated =
+      run({"simulate", "tissue?hand=13&d=12&h=3&ratio=4", "--size", "320x240", "--out", made.string()});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const Ended ended = run({"lump", "scan", "--by-hand", (made / "frames").string(), "--sensor",
+                           (made / "sensor.json").string(), "--out", out.string(), "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = parse_json(ended.out);
+  const Json& estimate = value["estimate"];
+  ASSERT_TRUE(estimate["verdict"] == "a lump" ||
+              estimate["verdict"] == "a lump whose stiffness cannot be determined")
+      << estimate;
+  for (const auto& [name, truth] :
+       {std::pair{"size_mm", 12.0}, {"depth_mm", 3.0}, {"stiffness_ratio", 4.0}}) {
+    EXPECT_LE(estimate[name]["low"].get<double>(), truth) << name;
+    EXPECT_GE(estimate[name]["high"].get<double>(), truth) << name;
+  }
+  ASSERT_EQ(value["hand"].size(), 13u);
+  size_t used = 0;
+  for (const Json& press : value["hand"]) {
+    used += press["used"].get<bool>();
+    if (!press["used"].get<bool>()) continue;
+    EXPECT_LT(press["at_sd_mm"][0].get<double>(), 0.3);
+    EXPECT_LT(press["tilt_sd_deg"].get<double>(), 2);
+  }
+  EXPECT_GE(used, 9u);
+  EXPECT_EQ(slurp(out / "hand.csv").rfind("press,used,x_mm,x_sd_mm", 0), 0u);
+  EXPECT_TRUE(contains(slurp(out / "report.html"), "Presses by hand"));
+}
+
+TEST_F(LumpScanCommand, PressesByHandFindNoLumpWhereNoneIs) {
+  const Ended ended =
+      run({"lump", "scan", "--by-hand", "synthetic:tissue?hand=13&lump=none&size=320x240", "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(parse_json(ended.out)["estimate"]["verdict"], "no lump");
+}
+
+TEST_F(LumpScanCommand, RefusesPressesByHandThatTellNothing) {
+  const std::string block = "synthetic:tissue?cells=16&lump=none&size=160x120&rate=10&hand=2";
+  const std::vector<std::string> scan = {"lump", "scan", "--by-hand"};
+  expect_refusal(with(scan, {block + "&texture=0"}), 3, {"no relief of 'press 1'", "texture"});
+  expect_refusal(with(scan, {"synthetic:tissue?cells=16&lump=none&size=160x120&rate=10&hand=1"}), 3,
+                 {"two presses by hand or more"});
+  expect_refusal(with(scan, {block, "synthetic:tissue?cells=16&lump=none&size=200x150&rate=10&hand=1"}), 3,
+                 {"presses of one pad"});
+  expect_refusal(with(scan, {block, "--young-Pa", "1000000"}), 3, {"a press of", "--young-Pa"});
+  expect_refusal(with(scan, {"synthetic:press"}), 2, {"gauge"});
+  expect_refusal(with(scan, {block, "--simulate"}), 2, {"--by-hand", "one of them"});
+  expect_refusal(scan, 2, {"recordings of presses by hand"});
+  fs::create_directories(folder_ / "empty");
+  spill(folder_ / "gauge.csv", "frame,force_N\n0,0\n1,1\n");
+  expect_refusal(with(scan, {(folder_ / "empty").string()}), 3, {"empty"});
+  spill(folder_ / "press.avi", "RIFF");
+  expect_refusal(with(scan, {(folder_ / "press.avi").string()}), 3, {"press.avi"});
+  expect_refusal(with(scan, {(folder_ / "nowhere").string(), "--gauge", "truth"}), 3, {"nowhere"});
+}
+
 TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
-  expect_refusal({"lump", "scan"}, 2, {"--simulate"});
+  expect_refusal({"lump", "scan"}, 2, {"--simulate", "--by-hand"});
   expect_refusal({"lump", "scan", "--simulate", "--size-mm", "3", "4"}, 2, {"one size or three"});
   expect_refusal({"lump", "scan", "--simulate", "--depth-mm", "18"}, 2, {"base"});
   expect_refusal({"lump", "scan", "--simulate", "--window-mm", "1", "1"}, 2, {"presses"});

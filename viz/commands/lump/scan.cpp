@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <ctime>
 #include <map>
+#include <numbers>
 
+#include "capture/run/hand_recording.h"
 #include "capture/run/scan_recording.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/fem/large_strain/extrapolation.h"
+#include "engine/lump/network/network.h"
+#include "engine/palpation/hand/hand_scan.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/error_options.h"
 #include "viz/commands/lump/lump.h"
@@ -34,7 +38,9 @@ struct Options {
   ScanPlan plan;
   lump::StitchOptions stitch;
   fem::Inclusion lump;
-  bool simulate = false, no_inclusion = false;
+  bool simulate = false, no_inclusion = false, by_hand = false;
+  HandScanOptions hand;
+  std::vector<double> first_mm;
   std::vector<double> block_mm, window_mm, size_mm, offset_mm, second_mm;
   std::vector<uint32_t> cells, size_px, leave_out;
   uint32_t threads = 0;
@@ -124,17 +130,22 @@ std::vector<lump::ScanPress> simulated(const Common& common, const Options& o, S
   return presses;
 }
 
-std::vector<lump::ScanPress> recorded(const Common& common, const Options& o, ScanReport& report,
-                                      std::vector<std::string>& notes) {
-  if (o.positions.empty())
-    throw Error(Failure::Usage, "--simulate, or --positions FILE with the recordings' places", "neither",
-                "palpate lump scan --simulate");
+RecordedOptions recorded_options(const Common& common, const Options& o) {
   RecordedOptions options = o.recorded;
   std::copy_n(o.block_mm.begin(), o.block_mm.size(), options.block_mm.begin());
   options.young_Pa = o.plan.scene.young_Pa;
   options.seed = common.seed;
   options.loads = o.plan.loads;
   options.force_N = o.force_given ? o.plan.force_N : 0;
+  return options;
+}
+
+std::vector<lump::ScanPress> recorded(const Common& common, const Options& o, ScanReport& report,
+                                      std::vector<std::string>& notes) {
+  if (o.positions.empty())
+    throw Error(Failure::Usage, "--simulate, --by-hand, or --positions FILE with the recordings' places",
+                "none of them", "palpate lump scan --simulate");
+  const RecordedOptions options = recorded_options(common, o);
   const std::vector<RecordedPress> rows = read_places(o.positions, o.recordings, o.gauge);
   std::vector<lump::ScanPress> presses = read_presses(rows, options, notes, run_watch(common));
   report.inputs = {
@@ -148,12 +159,59 @@ std::vector<lump::ScanPress> recorded(const Common& common, const Options& o, Sc
   return presses;
 }
 
+/// Rows of the report for all presses, and for those that could not be read.
+std::vector<HandRow> hand_rows(const HandRecording& recording, const HandScan& scan,
+                               const lump::ScanMap& map) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  std::vector<HandRow> rows;
+  const size_t all = 3 * recording.presses.size();
+  for (size_t p = 0; p < recording.presses.size(); ++p) {
+    const HandPlace& place = scan.places.places[p];
+    const auto sd = [&](size_t c) { return std::sqrt(scan.places.covariance[(3 * p + c) * (all + 1)]); };
+    HandRow row{recording.presses[p].name, scan.left_out[p], place.at_mm, {sd(0), sd(1)},
+                kDegrees * place.turn_rad, kDegrees * sd(2), scan.tilt[p]};
+    for (const lump::PressPlace& in : map.places)
+      if (in.name == row.name && !in.used) row.left_out = in.reason;
+    rows.push_back(std::move(row));
+  }
+  for (const auto& [name, reason] : recording.left_out) rows.push_back({.name = name, .left_out = reason});
+  return rows;
+}
+
+HandScan by_hand(const Common& common, const Options& o, ScanReport& report, HandRecording& recording,
+                 std::vector<std::string>& notes) {
+  if (o.simulate || !o.positions.empty())
+    throw Error(Failure::Usage, "--by-hand, where the skin tells the places",
+                o.simulate ? "--simulate with it" : "--positions with it", "one of them");
+  if (o.recordings.empty())
+    throw Error(Failure::Usage, "recordings of presses by hand", "none",
+                "palpate lump scan --by-hand 'synthetic:tissue?hand=13'");
+  const RecordedOptions options = recorded_options(common, o);
+  recording = read_hand_presses(o.recordings, o.gauge, options, notes, run_watch(common));
+  report.inputs = {
+      {"block", text("%g x %g x %g mm", options.block_mm[0], options.block_mm[1], options.block_mm[2])},
+      {"tissue", text("Young's modulus %g Pa", options.young_Pa)}};
+  for (const std::string& name : o.recordings) report.inputs.emplace_back("presses by hand", name);
+  if (interrupted()) return {};
+  HandScanOptions hand = o.hand;
+  std::copy_n(o.first_mm.begin(), o.first_mm.size(), hand.places.first_mm.begin());
+  report.inputs.emplace_back("first press", text("at %g, %g +- %g mm", hand.places.first_mm[0],
+                                                 hand.places.first_mm[1], hand.places.first_sd_mm));
+  return hand_scan(recording.presses, lump::load_network("")->model(), hand);
+}
+
 Report run(const Common& common, const Options& o) {
   ScanReport report;
   report.made = now_utc();
   std::vector<std::string> notes;
-  const std::vector<lump::ScanPress> presses =
-      o.simulate ? simulated(common, o, report) : recorded(common, o, report, notes);
+  HandRecording recording;
+  HandScan hand;
+  if (o.by_hand)
+    hand = by_hand(common, o, report, recording, notes);
+  else if (o.simulate)
+    hand.presses = simulated(common, o, report);
+  else
+    hand.presses = recorded(common, o, report, notes);
   if (interrupted()) return interrupted_report("interrupted");
   lump::Estimator estimator;
   if (o.method != "none") {
@@ -166,7 +224,8 @@ Report run(const Common& common, const Options& o) {
     report.inputs.emplace_back("errors covered by the intervals",
                                text("modulus %g %%, thickness %g %%, pitch %g %%, light, place",
                                     100 * o.errors.young, 100 * o.errors.thickness, 100 * o.errors.pitch));
-  report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
+  report.answer = evaluate_scan(hand.presses, o.by_hand ? hand.stitch : o.stitch, estimator, common.seed);
+  if (o.by_hand) report.hand = hand_rows(recording, hand, report.answer.map);
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
   std::string words = scan_text(report);
   if (!common.out.empty()) words += "written: " + write_scan(report, common.out) + "\n";
@@ -175,14 +234,21 @@ Report run(const Common& common, const Options& o) {
 
 void add_recording_options(CommandLine& command, Options& o) {
   command.add_option("RECORDING", o.recordings,
-                     "Sessions or videos, one press each (default: all in --positions)");
+                     "Sessions or videos, one press each (default: all in --positions); by hand any number");
   command
       .add_option("--positions", o.positions,
                   "CSV: recording,x_mm,y_mm[,gauge], places of the window's middle")
       ->check(Check::existing_file());
-  command.add_option(
-      "--gauge", o.gauge,
-      "CSV of the force on the block, where --positions names none; truth: of synthetic blocks");
+  command.add_option("--gauge", o.gauge,
+                     "CSV of the force on the block, where --positions names none; truth: of synthetic "
+                     "blocks (by hand also gauge.csv beside the recording)");
+  command.add_flag("--by-hand", o.by_hand,
+                   "Presses without a stage: the skin's texture tells their places, pressure their tilts");
+  command
+      .add_option("--first-mm", o.first_mm, "By hand: where the first press was aimed at, x y (default 0 0)")
+      ->expected(2);
+  command.add_setting("--first-sd-mm", o.hand.places.first_sd_mm, Check::range(0.0, 10.0),
+                      "By hand: standard error of that");
   command.add_option("--sensor", o.recorded.sensor, "Sensor file (default: the sessions' own)");
   command.add_setting("--pitch-mm", o.recorded.pitch_mm, Check::range(0.2, 5.0), "Of the map, of recordings");
 }
@@ -255,6 +321,9 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
       "  palpate lump scan --simulate --out out/scan                  then open out/scan/report.html\n"
       "  palpate lump scan --simulate --size-mm 8 --depth-mm 5 --stiffness-ratio 10\n"
       "                                             a lump whose stiffness the map does not determine\n"
+      "  palpate lump scan --by-hand out/presses --young-Pa 4000 --gauge gauge.csv --out out/scan\n"
+      "  palpate lump scan --by-hand 'synthetic:tissue?hand=13'       a hand that trembles, and tilts the "
+      "pad\n"
       "  palpate lump scan out/press1 out/press2 --positions places.csv --gauge truth --out out/scan\n"
       "Research use, not a diagnosis.\n");
   command->callback([o, force, &common, &chosen] {

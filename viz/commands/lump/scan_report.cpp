@@ -141,6 +141,51 @@ Rows truth_rows(const fem::Scene& s) {
   return rows;
 }
 
+Rows hand_rows(const ScanReport& r) {
+  Rows rows;
+  for (const HandRow& h : r.hand)
+    rows.emplace_back(
+        h.name,
+        !h.left_out.empty()
+            ? "left out: " + h.left_out
+            : palpate::text("at %.2f +- %.2f, %.2f +- %.2f mm", h.at_mm[0], h.at_sd_mm[0], h.at_mm[1],
+                            h.at_sd_mm[1]) +
+                  palpate::text(", turned %.1f +- %.1f, tilted %.1f, %.1f +- %.1f degrees", h.turn_deg,
+                                h.turn_sd_deg, h.tilt.x_deg, h.tilt.y_deg, h.tilt.sd_deg));
+  return rows;
+}
+
+Json hand_json(const ScanReport& r) {
+  Json all = Json::array();
+  for (const HandRow& h : r.hand) {
+    Json press = {{"name", h.name}, {"used", h.left_out.empty()}};
+    if (h.left_out.empty())
+      press.update({{"at_mm", h.at_mm},
+                    {"at_sd_mm", h.at_sd_mm},
+                    {"turn_deg", h.turn_deg},
+                    {"turn_sd_deg", h.turn_sd_deg},
+                    {"tilt_deg", {h.tilt.x_deg, h.tilt.y_deg}},
+                    {"tilt_sd_deg", h.tilt.sd_deg}});
+    else
+      press["reason"] = h.left_out;
+    all.push_back(press);
+  }
+  return all;
+}
+
+std::string hand_csv(const ScanReport& r) {
+  std::string csv =
+      "press,used,x_mm,x_sd_mm,y_mm,y_sd_mm,turn_deg,turn_sd_deg,tilt_x_deg,tilt_y_deg,tilt_sd_deg,reason\n";
+  for (const HandRow& h : r.hand) {
+    csv += "\"" + h.name + "\"," + (h.left_out.empty() ? "1" : "0");
+    for (const double value : {h.at_mm[0], h.at_sd_mm[0], h.at_mm[1], h.at_sd_mm[1], h.turn_deg,
+                               h.turn_sd_deg, h.tilt.x_deg, h.tilt.y_deg, h.tilt.sd_deg})
+      csv += "," + (h.left_out.empty() ? plot_number(value) : std::string());
+    csv += ",\"" + h.left_out + "\"\n";
+  }
+  return csv;
+}
+
 std::string table(const std::string& title, const Rows& rows) {
   std::string text = title + "\n";
   for (const auto& [name, value] : rows) text += palpate::text("  %-28s ", name.c_str()) + value + "\n";
@@ -315,6 +360,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
   body += "<figure>" + svg_of(folder / "map.svg") + "</figure>\n<div class=\"two\"><figure>" +
           svg_of(folder / "profile.svg") + "</figure>\n<section><h2>The map</h2>\n" +
           html_rows(map_rows(a.map));
+  if (!r.hand.empty()) body += "<h2>Presses by hand</h2>\n" + html_rows(hand_rows(r));
   if (r.truth) body += "<h2>The synthetic block's truth</h2>\n" + html_rows(truth_rows(*r.truth));
   body += "</section></div>\n";
   if (!a.warnings.empty()) {
@@ -344,6 +390,7 @@ std::string scan_text(const ScanReport& r) {
   text += a.estimate ? table("estimate (" + r.model + ")", estimate_rows(*a.estimate))
                      : std::string("not estimated: no model was asked\n");
   if (!a.presses.empty()) text += table("presses that see one bump alone", press_rows(a));
+  if (!r.hand.empty()) text += table("presses by hand", hand_rows(r));
   if (r.truth) text += table("truth of the synthetic block", truth_rows(*r.truth));
   for (const std::string& warning : a.warnings) text += "warning: " + warning + "\n";
   return text + kNotice + "\n";
@@ -387,6 +434,7 @@ Json scan_json(const ScanReport& r) {
     press["estimate"] = to_json(p.estimate);
     value["presses_of_one_bump"].push_back(press);
   }
+  if (!r.hand.empty()) value["hand"] = hand_json(r);
   if (r.truth) value["truth"] = to_json(*r.truth);
   value["warnings"] = a.warnings;
   value["notice"] = kNotice;
@@ -404,6 +452,8 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));
   write_whole(folder / "presses.csv", std::string_view(places_csv(map)));
+  fs::remove(folder / "hand.csv");
+  if (!r.hand.empty()) write_whole(folder / "hand.csv", std::string_view(hand_csv(r)));
   const auto write_outline = [&folder](const lump::Outline& outline, const char* name) {
     std::string csv = "x_mm,y_mm\n";
     for (const auto& p : outline.points_mm) csv += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
@@ -413,9 +463,10 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   fs::remove(folder / "outline_2.csv");
   if (r.answer.second_outline) write_outline(*r.answer.second_outline, "outline_2.csv");
   write_whole(folder / "scan.json", std::string_view(scan_json(r).dump(2) + "\n"));
-  std::string written =
-      (folder / "report.html").string() + ", scan.json, map.csv, presses.csv, outline.csv, " +
-      (r.answer.second_outline ? "outline_2.csv, " : "") + "pressure_Pa.npy, disagreement_Pa.npy";
+  std::string written = (folder / "report.html").string() +
+                        ", scan.json, map.csv, presses.csv, outline.csv, " +
+                        (r.answer.second_outline ? "outline_2.csv, " : "") +
+                        (r.hand.empty() ? "" : "hand.csv, ") + "pressure_Pa.npy, disagreement_Pa.npy";
   for (const char* stem : {"map", "profile"})
     for (const char* ending : {".svg", ".png", ".pdf"}) fs::remove(folder / (std::string(stem) + ending));
   draw_plot(map_plot(r), folder / "map", written);

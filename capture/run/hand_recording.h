@@ -1,0 +1,27 @@
+// Presses by hand in recordings: each press's loads as pressure maps, and the skin's relief at the highest.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/run/scan_recording.h"
+#include "engine/palpation/hand/hand_press.h"
+
+namespace palpate {
+
+struct HandRecording {
+  std::vector<HandPress> presses;
+  std::vector<std::pair<std::string, std::string>> left_out;  ///< presses that could not be read, and why
+};
+
+/// Finds the presses in the force over time of each recording (find_presses) and reads them, while they
+/// load, at hand_load()'s forces below what nearly all have reached. `gauge`: CSV of the force on the whole
+/// block, "truth", or empty: truth of synthetic blocks, else gauge.csv in the recording's folder or beside
+/// it. `options.force_N`, where given, is the highest load. `notes` hears what to know of the recordings.
+/// Throws Error(Failure::Input) where there is no press, and as read_presses() does.
+HandRecording read_hand_presses(const std::vector<std::string>& recordings, const std::string& gauge,
+                                const RecordedOptions& options, std::vector<std::string>& notes,
+                                const RunWatch& watch);
+
+}  // namespace palpate

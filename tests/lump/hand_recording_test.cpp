@@ -1,0 +1,133 @@
+// Presses by hand in recordings of the synthetic block, held against what its hand did.
+#include "capture/run/hand_recording.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "capture/synthetic/tissue.h"
+#include "engine/lump/network/network.h"
+#include "engine/palpation/hand/hand_scan.h"
+#include "engine/palpation/hand/light_relief.h"
+#include "engine/palpation/press_detector.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+HandRecording read_tissue(const std::string& keys) {
+  std::vector<std::string> notes;
+  return read_hand_presses({"synthetic:tissue?size=320x240&cells=16&" + keys}, "", {}, notes, {});
+}
+
+/// The first frame of each press at its highest force.
+std::vector<uint64_t> tops(const TissueSensor& source) {
+  std::vector<uint64_t> found;
+  for (uint64_t k = 1; k < *source.frame_count(); ++k)
+    if (source.block_force_N(k) > 0 && source.block_force_N(k - 1) < source.block_force_N(k) &&
+        source.block_force_N(k + 1) <= source.block_force_N(k))
+      found.push_back(k);
+  return found;
+}
+
+TEST(HandRecording, PlacesAndTiltsAreThoseOfTheHand) {
+  const std::string keys = "hand=9&d=12&h=3&ratio=4&rate=20";
+  const HandRecording recording = read_tissue(keys);
+  for (const auto& [name, reason] : recording.left_out) std::printf("%s: %s\n", name.c_str(), reason.c_str());
+  ASSERT_EQ(recording.presses.size(), 9u);
+  const HandScan scan = hand_scan(recording.presses, lump::Network::built_in().model());
+  const TissueSensor source(parse_tissue("synthetic:tissue?size=320x240&cells=16&" + keys));
+  const std::vector<uint64_t> frames = tops(source);
+  ASSERT_EQ(frames.size(), 9u);
+  const HeldPose first = source.held(frames[0]);
+  const double c = std::cos(first.turn_rad), s = std::sin(first.turn_rad);
+  double places = 0, turns = 0, tilts = 0, count = 0;
+  for (size_t p = 1; p < 9; ++p) {
+    if (!scan.left_out[p].empty()) continue;
+    ++count;
+    const HeldPose held = source.held(frames[p]);
+    // The first press's frame is the map's.
+    const double x = held.at_mm[0] - first.at_mm[0], y = held.at_mm[1] - first.at_mm[1];
+    places += std::pow(scan.places.places[p].at_mm[0] - (c * x + s * y), 2) +
+              std::pow(scan.places.places[p].at_mm[1] - (c * y - s * x), 2);
+    turns += std::pow(scan.places.places[p].turn_rad - (held.turn_rad - first.turn_rad), 2);
+    tilts += std::pow(scan.tilt[p].x_deg - held.tilt_rad[0] / kDegree, 2) +
+             std::pow(scan.tilt[p].y_deg - held.tilt_rad[1] / kDegree, 2);
+  }
+  std::printf("RMS of a place %.3f mm, a turn %.2f, a tilt %.2f degrees\n", std::sqrt(places / (2 * count)),
+              std::sqrt(turns / count) / kDegree, std::sqrt(tilts / (2 * count)));
+  EXPECT_GE(count, 6);
+  EXPECT_LT(std::sqrt(places / (2 * count)), 0.25);
+  EXPECT_LT(std::sqrt(turns / count), 2 * kDegree);
+  EXPECT_LT(std::sqrt(tilts / (2 * count)), 1);
+}
+
+TEST(HandRecording, ASlideIsToldAndLeftOut) {
+  const HandRecording recording = read_tissue("hand=2&slide=6&lump=none&rate=15");
+  EXPECT_TRUE(recording.presses.empty());
+  ASSERT_EQ(recording.left_out.size(), 2u);
+  for (const auto& [name, reason] : recording.left_out)
+    EXPECT_EQ(reason.rfind("the pad slid by ", 0), 0u) << name << reason;
+}
+
+TEST(HandRecording, WithoutAPressItSaysHowHardItWasTouched) {
+  std::vector<std::string> notes;
+  RecordedOptions stiff;
+  stiff.young_Pa = 1e6;
+  try {
+    read_hand_presses({"synthetic:tissue?size=160x120&cells=16&hand=2&lump=none&rate=5"}, "", stiff, notes,
+                      {});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::Input);
+    EXPECT_NE(std::string(error.what()).find("a press of 24 N or more"), std::string::npos) << error.what();
+  }
+}
+
+TEST(LightRelief, TellsTheSkinNotThePressureUnderIt) {
+  // Ridges 1.5 mm apart, a tenth of a pressure that rises to the right.
+  const auto press = [](double rise) {
+    PressureMap map{120, 60, {0.15, 0.15}, {}};
+    for (uint32_t j = 0; j < map.height; ++j)
+      for (uint32_t i = 0; i < map.width; ++i)
+        map.values.push_back(static_cast<float>(500 * (1 + rise * i / map.width) *
+                                                (1 + 0.1 * std::sin(2 * std::numbers::pi * i / 10.0))));
+    return relief_of_pressure(map, 1);
+  };
+  const SkinRelief level = press(0), tilted = press(0.5);
+  for (const uint32_t i : {40u, 55u, 62u, 78u}) {
+    const size_t n = size_t{30} * level.width + i;
+    EXPECT_TRUE(level.contact[n]);
+    EXPECT_NEAR(level.depth_mm[n], 0.01 * std::sin(2 * std::numbers::pi * i / 10.0), 0.0015) << i;
+    EXPECT_NEAR(tilted.depth_mm[n], level.depth_mm[n], 0.001) << i;
+  }
+}
+
+TEST(LightRelief, WhatHangsOverTheRimIsNotSeen) {
+  PressureMap map{9, 5, {1.25, 1.25}, std::vector<float>(45, 400)};
+  for (uint32_t j = 0; j < 5; ++j) map.values[size_t{j} * 9 + 8] = 30;
+  hide_untouched(map);
+  for (uint32_t j = 0; j < 5; ++j) {
+    EXPECT_TRUE(std::isnan(map.at(8, j)));
+    EXPECT_TRUE(std::isnan(map.at(7, j))) << "its cell may lie over the rim";
+    EXPECT_EQ(map.at(6, j), 400);
+  }
+}
+
+TEST(PressDetector, FindsEachPressOfARecording) {
+  const double none = std::nan("");
+  const std::vector<double> force_N = {0, 0.1, 0.8, 1, 0.9, 0.2, 0, 0, 0.5, 2, 2, none, 2, 0, 0, 0.02, 0};
+  const std::vector<PressSpan> found = find_presses(force_N, 0.05);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].first, 1u);
+  EXPECT_EQ(found[0].last, 4u);
+  EXPECT_EQ(found[0].highest_N, 1);
+  EXPECT_EQ(found[1].first, 8u);
+  EXPECT_EQ(found[1].last, 10u) << "until the gauge has no reading";
+}
+
+}  // namespace
+}  // namespace palpate
