@@ -7,6 +7,7 @@
 
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
+#include "engine/palpation/hand/light_relief.h"
 #include "engine/palpation/scan.h"
 #include "engine/sensor/fit.h"
 #include "palpate/error.h"
@@ -19,6 +20,8 @@ constexpr double kLeastFraction = 0.01;  // force over area and modulus from whi
 constexpr double kNoPress = 1.5;         // times that: what stays below is the gauge's noise
 constexpr double kTop = 0.995;           // of the highest force: the highest load
 constexpr double kLeastPeak_gray = 10;
+constexpr double kTiltLoad = 4;  // times the least force: from so much on a tilt is told
+constexpr double kMostTilt_sd_deg = 2;
 constexpr size_t kFewestLoads = 2, kMostFrames = 2000;
 
 double least_N(const BlockSetting& b) {
@@ -187,6 +190,9 @@ void PressMonitor::end(const std::string& trouble) {
   answer.press = ++presses_;
   answer.highest_N = detector_.highest_N();
   answer.trouble = trouble;
+  if (trouble.empty() && !setup_.placed)
+    answer.trouble =
+        "where the pad lay in the block is not known: palpate lump scan --by-hand puts presses together";
   {
     const std::lock_guard lock(mutex_);
     ++pending_;
@@ -207,11 +213,26 @@ void PressMonitor::publish(PressAnswer answer) {
   status_.last = std::move(answer);
 }
 
+std::optional<lump::PadTilt> PressMonitor::tilt(double force_N) const {
+  if (frames_.nodes.empty() || force_N < kTiltLoad * least_N(setup_.block)) return std::nullopt;
+  double noise_Pa = 0, limited = 0;
+  PressureMap map = nodes_->map(frames_.nodes.back(), noise_Pa, limited);
+  hide_untouched(map);
+  const auto touched =
+      std::count_if(map.values.begin(), map.values.end(), [](float value) { return std::isfinite(value); });
+  if (2 * static_cast<size_t>(touched) < map.values.size()) return std::nullopt;
+  const lump::PadTilt found = lump::pad_tilt(map, {setup_.block.young_Pa, setup_.block.block_mm[2]});
+  // A number that is not there is not within the limit either.
+  return std::max(found.x_sd_deg, found.y_sd_deg) <= kMostTilt_sd_deg ? std::optional(found) : std::nullopt;
+}
+
 void PressMonitor::report(std::optional<double> force_N, uint64_t frame) {
   const bool pressing = detector_.pressing();
   const uint32_t seen = pressing ? loads_seen(frames_, detector_.highest_N(), setup_.loads) : 0;
+  const std::optional<lump::PadTilt> tilted = pressing ? tilt(force_N.value_or(0)) : std::nullopt;
   const std::lock_guard lock(mutex_);
   status_.pressing = pressing;
+  status_.tilt = tilted;
   status_.force_N = force_N.value_or(0);
   status_.highest_N = detector_.highest_N();
   status_.loads = seen;
@@ -232,6 +253,7 @@ std::vector<PressAnswer> PressMonitor::finish() {
   background_.finish();
   const std::lock_guard lock(mutex_);
   status_.pressing = false;
+  status_.tilt.reset();
   return answers_;
 }
 

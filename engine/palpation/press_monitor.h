@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/background_work.h"
+#include "engine/lump/observation/pad_tilt.h"
 #include "engine/palpation/press_detector.h"
 #include "engine/palpation/press_observation.h"
 #include "palpate/touch.h"
@@ -37,12 +38,15 @@ struct PressStatus {
   bool pressing = false, estimating = false;
   double force_N = 0, highest_N = 0;  ///< on the whole block, of this press
   uint32_t loads = 0, wanted = 0;     ///< even shares of the highest force that frames were seen at
-  std::optional<PressAnswer> last;    ///< newest answer
+  /// Of the pad while it presses; none where it cannot be told: too light, or half of the window untouched.
+  std::optional<lump::PadTilt> tilt;
+  std::optional<PressAnswer> last;  ///< newest answer
 };
 
 struct PressSetup {
   BlockSetting block;
   uint32_t loads = 4;  ///< even shares of a press's highest force
+  bool placed = true;  ///< the window's place in the block is that of `block`; else no press has an estimate
   /// On the whole block at a frame, N; none where it is not known. Null: what the window sees, where it sees
   /// the whole block.
   std::function<std::optional<double>(uint64_t sequence)> force;
@@ -82,6 +86,7 @@ class PressMonitor {
   void end(const std::string& trouble);
   void publish(PressAnswer answer);
   void report(std::optional<double> force_N, uint64_t frame);
+  std::optional<lump::PadTilt> tilt(double force_N) const;
 
   PressSetup setup_;
   std::optional<PressureNodes> nodes_;  ///< none where the sensor is not calibrated in pascals

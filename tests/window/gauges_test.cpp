@@ -103,5 +103,23 @@ TEST(QuantityRows, ShearWithoutAForceThatLimitsItTakesNoRoom) {
   EXPECT_EQ(rows(), 1u) << "the skin shows slip without a force";
 }
 
+TEST_F(GaugeTest, ALevelsBubbleLiesWhereThePadStandsHighest) {
+  const auto level = [&](const std::optional<lump::PadTilt>& tilt) {
+    return drawn(ink(theme().valid), [&](ImDrawList* list) {
+      draw_level(list, {100, 100}, {170, 170}, tilt, 1);
+    });
+  };
+  EXPECT_TRUE(level(std::nullopt).empty()) << "no bubble where the tilt cannot be told";
+  const auto tilted = level(lump::PadTilt{-3, 1, 0.4, 0.4});  // five pixels a degree
+  ASSERT_FALSE(tilted.empty());
+  EXPECT_NEAR(right_of(tilted), 135 + 3 * 5 + 3.5, 1.5);
+  EXPECT_NEAR(std::ranges::max(tilted, {}, &ImVec2::y).y, 135 - 5 + 3.5, 1.5);
+  const auto steep = drawn(ink(theme().doubtful), [](ImDrawList* list) {
+    draw_level(list, {100, 100}, {170, 170}, lump::PadTilt{-40, 0, 0.4, 0.4}, 1);
+  });
+  ASSERT_FALSE(steep.empty());
+  EXPECT_NEAR(right_of(steep), 170 + 3.5, 1.5) << "at the edge of the dial";
+}
+
 }  // namespace
 }  // namespace palpate::viz

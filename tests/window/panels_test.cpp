@@ -621,10 +621,14 @@ TEST(PressRows, APressInProgressSaysHowManyLoadsItHas) {
   status.force_N = 0.8;
   status.loads = 2;
   status.wanted = 4;
-  bool said = false;
-  for (const PressRow& row : press_rows(status, 0))
-    said |= row.name == "pressing" && row.value == "0.80 N, loads 2 of 4";
-  EXPECT_TRUE(said);
+  const auto says = [&](const char* name, const char* value) {
+    return std::ranges::any_of(press_rows(status, 0),
+                               [&](const PressRow& row) { return row.name == name && row.value == value; });
+  };
+  EXPECT_TRUE(says("pressing", "0.80 N, loads 2 of 4"));
+  EXPECT_TRUE(says("tilt", "cannot be told"));
+  status.tilt = lump::PadTilt{1.23, -2, 0.4, 0.5};
+  EXPECT_TRUE(says("tilt", "1.2, -2.0 \xc2\xb1 0.5\xc2\xb0"));
 }
 
 TEST_F(PanelTest, SettingsOfARunAreThoseOfTheTable) {

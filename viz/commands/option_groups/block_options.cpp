@@ -89,6 +89,7 @@ std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const M
   PressSetup setup;
   BlockSetting& block = setup.block;
   if (tissue) block = {tissue->scene.block_mm, tissue->scene.young_Pa, {tissue->x_mm, tissue->y_mm}};
+  setup.placed = !tissue || tissue->hand == 0;
   std::copy_n(choice.block_mm.begin(), choice.block_mm.size(), block.block_mm.begin());
   std::copy_n(choice.window_mm.begin(), choice.window_mm.size(), block.window_mm.begin());
   if (choice.young_Pa > 0) block.young_Pa = choice.young_Pa;

@@ -65,4 +65,27 @@ void draw_shear_dial(ImDrawList* list, ImVec2 low, ImVec2 high, const Estimate& 
   list->PopClipRect();
 }
 
+void draw_level(ImDrawList* list, ImVec2 low, ImVec2 high, const std::optional<lump::PadTilt>& tilt,
+                float scale) {
+  constexpr float kMost_deg = 7;
+  const ImVec2 middle{(low.x + high.x) / 2, (low.y + high.y) / 2};
+  const float half = (high.x - low.x) / 2, degree = half / kMost_deg;
+  list->AddCircleFilled(middle, half, ink(theme().field), 48);
+  list->AddLine({middle.x - half, middle.y}, {middle.x + half, middle.y}, ink(theme().frame));
+  list->AddLine({middle.x, middle.y - half}, {middle.x, middle.y + half}, ink(theme().frame));
+  for (const float ring_deg : {2.0f, 5.0f})
+    list->AddCircle(middle, ring_deg * degree, tilt ? ink(theme().limit) : ink(theme().frame), 48, scale);
+  if (!tilt) return;
+  // What lies beyond the dial stays at its edge.
+  const double shown = std::min(1.0, static_cast<double>(kMost_deg) / std::max(tilt->size_deg(), 1e-9));
+  const ImVec2 bubble{middle.x - degree * static_cast<float>(shown * tilt->x_deg),
+                      middle.y - degree * static_cast<float>(shown * tilt->y_deg)};
+  const Rgb colour = theme().of(tilt->size_deg() > 5 ? Meaning::Doubtful : Meaning::Valid);
+  list->PushClipRect(low, high, true);  // it ends with the dial
+  list->AddCircle(bubble, degree * static_cast<float>(std::max(tilt->x_sd_deg, tilt->y_sd_deg)),
+                  ink(theme().text), 0, scale);
+  list->AddCircleFilled(bubble, 3.5f * scale, ink(colour));
+  list->PopClipRect();
+}
+
 }  // namespace palpate::viz

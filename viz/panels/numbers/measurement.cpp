@@ -188,7 +188,10 @@ std::vector<Card> cards_of(const HudFrame& frame, const Touch& t, const HudConte
   std::vector<Card> cards{force_card(frame, t, content, state, width)};
   std::ranges::move(quantity_rows(t, content, state, Groups::Traction), std::back_inserter(cards[0].rows));
   if (content.live && content.live->press) {
-    Card tissue{.title = "tissue"};
+    Card tissue{.title = "tissue", .beside_px = 8 * kGrid_px};
+    tissue.draw = [tilt = content.live->press->tilt, scale = frame.scale()](ImVec2 low, ImVec2 high) {
+      draw_level(ImGui::GetWindowDrawList(), low, high, tilt, scale);
+    };
     for (PressRow& row : press_rows(*content.live->press, 1e-9 * static_cast<double>(t.time_ns)))
       tissue.rows.push_back({std::move(row.name), std::move(row.value), row.meaning});
     cards.push_back(std::move(tissue));

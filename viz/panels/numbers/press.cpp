@@ -1,5 +1,7 @@
 #include "viz/panels/numbers/press.h"
 
+#include <algorithm>
+
 #include "engine/palpation/scan.h"
 #include "viz/render/format.h"
 
@@ -49,6 +51,10 @@ std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
   if (s.pressing) {
     rows.push_back(
         {Meaning::Plain, "pressing", text("%.2f N, loads %u of %u", s.force_N, s.loads, s.wanted)});
+    rows.push_back(s.tilt ? PressRow{Meaning::Plain, "tilt",
+                                     text("%.1f, %.1f \xc2\xb1 %.1f\xc2\xb0", s.tilt->x_deg, s.tilt->y_deg,
+                                          std::max(s.tilt->x_sd_deg, s.tilt->y_sd_deg))}
+                          : PressRow{Meaning::Explains, "tilt", "cannot be told"});
   } else if (s.estimating) {
     rows.push_back({Meaning::Plain, "pressing", "over, being read"});
   } else if (s.trouble.empty() && !s.last) {
