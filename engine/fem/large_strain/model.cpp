@@ -84,6 +84,17 @@ uint32_t LargeStrainModel::correct(double target_fraction, std::vector<double>& 
                         correction, target_fraction * gradients_.norm(residual_), kMostGradients);
 }
 
+/// How deep the plate is over a node of the top, where that has gone.
+double LargeStrainModel::plate_mm(const std::vector<double>& displacement, size_t top_node,
+                                  double press_mm) const {
+  if (slope_[0] == 0 && slope_[1] == 0) return press_mm;
+  const size_t row = grid_.cells[0] + 1;
+  const double x = (static_cast<double>(top_node % row) - grid_.cells[0] / 2.0) * grid_.size_x_mm;
+  const double y = (static_cast<double>(top_node / row) - grid_.cells[1] / 2.0) * grid_.size_y_mm;
+  return press_mm + slope_[0] * (x + displacement[top_node]) +
+         slope_[1] * (y + displacement[grid_.nodes() + top_node]);
+}
+
 bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
   const size_t nodes = grid_.nodes();
   const auto [nx, ny, nz] = grid_.cells;
@@ -101,7 +112,7 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
     // On along the line from the last state, which takes the plate where it is wanted.
     const double way = (press_mm - press_mm_) / (press_mm_ - last_mm_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += way * (displacement_[n] - last_[n]);
-    for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * nodes + n] = press_mm;
+    for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * nodes + n] = plate_mm(u, n, press_mm);
     for (size_t n = 0; n < pressure.size(); ++n) pressure[n] += way * (pressure_[n] - last_pressure_[n]);
   }
   double open = out_of_balance(u, force);

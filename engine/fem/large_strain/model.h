@@ -23,6 +23,10 @@ class LargeStrainModel {
   /// Moves the plate to `press_mm` in one step of Newton's search. False where that does not end: the block
   /// is as it was. `result` gathers rounds and iterations.
   bool move_to(double press_mm, LargeStrainResult& result);
+  /// From the next move on the plate is tilted about the block's middle, where the way is that of the move:
+  /// it goes deeper by so much a mm along x and y. It stays frictionless, and nothing lifts off. Of a whole
+  /// block.
+  void tilt(const std::array<double, 2>& slope) { slope_ = slope; }
 
   double press_mm() const { return press_mm_; }
   double force_N() const { return force_N_; }
@@ -44,6 +48,7 @@ class LargeStrainModel {
  private:
   double out_of_balance(const std::vector<double>& displacement, std::vector<double>& force);
   void take_forces();
+  double plate_mm(const std::vector<double>& displacement, size_t top_node, double press_mm) const;
   PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
   uint32_t correct(double target_fraction, std::vector<double>& correction);
   PressedSurface change(std::vector<double>& displacement, const std::vector<double>& plus_force,
@@ -64,6 +69,7 @@ class LargeStrainModel {
   std::vector<double> force_;                     // of the tissue alone, on all nodes
   std::vector<double> residual_;
   double press_mm_ = 0, last_mm_ = 0, force_N_ = 0, all_forces_ = 0, least_ = 1, state_residual_ = 0;
+  std::array<double, 2> slope_ = {0, 0};
   bool tangent_fresh_ = false;  // of displacement_
 };
 
