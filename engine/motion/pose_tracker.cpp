@@ -60,13 +60,13 @@ std::vector<uint8_t> largest_of_several(const HeightMap& map) {
   return out;
 }
 
-constexpr size_t kFewest = 200;  // pixels of a contact
+constexpr size_t kLeastContact = 200;  // pixels of a contact
 
 }  // namespace
 
 const Pose& PoseTracker::update(const HeightMap& map) {
   ContactSurface surface(map, options_.surface);
-  if (surface.count() < kFewest) return lift();
+  if (surface.count() < kLeastContact) return lift();
   if (pose_.state == PoseState::NoContact || pose_.state == PoseState::Lost) {
     begin(std::move(surface), pose_.track + 1);
     return pose_;
@@ -81,9 +81,13 @@ const Pose& PoseTracker::update(const HeightMap& map) {
     begin(std::move(surface), pose_.track);
     return pose_;
   }
-  take(found.registration);
+  take(key_, found.registration);
+  go_on(found.registration);
   pose_.doubt = apart ? PoseDoubt::OthersMove : doubt_of(found.registration);
-  if (needs_key(found.registration)) make_key(std::move(surface));
+  if (!needs_key(found.registration)) return pose_;
+  look_back(surface);
+  memory_.keep(std::move(key_));
+  make_key(std::move(surface));
   return pose_;
 }
 
@@ -102,7 +106,7 @@ bool PoseTracker::find_apart(const HeightMap& map, Found& found, ContactSurface&
   HeightMap part = map;
   part.contact = largest;
   ContactSurface alone(part, options_.surface);
-  if (alone.count() < kFewest) return false;
+  if (alone.count() < kLeastContact) return false;
   Found better = find(alone);
   if (better.loss != PoseLoss::None) return false;
   if (found.loss == PoseLoss::None && better.registration.residual_mm > kBetter * whole.residual_mm)
@@ -152,6 +156,7 @@ void PoseTracker::begin(ContactSurface surface, uint32_t track) {
   link_.setZero();
   last_residual_mm_ = high_residual_mm_ = calm_residual_mm_ = 0;
   restless_ = false;
+  memory_.clear();
   make_key(std::move(surface));
 }
 
@@ -167,28 +172,40 @@ PoseLoss PoseTracker::loss_of(const Registration& found) const {
   return PoseLoss::None;
 }
 
-void PoseTracker::take(const Registration& found) {
+void PoseTracker::take(const TrackKey& key, const Registration& found) {
   pose_.state = PoseState::Tracked;
   pose_.loss = PoseLoss::None;
-  pose_.motion = found.motion * key_.motion;
+  pose_.motion = found.motion * key.motion;
   pose_.at_mm = found.at_mm;
   const Matrix6d moved = carried_by(found.motion);
   link_ = pose_.since_key = found.covariance;
   // A key frame's noise enters the motions to it and from it with opposite signs: it cancels in what both
   // share.
-  const double shared = std::max(key_.overlap + found.overlap - 1, 0.0);
-  pose_.covariance = link_ + moved * (key_.before + (1 - shared) * key_.link) * moved.transpose();
-  pose_.freedom = found.freedom.with(key_.freedom.after(found.motion));
+  const double shared = std::max(key.overlap + found.overlap - 1, 0.0);
+  pose_.covariance = link_ + moved * (key.before + (1 - shared) * key.link) * moved.transpose();
+  pose_.freedom = found.freedom.with(key.freedom.after(found.motion));
   pose_.surface = found.freedom.kind;
   pose_.pivot_mm = found.freedom.pivot_mm;
   pose_.residual_mm = found.residual_mm;
   pose_.overlap = found.overlap;
+}
+
+void PoseTracker::go_on(const Registration& found) {
   last_step_ = found.motion * from_key_.inverse();
   from_key_ = found.motion;
   last_at_mm_ = found.at_mm;
   last_residual_mm_ = found.residual_mm;
   high_residual_mm_ = std::max(found.residual_mm, 0.9 * high_residual_mm_);
   if (key_.residual_mm <= 0) key_.residual_mm = found.residual_mm;
+}
+
+void PoseTracker::look_back(const ContactSurface& surface) {
+  if (pose_.freedom.unknown.cols() > 0) return;
+  const auto back = memory_.recognise(
+      surface, {pose_.motion, pose_.covariance, pose_.at_mm, pose_.residual_mm}, options_.registration);
+  if (!back) return;
+  take(*back->key, back->found);
+  ++pose_.returns;
 }
 
 bool PoseTracker::needs_key(const Registration& found) const {

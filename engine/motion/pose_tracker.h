@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "engine/motion/key_memory.h"
 #include "engine/motion/registration.h"
 #include "palpate/object_pose.h"
 
@@ -14,6 +15,7 @@ namespace palpate {
 struct PoseOptions {
   SurfaceOptions surface;
   RegistrationOptions registration;
+  MemoryOptions memory;
   // A frame becomes the new key frame where it shares less than this with the last one, is turned from it by
   // more than this, or leaves so many times the residual of the key frame's first frame.
   double key_overlap = 0.6;
@@ -45,6 +47,9 @@ struct Pose {
   PoseDoubt doubt = PoseDoubt::None;
   uint32_t track = 0;  ///< counts from 1
   uint32_t keys = 0;   ///< key frames of the track so far
+  /// How often an earlier key frame was seen again. In that frame the motion jumps by what it had drifted,
+  /// and the covariance falls to that of the earlier one and the link to it.
+  uint32_t returns = 0;
   // Where tracked or begun:
   RigidMotion motion = {};  ///< of the object since the track began; see components() for what of it is known
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();  ///< where what follows is seen
@@ -67,7 +72,7 @@ class PoseTracker {
  public:
   /// `sums`: who adds up the pixels.
   explicit PoseTracker(const PoseOptions& options = {}, std::unique_ptr<PixelSums> sums = host_sums())
-      : options_(options), sums_(std::move(sums)) {}
+      : options_(options), sums_(std::move(sums)), memory_(options.memory) {}
 
   /// Frames in order. Throws Error where a map is not as HeightMap says.
   const Pose& update(const HeightMap& map);
@@ -77,16 +82,6 @@ class PoseTracker {
   void restart() { lift(); }
 
  private:
-  /// A key frame, with the motion from the track's begin to it and that motion's error, seen at its middle:
-  /// of the last link, from the key frame before, and of all links before.
-  struct Key {
-    ContactSurface surface;
-    RigidMotion motion;
-    Matrix6d link = Matrix6d::Zero(), before = Matrix6d::Zero();
-    double overlap = 0;  ///< of the last link
-    Freedom freedom;
-    double residual_mm = 0;  ///< of its first frame
-  };
   struct Found {
     Registration registration;
     PoseLoss loss = PoseLoss::None;
@@ -98,14 +93,19 @@ class PoseTracker {
   bool find_apart(const HeightMap& map, Found& found, ContactSurface& surface) const;
   PoseDoubt doubt_of(const Registration& found);
   PoseLoss loss_of(const Registration& found) const;
-  void take(const Registration& found);
+  /// The pose, by a motion from one of the track's key frames.
+  void take(const TrackKey& key, const Registration& found);
+  void go_on(const Registration& found);
+  /// Takes the pose from an earlier key frame, if the new one shows it again.
+  void look_back(const ContactSurface& surface);
   bool needs_key(const Registration& found) const;
   void make_key(ContactSurface surface);
 
   PoseOptions options_;
   std::unique_ptr<PixelSums> sums_;
   Pose pose_;
-  Key key_;
+  TrackKey key_;
+  KeyMemory memory_;
   RigidMotion from_key_, last_step_;
   Matrix6d link_ = Matrix6d::Zero();  // error of from_key_
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
