@@ -100,6 +100,17 @@ MotionGuess Search::coarse(size_t first, const MotionGuess& start) {
   return guesses[best];
 }
 
+/// What the fit has taken of the noise is in no residual: of a small contact's most.
+void give_back(ScoreNoise& noise, const ScoreField& field, const Matrix6d& inverse) {
+  constexpr double kMost = 0.8;  // of more the rest would be a guess
+  double all = 0;
+  for (const double variance : noise.variance) all += variance;
+  if (all <= 0) return;
+  const double taken =
+      (inverse * gradient_covariance(field, noise)).trace() / (all * double(field.pixel.size()));
+  for (double& variance : noise.variance) variance /= 1 - std::min(taken, kMost);
+}
+
 /// What the pad's own errors add to the scores' noise: fields of several reaches that share its slopes' error
 /// and do not move, seen from an object that has gone by way_px.
 void add_pad(ScoreNoise& noise, double slope_sd, double way_px, double pitch_mm, double precision) {
@@ -141,6 +152,7 @@ void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now
   out.residual_mm = left.residual_mm();
   ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
   out.disagreement = slopes_disagree(sums, noise, freedom.least_slope);
+  give_back(noise, field, solution.inverse);
   if (options.pad_slope_sd > 0) {
     const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
     add_pad(noise, options.pad_slope_sd, way_mm / now.pitch_mm, now.pitch_mm, left.mean_precision);
