@@ -74,7 +74,8 @@ bool KeyMemory::fits(const Registration& found, double calm_mm) const {
 
 // Searches from the ends of the two longest axes of what the motion may be off by.
 bool KeyMemory::other_fits(const TrackKey& key, const ContactSurface& now, const TrackedMotion& tracked,
-                           const Registration& found, const RegistrationOptions& registration) const {
+                           const Registration& found, const RegistrationOptions& registration,
+                           PixelSums& sums) const {
   constexpr double kErrors = 2.5, kNear_px = 4;  // of way; nearer ones no search tells apart
   const Vector6d scale = by_radius(now.radius_mm());
   const Matrix6d moved = seen_at(tracked.at_mm, found.at_mm);
@@ -86,8 +87,8 @@ bool KeyMemory::other_fits(const TrackKey& key, const ContactSurface& now, const
     if (way_mm < kNear_px * now.levels().front().pitch_mm) continue;
     for (const double part : {-1.0, -0.5, 0.5, 1.0}) {
       const Vector6d twist = scale.cwiseInverse().asDiagonal() * (part * way_mm * axes.vectors.col(k));
-      const Registration other =
-          register_surface(key.surface, now, motion_about(found.at_mm, twist) * found.motion, registration);
+      const Registration other = register_surface(
+          key.surface, now, motion_about(found.at_mm, twist) * found.motion, registration, sums);
       if (!other.found || other.overlap < 0.7 * found.overlap) continue;
       const Vector6d apart = scale.asDiagonal() * twist_between(found.motion, other.motion, found.at_mm);
       if (apart.norm() > 2 * now.levels().front().pitch_mm &&
@@ -99,11 +100,12 @@ bool KeyMemory::other_fits(const TrackKey& key, const ContactSurface& now, const
 }
 
 std::optional<KeyMemory::Return> KeyMemory::recognise(const ContactSurface& now, const TrackedMotion& tracked,
-                                                      const RegistrationOptions& registration) const {
+                                                      const RegistrationOptions& registration,
+                                                      PixelSums& sums) const {
   const double radius_mm = now.radius_mm(), own = size_of(tracked.covariance, radius_mm);
   for (const TrackKey* key : candidates(now, tracked)) {
     const RigidMotion start = tracked.motion * key->motion.inverse();
-    const Registration found = register_surface(key->surface, now, start, registration);
+    const Registration found = register_surface(key->surface, now, start, registration, sums);
     if (!fits(found, std::max(tracked.residual_mm, key->residual_mm))) continue;
     if (size_of(error_by(*key, found), radius_mm) >= own) continue;
     const Vector6d apart = twist_between(start, found.motion, found.at_mm);
@@ -111,7 +113,7 @@ std::optional<KeyMemory::Return> KeyMemory::recognise(const ContactSurface& now,
     const Eigen::MatrixXd spread = found.covariance + moved * tracked.covariance * moved.transpose();
     const Eigen::VectorXd errors = dense::Cholesky(spread).solve_lower(Eigen::MatrixXd(apart));
     if (!(errors.squaredNorm() <= options_.most_square)) continue;
-    if (other_fits(*key, now, tracked, found, registration)) continue;
+    if (other_fits(*key, now, tracked, found, registration, sums)) continue;
     return Return{key, found};
   }
   return std::nullopt;

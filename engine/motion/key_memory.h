@@ -61,13 +61,13 @@ class KeyMemory {
   /// The key frame that `now` shows again; nothing where none fits, where the surface does not determine all
   /// six directions, where the motion is no surer by it, or where another place fits as well.
   std::optional<Return> recognise(const ContactSurface& now, const TrackedMotion& tracked,
-                                  const RegistrationOptions& registration) const;
+                                  const RegistrationOptions& registration, PixelSums& sums) const;
 
  private:
   std::vector<const TrackKey*> candidates(const ContactSurface& now, const TrackedMotion& tracked) const;
   bool fits(const Registration& found, double calm_mm) const;
   bool other_fits(const TrackKey& key, const ContactSurface& now, const TrackedMotion& tracked,
-                  const Registration& found, const RegistrationOptions& registration) const;
+                  const Registration& found, const RegistrationOptions& registration, PixelSums& sums) const;
 
   MemoryOptions options_;
   std::vector<TrackKey> keys_;

@@ -201,8 +201,9 @@ void PoseTracker::go_on(const Registration& found) {
 
 void PoseTracker::look_back(const ContactSurface& surface) {
   if (pose_.freedom.unknown.cols() > 0) return;
-  const auto back = memory_.recognise(
-      surface, {pose_.motion, pose_.covariance, pose_.at_mm, pose_.residual_mm}, options_.registration);
+  const auto back =
+      memory_.recognise(surface, {pose_.motion, pose_.covariance, pose_.at_mm, pose_.residual_mm},
+                        options_.registration, *sums_);
   if (!back) return;
   take(*back->key, back->found);
   ++pose_.returns;

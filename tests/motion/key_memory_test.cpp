@@ -56,8 +56,8 @@ Looked look(const SolidObject& object, double true_rad, double tracked_rad, doub
   first.surface = seen_at_rest(object, {}, random);
   memory.keep(std::move(first));
   const ContactSurface now = seen_at_rest(object, turned(true_rad), random);
-  const auto back =
-      memory.recognise(now, {turned(tracked_rad), error_of(0.02, sd_rad), now.centroid_mm(), 0.002}, {});
+  const auto back = memory.recognise(
+      now, {turned(tracked_rad), error_of(0.02, sd_rad), now.centroid_mm(), 0.002}, {}, *host_sums());
   if (!back) return {false, 0};
   return {true, turn_vector(back->found.motion.turn * turned(true_rad).turn.transpose())[2]};
 }
