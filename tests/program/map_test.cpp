@@ -148,7 +148,8 @@ TEST_F(MapProgram, MapsAStripLongerThanThePad) {
   ASSERT_EQ(tiff.type(), CV_32FC1);
   for (int row = 0; row < tiff.rows; ++row)
     for (int column = 0; column < tiff.cols; ++column) {
-      const float value = heights.values[static_cast<size_t>(row * tiff.cols + column)];
+      const float value = heights.values[static_cast<size_t>(row) * static_cast<size_t>(tiff.cols) +
+                                         static_cast<size_t>(column)];
       if (!std::isnan(value)) {
         ASSERT_EQ(tiff.at<float>(row, column), value);
       }
