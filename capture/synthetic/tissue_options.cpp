@@ -7,6 +7,7 @@
 
 #include "engine/base/text.h"
 #include "palpate/error.h"
+#include "palpate/frame.h"
 
 namespace palpate {
 namespace {
