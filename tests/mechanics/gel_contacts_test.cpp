@@ -128,6 +128,28 @@ TEST_F(GelContactsTest, WhatIsHardlySeenIsSeenWhereItIsWide) {
   EXPECT_EQ(find(faint).size(), 1u);
 }
 
+// A disc's flat face changes nothing; its rim is closed, and a scratch as long is not.
+TEST_F(GelContactsTest, AFlatDiscIsAContactByItsRim) {
+  const auto rim = [](double from_rad) {
+    return Change([=](double x, double y) {
+      const double r = std::hypot(x - 200, y - 140), angle = std::atan2(y - 140, x - 200);
+      std::array<double, 3> more{};
+      if (std::abs(r - 60) > 1.5 || angle < from_rad) return more;
+      for (int c = 0; c < 3; ++c) more[c] = 40 * std::cos(angle - c * 2 * std::numbers::pi / 3);
+      return more;
+    });
+  };
+  begin();
+  EXPECT_TRUE(find(rim(-2.5)).empty());
+  for (int frame = 0; frame < 3; ++frame) {
+    const auto found = find(rim(-4));
+    ASSERT_EQ(found.size(), 1u) << frame;
+    EXPECT_NEAR(found[0].centroid_x_px, 200, 4);
+    EXPECT_NEAR(found[0].centroid_y_px, 140, 4);
+    EXPECT_NEAR(std::sqrt(static_cast<double>(found[0].area_px) / std::numbers::pi) * kPitch_mm, 5.4, 2);
+  }
+}
+
 TEST_F(GelContactsTest, TwoSideBySideAreTwo) {
   begin();
   const std::vector<ContactTouch> found = find(both(ball(110, 140, 45), ball(280, 140, 45)));

@@ -213,6 +213,7 @@ void GelContacts::compare(std::span<const shared::CellChange> cells) {
 
 void GelContacts::smooth() {
   for (const uint32_t radius : radii_) blur(raised_, radius);
+  if (std::ranges::max(raised_) < static_cast<float>(kOnset)) fill_rings();
   // How each colour's change varies from pixel to pixel and cell to cell: light that glows through the gel
   // changes evenly.
   for (size_t i = 0; i < strength_.size(); ++i) {

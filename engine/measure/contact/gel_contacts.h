@@ -21,10 +21,11 @@ namespace palpate {
 /// A gel shows slopes: a threshold on the change of its image breaks one contact into rings and specks. This
 /// class uses the mean square change of cells of 4 x 4 px, divided by its value in untouched frames. Each
 /// cell's ratio is limited to kCap, so that a speck is not a contact, and smoothed over kReach_mm, so that a
-/// ring and its centre belong together. A contact is a connected region above kFoot, with its holes, that
-/// reaches kSureOnset in one frame or kOnset in two; a contact of the frame before needs kCore. Its outline
-/// is where the local variance of the image falls to kOutline of the contact's own, since light that glows
-/// through the gel is smooth: accurate to about 1.5 mm.
+/// ring and its centre belong together; a closed ring is filled where nothing else begins a contact, for a
+/// flat face with a sharp edge shows no more. A contact is a connected region above kFoot, with its holes,
+/// that reaches kSureOnset in one frame or kOnset in two; a contact of the frame before needs kCore. Its
+/// outline is where the local variance of the image falls to kOutline of the contact's own, since light that
+/// glows through the gel is smooth: accurate to about 1.5 mm.
 ///
 /// The noise of each cell is learned while the cell is not touched. A change of the light is estimated for
 /// each colour from the cells that are not touched, and subtracted first.
@@ -45,6 +46,7 @@ class GelContacts {
   static constexpr double kClearer = 2.5;  ///< structure is so many times as strong
   static constexpr double kBand = 1.25;    ///< length over width of what reaches across the picture
   static constexpr double kLeast_mm2 = 2;  ///< area of a contact's foot
+  static constexpr double kLeastRing = 4;  ///< of that, within a closed rim alone
   static constexpr double kRestMargin_mm = 2;
   static constexpr double kDented = 0.1;  ///< of the deepest point, from which the pad counts as dented
   static constexpr uint32_t kMostContacts = 64;
@@ -141,6 +143,7 @@ class GelContacts {
   void compare(std::span<const shared::CellChange> cells);
   void find_unsteady(const Frame& background);
   void smooth();
+  void fill_rings();
   void blur(std::vector<float>& values, uint32_t radius);
   void blur_rows(const std::vector<float>& values, uint32_t radius);
   void blur_columns(std::vector<float>& values, uint32_t radius);

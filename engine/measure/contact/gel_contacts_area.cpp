@@ -133,4 +133,18 @@ GelContacts::Dent GelContacts::dent(std::span<const float> depth_mm) const {
   return dent;
 }
 
+// A flat face with a sharp rim changes the picture along that rim alone, a line too thin to begin a contact.
+void GelContacts::fill_rings() {
+  const auto ratio = [this](size_t i) { return std::min(change_[i] / noise_[i], static_cast<float>(kCap)); };
+  for (size_t i = 0; i < foot_.size(); ++i) foot_[i] = ratio(i) >= static_cast<float>(kCap);
+  fill_holes();
+  double enclosed_px = 0;
+  for (size_t i = 0; i < foot_.size(); ++i)
+    if (foot_[i] != 0 && ratio(i) < static_cast<float>(kCap)) enclosed_px += double{pixels_[i]};
+  if (enclosed_px < kLeastRing * least_px_) return;
+  for (size_t i = 0; i < raised_.size(); ++i)
+    raised_[i] = foot_[i] != 0 ? static_cast<float>(kCap) : ratio(i);
+  for (const uint32_t radius : radii_) blur(raised_, radius);
+}
+
 }  // namespace palpate
