@@ -33,8 +33,9 @@ Matrix6d error_by(const TrackKey& key, const Registration& found) {
 }  // namespace
 
 void KeyMemory::keep(TrackKey key) {
+  const size_t pixels = key.surface.levels().front().depth.size();
   keys_.push_back(std::move(key));
-  if (keys_.size() <= options_.most) return;
+  if (keys_.size() <= options_.most && keys_.size() * pixels <= options_.most_pixels) return;
   size_t least = keys_.size() - 1;
   double nearest_mm = INFINITY;
   for (size_t later = 1; later < keys_.size(); ++later)

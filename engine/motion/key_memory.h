@@ -34,6 +34,8 @@ struct TrackedMotion {
 
 struct MemoryOptions {
   size_t most = 24;  ///< key frames that are kept; of the two that show nearly the same the later one goes
+  size_t most_pixels =
+      2'000'000;  ///< of all of them, about 35 bytes each: 26 frames of 320 x 240, or 6 of 640 x 480
   // A frame is compared with the two surest key frames whose middle is no farther away than this, in radii,
   // and which are tilted by no more than this.
   double most_way = 0.5, most_tilt_deg = 25;
