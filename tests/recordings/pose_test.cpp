@@ -80,6 +80,23 @@ class PoseRecordings : public WedgeClips {
       maps.emplace_back(pipeline.process(frame), frame.format, sensor.pitch_mm_per_px);
     return maps;
   }
+  /// Frames `first` to `end` of a clip as the program measures them, the object's motion counted from
+  /// `first`.
+  static std::vector<Touch> followed(const fs::path& clip, const Sensor& sensor, size_t first, size_t end) {
+    const auto source = open_source(clip.string(), sensor);
+    Pipeline pipeline(context(), for_rectified_frames(sensor), source->format(),
+                      {.outputs = Output::Force | Output::Surface | Output::Contacts | Output::Motion,
+                       .solver = SurfaceSolver::Best});
+    pipeline.set_background(load_background(clip.string(), sensor, *source));
+    std::vector<Touch> touches;
+    Frame frame;
+    for (size_t i = 0; i < end && source->next(frame); ++i) {
+      if (i == first) pipeline.restart_motion();
+      Touch touch = pipeline.process(frame).touch;
+      if (i >= first) touches.push_back(std::move(touch));
+    }
+    return touches;
+  }
   /// The longest run of frames in which the gauge stays within 4 % of a force of at least half the largest.
   static std::pair<size_t, size_t> held(const std::vector<double>& force_N) {
     const double most = *std::ranges::max_element(force_N);
@@ -112,24 +129,22 @@ TEST_F(PoseRecordings, WhatRestsStaysStill) {
   const Sensor sensor = load_sensor(shipped_sensor("gelsight_wedge"));
   int held_along = 0, told_along = 0, lost = 0;
   for (const fs::path& clip : both_days(2)) {
-    const std::vector<SeenMap> maps = maps_of(clip, sensor);
     fs::path table = clip;
     const Gauge gauge = read_gauge(table.replace_extension(".csv"), GaugeColumns::Normal);
     const auto [first, last] = held(gauge.force_N);
     constexpr size_t kLate = 3;  // frames by which the gauge may lag
-    const size_t end = std::min(last - std::min(last, kLate), maps.size());
-    PoseTracker tracker(options_of(sensor));
     Drift drift[6];
     int frames = 0;
-    for (size_t i = first; i < end; ++i) {
-      const Pose& pose = tracker.update(maps[i].map());
+    for (const Touch& touch : followed(clip, sensor, first, last - std::min(last, kLate))) {
+      const ObjectPose& pose = *touch.object;
       lost += pose.state == PoseState::Lost;
       if (pose.state != PoseState::Tracked) continue;
       ++frames;
-      const PoseComponents told = pose.components();
-      for (int c = 0; c < 3; ++c) {
-        drift[c].add(maps[i].time_s, told.shift_mm[c], told.shift_sd_mm[c]);
-        drift[c + 3].add(maps[i].time_s, told.turn_rad[c] / kDegree, told.turn_sd_rad[c] / kDegree);
+      const double time_s = 1e-9 * static_cast<double>(touch.time_ns);
+      for (size_t c = 0; c < 3; ++c) {
+        const Estimate &shift = pose.shift_mm[c], &turn = pose.turn_rad[c];
+        drift[c].add(time_s, shift.value, shift.standard_error);
+        drift[c + 3].add(time_s, turn.value / kDegree, turn.standard_error / kDegree);
       }
     }
     std::printf("%-30s %2d frames at %.1f N:", clip.stem().c_str(), frames, gauge.force_N[first]);
