@@ -26,7 +26,7 @@ constexpr double kStays_mm =
     1;  // what a pad moves from its highest force to the press's end: more is a slide
 constexpr double kSeenAgain = 9;       // significance of a skin that is found again
 constexpr double kFarthestLoad = 0.1;  // of the highest load: a frame that stands for another
-constexpr double kUsual = 0.35;        // of the median of the highest forces: a press that counts
+constexpr double kUsual = 0.5;         // of the median of the highest forces: a press that counts
 
 std::string gauge_of(const std::string& recording) {
   if (is_tissue(recording)) return "truth";

@@ -88,9 +88,9 @@ uint32_t LargeStrainModel::correct(double target_fraction, std::vector<double>& 
 double LargeStrainModel::plate_mm(const std::vector<double>& displacement, size_t top_node,
                                   double press_mm) const {
   if (slope_[0] == 0 && slope_[1] == 0) return press_mm;
-  const size_t row = grid_.cells[0] + 1;
-  const double x = (static_cast<double>(top_node % row) - grid_.cells[0] / 2.0) * grid_.size_x_mm;
-  const double y = (static_cast<double>(top_node / row) - grid_.cells[1] / 2.0) * grid_.size_y_mm;
+  const size_t row = grid_.cells[0] + 1, i = top_node % row, j = top_node / row;
+  const double x = (static_cast<double>(i) - grid_.cells[0] / 2.0) * grid_.size_x_mm;
+  const double y = (static_cast<double>(j) - grid_.cells[1] / 2.0) * grid_.size_y_mm;
   return press_mm + slope_[0] * (x + displacement[top_node]) +
          slope_[1] * (y + displacement[grid_.nodes() + top_node]);
 }
