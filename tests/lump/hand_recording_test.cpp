@@ -44,23 +44,28 @@ TEST(HandRecording, PlacesAndTiltsAreThoseOfTheHand) {
   ASSERT_EQ(frames.size(), 9u);
   const HeldPose first = source.held(frames[0]);
   const double c = std::cos(first.turn_rad), s = std::sin(first.turn_rad);
-  double places = 0, turns = 0, tilts = 0, count = 0;
+  double places = 0, turns = 0, tilts = 0, count = 0, in_errors = 0;
+  const auto variance = [&](size_t of) { return scan.places.covariance[of * 3 * 9 + of]; };
   for (size_t p = 1; p < 9; ++p) {
     if (!scan.left_out[p].empty()) continue;
     ++count;
     const HeldPose held = source.held(frames[p]);
     // The first press's frame is the map's.
     const double x = held.at_mm[0] - first.at_mm[0], y = held.at_mm[1] - first.at_mm[1];
-    places += std::pow(scan.places.places[p].at_mm[0] - (c * x + s * y), 2) +
-              std::pow(scan.places.places[p].at_mm[1] - (c * y - s * x), 2);
+    const double off_x = scan.places.places[p].at_mm[0] - (c * x + s * y),
+                 off_y = scan.places.places[p].at_mm[1] - (c * y - s * x);
+    places += off_x * off_x + off_y * off_y;
+    in_errors += off_x * off_x / variance(3 * p) + off_y * off_y / variance(3 * p + 1);
     turns += std::pow(scan.places.places[p].turn_rad - (held.turn_rad - first.turn_rad), 2);
     tilts += std::pow(scan.tilt[p].x_deg - held.tilt_rad[0] / kDegree, 2) +
              std::pow(scan.tilt[p].y_deg - held.tilt_rad[1] / kDegree, 2);
   }
-  std::printf("RMS of a place %.3f mm, a turn %.2f, a tilt %.2f degrees\n", std::sqrt(places / (2 * count)),
+  std::printf("RMS of a place %.3f mm or %.1f of its stated errors, a turn %.2f, a tilt %.2f degrees\n",
+              std::sqrt(places / (2 * count)), std::sqrt(in_errors / (2 * count)),
               std::sqrt(turns / count) / kDegree, std::sqrt(tilts / (2 * count)));
   EXPECT_GE(count, 6);
   EXPECT_LT(std::sqrt(places / (2 * count)), 0.25);
+  EXPECT_LT(std::sqrt(in_errors / (2 * count)), 3);
   EXPECT_LT(std::sqrt(turns / count), 2 * kDegree);
   EXPECT_LT(std::sqrt(tilts / (2 * count)), 1);
 }

@@ -66,6 +66,7 @@ class Placement {
   double overlap(size_t first, size_t second) const;
   void solve();
   bool drop_worst();
+  double spread() const;
 
   const std::vector<HandPress>& presses_;
   const HandPlaceOptions& options_;
@@ -219,6 +220,19 @@ bool Placement::drop_worst() {
   return true;
 }
 
+/// Mean square of the pairs' misses in their errors, by what they have more than the places need; 1 or more.
+double Placement::spread() const {
+  size_t placed = 0;
+  for (const HandPlace& place : out_.places) placed += place.placed;
+  if (links_.size() < placed) return 1;
+  double square = 0;
+  for (const Link& l : links_) {
+    const Vector3 off = miss(l, pose_[l.first], pose_[l.second]);
+    square += off.dot(l.information * off);
+  }
+  return std::max(square / (3.0 * double(links_.size() - (placed - 1))), 1.0);
+}
+
 HandPlaces Placement::run() {
   place_each();
   if (links_.empty())
@@ -230,6 +244,7 @@ HandPlaces Placement::run() {
   while (drop_worst()) solve();
   const auto unknowns = static_cast<Eigen::Index>(3 * presses_.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  const double wider = spread();
   const RigidMotion first = pose_of({options_.first_mm[0], options_.first_mm[1], 0});
   for (size_t p = 0; p < presses_.size(); ++p) {
     HandPlace& place = out_.places[p];
@@ -245,7 +260,7 @@ HandPlaces Placement::run() {
     for (size_t q = 0; q < presses_.size(); ++q)
       if (out_.places[q].placed)
         covariance.block<3, 3>(3 * Eigen::Index(p), 3 * Eigen::Index(q)) =
-            inverse_.block<3, 3>(3 * Eigen::Index(p), 3 * Eigen::Index(q));
+            wider * inverse_.block<3, 3>(3 * Eigen::Index(p), 3 * Eigen::Index(q));
   }
   out_.covariance.assign(covariance.data(), covariance.data() + covariance.size());
   for (const Link& l : links_) {

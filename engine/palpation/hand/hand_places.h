@@ -38,7 +38,8 @@ struct HandPlaces {
   std::vector<HandPlace> places;  ///< one for each press
   std::vector<PlacedPair> pairs;
   /// Of x, y (mm) and turn (radians) of each press against the first; the first one's own error, which moves
-  /// all of them alike, is not in it. Row by row; 0 of presses that are not placed.
+  /// all of them alike, is not in it. Wider where the pairs miss each other by more than their errors. Row by
+  /// row; 0 of presses that are not placed.
   std::vector<double> covariance;
 };
 

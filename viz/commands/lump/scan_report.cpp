@@ -141,17 +141,20 @@ Rows truth_rows(const fem::Scene& s) {
   return rows;
 }
 
+std::string hand_row(const HandRow& h) {
+  if (!h.left_out.empty()) return "left out: " + h.left_out;
+  const bool origin = h.at_sd_mm[0] == 0 && h.at_sd_mm[1] == 0;
+  const std::string place =
+      origin ? "where the map begins"
+             : palpate::text("at %.2f +- %.2f, %.2f +- %.2f mm, turned %.1f +- %.1f", h.at_mm[0],
+                             h.at_sd_mm[0], h.at_mm[1], h.at_sd_mm[1], h.turn_deg, h.turn_sd_deg);
+  return place +
+         palpate::text(", tilted %.1f, %.1f +- %.1f degrees", h.tilt.x_deg, h.tilt.y_deg, h.tilt.sd_deg);
+}
+
 Rows hand_rows(const ScanReport& r) {
   Rows rows;
-  for (const HandRow& h : r.hand)
-    rows.emplace_back(
-        h.name,
-        !h.left_out.empty()
-            ? "left out: " + h.left_out
-            : palpate::text("at %.2f +- %.2f, %.2f +- %.2f mm", h.at_mm[0], h.at_sd_mm[0], h.at_mm[1],
-                            h.at_sd_mm[1]) +
-                  palpate::text(", turned %.1f +- %.1f, tilted %.1f, %.1f +- %.1f degrees", h.turn_deg,
-                                h.turn_sd_deg, h.tilt.x_deg, h.tilt.y_deg, h.tilt.sd_deg));
+  for (const HandRow& h : r.hand) rows.emplace_back(h.name, hand_row(h));
   return rows;
 }
 
