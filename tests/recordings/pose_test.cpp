@@ -159,6 +159,8 @@ TEST_F(PoseRecordings, WhatRestsStaysStill) {
   }
   std::printf("intervals of all but depth held 0 in %d of %d, %d tracks lost\n", held_along, told_along,
               lost);
+  EXPECT_EQ(lost, 0);
+  EXPECT_GE(held_along, 0.9 * told_along);
 }
 
 TEST_F(PoseRecordings, DifferentPressesOfABallShowNoTurning) {

@@ -143,7 +143,7 @@ Rows truth_rows(const fem::Scene& s) {
 
 std::string hand_row(const HandRow& h) {
   if (!h.left_out.empty()) return "left out: " + h.left_out;
-  const bool origin = h.at_sd_mm[0] == 0 && h.at_sd_mm[1] == 0;
+  const bool origin = std::max(h.at_sd_mm[0], h.at_sd_mm[1]) < 0.001;
   const std::string place =
       origin ? "where the map begins"
              : palpate::text("at %.2f +- %.2f, %.2f +- %.2f mm, turned %.1f +- %.1f", h.at_mm[0],
