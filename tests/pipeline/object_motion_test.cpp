@@ -205,5 +205,18 @@ TEST_F(ObjectMotion, KnowsNoSlipWithoutSkin) {
                  });
 }
 
+// A strip over the whole width leaves no tile of the frame untouched, but the pad at rest beside it.
+TEST_F(ObjectMotion, DepthCountsFromThePadAtRestBesideAStrip) {
+  size_t touched = 0;
+  measure_object(context(), "shape=relief&path=hand&size=320x240&rate=10&seconds=10", {.outputs = kMeasured},
+                 [&](const Touch& touch, const Truth& truth) {
+                   if (!touch.contact || truth.indentation_mm < 0.3) return;
+                   ++touched;
+                   EXPECT_TRUE(touch.surface->rest_from_untouched) << truth.sequence;
+                   EXPECT_NEAR(touch.surface->depth_max_mm, truth.indentation_mm, 0.12) << truth.sequence;
+                 });
+  EXPECT_GT(touched, 80u);
+}
+
 }  // namespace
 }  // namespace palpate

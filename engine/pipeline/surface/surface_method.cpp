@@ -69,7 +69,12 @@ RestHeight SurfaceMethod::rest_of(const FrameSlot& slot) const {
 }
 
 SurfaceSummary SurfaceMethod::measure_heights(const FrameSlot& slot) const {
-  const RestHeight rest = rest_of(slot);
+  RestHeight rest = rest_of(slot);
+  // Corrected heights are 0 where the pad is at rest, also where no whole tile is.
+  if (slot.surface.was_corrected && !rest.from_untouched) {
+    rest.level_mm = 0;
+    rest.from_untouched = true;
+  }
   SurfaceSummary summary;
   summary.depth_offset_mm = -rest.level_mm;
   summary.depth_max_mm = rest.highest_mm - rest.level_mm;
