@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 #include "capture/open_source.h"
@@ -24,7 +25,9 @@ namespace fs = std::filesystem;
 constexpr double kLeastShare = 0.015;  // force over area and modulus that a press reaches
 constexpr double kStays_mm =
     1;  // what a pad moves from its highest force to the press's end: more is a slide
-constexpr double kSeenAgain = 9;       // significance of a skin that is found again
+constexpr double kStation = 0.25;   // of the window's smaller side, from one station of a slide to the next
+constexpr size_t kMostLooked = 60;  // frames of a slide that stations are chosen from
+constexpr double kSeenAgain = 9;    // significance of a skin that is found again
 constexpr double kFarthestLoad = 0.1;  // of the highest load: a frame that stands for another
 constexpr double kUsual = 0.5;         // of the median of the highest forces: a press that counts
 
@@ -144,6 +147,44 @@ double slid_mm(const Sums& sums, const PressureNodes& fine) {
   return again.significance < kSeenAgain ? 0 : std::hypot(again.shift_mm[0], again.shift_mm[1]);
 }
 
+/// Places along a slide, each a press at one load: the first frame, and each that has gone by kStation since.
+/// Where the skin is not found again for so long, there is none.
+std::vector<HandPress> stations_of(const PressTimeline& t, const FoundPress& slide,
+                                   const PressureNodes& nodes, const PressureNodes& fine,
+                                   const RecordedOptions& options, const RunWatch& watch) {
+  std::vector<HandPress> stations;
+  const size_t step = (slide.held[1] - slide.held[0]) / kMostLooked + 1;
+  const std::unique_ptr<Source> source = open_source(t.input.input, t.input.sensor);
+  Frame frame;
+  for (size_t i = 0; i <= slide.held[1] && !watch.stopped() && source->next(frame); ++i) {
+    if (i < slide.held[0] || (i - slide.held[0]) % step != 0) continue;
+    Sums sums{std::vector<LoadSums>(1), {}, {}};
+    sums.loads[0].nodes.add(nodes.read(frame));
+    sums.loads[0].force_N = t.force_N[i];
+    sums.relief.add(fine.read(frame));
+    HandPress here = press_of(slide, sums, nodes, fine, options);
+    if (!stations.empty()) {
+      const SkinRelief& last = stations.back().relief;
+      const SkinOverlap way = find_skin_overlap(last, here.relief);
+      const double side_mm = last.pitch_mm * std::min(last.width, last.height);
+      if (way.significance < kSeenAgain || std::hypot(way.shift_mm[0], way.shift_mm[1]) < kStation * side_mm)
+        continue;
+    }
+    here.name += ", place " + std::to_string(stations.size() + 1);
+    stations.push_back(std::move(here));
+  }
+  return stations;
+}
+
+/// A slide tells one load, and all presses of a scan have the same.
+void keep_highest_load(std::vector<HandPress>& presses) {
+  for (HandPress& press : presses) {
+    lump::Observation& seen = press.observation;
+    seen.pressure_Pa.erase(seen.pressure_Pa.begin(), seen.pressure_Pa.end() - 1);
+    seen.force_N.erase(seen.force_N.begin(), seen.force_N.end() - 1);
+  }
+}
+
 }  // namespace
 
 HandRecording read_hand_presses(const std::vector<std::string>& recordings, const std::string& gauge,
@@ -170,6 +211,7 @@ HandRecording read_hand_presses(const std::vector<std::string>& recordings, cons
   if (options.force_N > 0) top_N = options.force_N;
 
   HandRecording out;
+  size_t slides = 0;
   const RunWatch::Progress averaged = watch.begin("averaging frames", recordings.size());
   for (size_t r = 0; r < recordings.size(); ++r) {
     const PressTimeline& t = timelines[r];
@@ -195,15 +237,20 @@ HandRecording read_hand_presses(const std::vector<std::string>& recordings, cons
     for (size_t p = 0; p < good.size(); ++p) {
       HandPress press = press_of(good[p], sums[p], nodes, fine, options);
       const double slid = slid_mm(sums[p], fine);
-      if (slid < kStays_mm)
+      if (slid < kStays_mm) {
         out.presses.push_back(std::move(press));
-      else
-        out.left_out.emplace_back(
-            press.name, text("the pad slid by %.2g mm; presses that lift off between places are read, slides "
-                             "are not",
-                             slid));
+        continue;
+      }
+      ++slides;
+      std::ranges::move(stations_of(t, good[p], nodes, fine, options, watch),
+                        std::back_inserter(out.presses));
     }
     averaged(r + 1);
+  }
+  if (slides > 0) {
+    keep_highest_load(out.presses);
+    notes.push_back(
+        text("the pad slid in %zu of the presses: the scan is at one load, that of each slide", slides));
   }
   return out;
 }

@@ -18,8 +18,10 @@ struct HandRecording {
 /// Finds the presses in the force over time of each recording (find_presses) and reads them, while they
 /// load, at hand_load()'s forces below what nearly all have reached. `gauge`: CSV of the force on the whole
 /// block, "truth", or empty: truth of synthetic blocks, else gauge.csv in the recording's folder or beside
-/// it. `options.force_N`, where given, is the highest load. `notes` hears what to know of the recordings.
-/// Throws Error(Failure::Input) where there is no press, and as read_presses() does.
+/// it. `options.force_N`, where given, is the highest load. A press whose pad slides is read at places along
+/// its way, each a press; as it has one load there, all presses then have their highest alone. `notes` hears
+/// what to know of the recordings. Throws Error(Failure::Input) where there is no press, and as
+/// read_presses() does.
 HandRecording read_hand_presses(const std::vector<std::string>& recordings, const std::string& gauge,
                                 const RecordedOptions& options, std::vector<std::string>& notes,
                                 const RunWatch& watch);

@@ -70,12 +70,25 @@ TEST(HandRecording, PlacesAndTiltsAreThoseOfTheHand) {
   EXPECT_LT(std::sqrt(tilts / (2 * count)), 1);
 }
 
-TEST(HandRecording, ASlideIsToldAndLeftOut) {
-  const HandRecording recording = read_tissue("hand=2&slide=6&lump=none&rate=15");
-  EXPECT_TRUE(recording.presses.empty());
-  ASSERT_EQ(recording.left_out.size(), 2u);
-  for (const auto& [name, reason] : recording.left_out)
-    EXPECT_EQ(reason.rfind("the pad slid by ", 0), 0u) << name << reason;
+TEST(HandRecording, ASlideIsReadAtPlacesAlongIt) {
+  const std::string keys = "hand=2&slide=12&d=12&h=3&ratio=4&rate=20";
+  const HandRecording recording = read_tissue(keys);
+  for (const HandPress& press : recording.presses) EXPECT_EQ(press.observation.pressure_Pa.size(), 1u);
+  ASSERT_GE(recording.presses.size(), 4u);
+  const HandScan scan = hand_scan(recording.presses, lump::Network::built_in().model());
+  std::array<double, 2> end_mm{};
+  for (size_t p = 0; p < recording.presses.size(); ++p) {
+    if (recording.presses[p].name.rfind("press 1", 0) != 0) break;
+    const HandPlace& place = scan.places.places[p];
+    EXPECT_TRUE(place.placed) << place.reason;
+    EXPECT_TRUE(p == 0 || place.at_mm[0] > end_mm[0] + 3) << p;
+    end_mm = place.at_mm;
+  }
+  // Along x, from the block's middle: the last place lies less than a step before the end.
+  std::printf("a slide by 12 mm was read up to %.2f, %.2f mm\n", end_mm[0], end_mm[1]);
+  EXPECT_GT(end_mm[0], 12 - 6);
+  EXPECT_LT(end_mm[0], 12.3);
+  EXPECT_LT(std::abs(end_mm[1]), 0.4);
 }
 
 TEST(HandRecording, WithoutAPressItSaysHowHardItWasTouched) {
