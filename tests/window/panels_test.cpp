@@ -524,6 +524,8 @@ TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
   object.surface = Slippage::Ball;
   object.shift_mm.fill(kKnown);
   object.turn_rad.fill(kKnown);
+  object.on_skin = OnSkin::Slips;
+  object.slip_mm.fill(kKnown);
   const Layout layout = make_layout({1280, 1600}, 1, image.format, true);
   const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
   const std::string words =
