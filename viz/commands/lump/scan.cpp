@@ -293,6 +293,8 @@ CommandOption* add_press_options(CommandLine& command, Options& o) {
   command.add_option("--leave-out", o.leave_out, "Presses to leave out, numbered from 1");
   command.add_setting("--stage-sd-mm", o.stitch.stage_sd_mm, Check::range(1e-4, 10.0),
                       "Standard error of the stage that the stitching assumes, mm");
+  for (const char* of_sensor : {"--window-mm", "--size", "--noise", "--full-scale-Pa", "--stage-error-mm"})
+    command.get_option(of_sensor)->group("Simulated sensor");
   return force;
 }
 
