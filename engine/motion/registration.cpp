@@ -100,26 +100,29 @@ MotionGuess Search::coarse(size_t first, const MotionGuess& start) {
   return guesses[best];
 }
 
-/// What the fit has taken of the noise is in no residual: of a small contact's most.
-void give_back(ScoreNoise& noise, const ScoreField& field, const Matrix6d& inverse) {
+/// What the fit has taken of the noise is in no residual, of a small contact most: by how much what residuals
+/// show is less. `scores`: gradient_covariance of that.
+double lessened(const ScoreNoise& noise, const ScoreField& field, const Matrix6d& scores,
+                const Matrix6d& inverse) {
   constexpr double kMost = 0.8;  // of more the rest would be a guess
   double all = 0;
   for (const double variance : noise.variance) all += variance;
-  if (all <= 0) return;
-  const double taken =
-      (inverse * gradient_covariance(field, noise)).trace() / (all * double(field.pixel.size()));
-  for (double& variance : noise.variance) variance /= 1 - std::min(taken, kMost);
+  if (all <= 0) return 1;
+  const double taken = (inverse * scores).trace() / (all * double(field.pixel.size()));
+  return 1 - std::min(taken, kMost);
 }
 
 /// What the pad's own errors add to the scores' noise: fields of several reaches that share its slopes' error
 /// and do not move, seen from an object that has gone by way_px.
-void add_pad(ScoreNoise& noise, double slope_sd, double way_px, double pitch_mm, double precision) {
+ScoreNoise noise_of_pad(double slope_sd, double way_px, double pitch_mm, double precision) {
+  ScoreNoise noise;
   constexpr size_t kFirst = 2;  // reaches of 3 px and more; a frame's filter leaves none of shorter ones
   for (size_t k = kFirst; k < ScoreNoise::kReaches; ++k) {
     const double reach = ScoreNoise::reach_px(k), depth_sd_mm = slope_sd * reach * pitch_mm;
     const double changed = 2 * (1 - std::exp(-way_px * way_px / (2 * reach * reach)));
-    noise.variance[k] += changed * depth_sd_mm * depth_sd_mm * precision / (ScoreNoise::kReaches - kFirst);
+    noise.variance[k] = changed * depth_sd_mm * depth_sd_mm * precision / (ScoreNoise::kReaches - kFirst);
   }
+  return noise;
 }
 
 /// Registration::disagreement. Noise of shorter reaches makes slopes that differ, too, and is left out.
@@ -150,16 +153,18 @@ void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now
   const ScoreField field = by.field();
   out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(left.compared);
   out.residual_mm = left.residual_mm();
-  ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
+  const ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
   out.disagreement = slopes_disagree(sums, noise, freedom.least_slope);
-  give_back(noise, field, solution.inverse);
+  Matrix6d scores = gradient_covariance(field, noise);
+  scores /= lessened(noise, field, scores, solution.inverse);
   if (options.pad_slope_sd > 0) {
     const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
-    add_pad(noise, options.pad_slope_sd, way_mm / now.pitch_mm, now.pitch_mm, left.mean_precision);
+    scores += gradient_covariance(
+        field, noise_of_pad(options.pad_slope_sd, way_mm / now.pitch_mm, now.pitch_mm, left.mean_precision));
   }
   const Matrix6d turned = carried_by({guess.turn, Eigen::Vector3d::Zero()});
   const Matrix6d spread = turned * solution.inverse;
-  out.covariance = spread * gradient_covariance(field, noise) * spread.transpose();
+  out.covariance = spread * scores * spread.transpose();
   out.freedom = solution.freedom.after(out.motion);
 }
 

@@ -174,7 +174,7 @@ Matrix6d gradient_covariance(const ScoreField& field, const ScoreNoise& noise) {
   Matrix6d sum = Matrix6d::Zero();
   if (field.pixel.empty()) return sum;
   Cells cells = rows_on_map(field);
-  add_products(sum, cells, cells, noise.variance[0]);
+  if (noise.variance[0] > 0) add_products(sum, cells, cells, noise.variance[0]);
   for (size_t k = 1; k < kReaches; ++k) {
     if (k > 1) cells = halved(cells);
     if (noise.variance[k] <= 0) continue;
