@@ -47,7 +47,7 @@ Pose pose_of(const ObjectPose& told, uint32_t track) {
   return pose;
 }
 
-/// Whether there is an object that a map could be made of.
+/// An object is there that a map could be made of.
 bool on_track(const Touch& touch) {
   return touch.object && touch.surface &&
          (touch.object->state == PoseState::Begun || touch.object->state == PoseState::Tracked);
@@ -134,7 +134,7 @@ struct GrowingMap::Work {
   std::shared_ptr<const SeenMap> seen;
   std::vector<std::array<double, 2>> pad_mm;
 
-  // Of the thread.
+  // State of the thread:
   TouchedDepths depths;
   std::optional<ObjectMap> map;
   Clock::duration spent{};          ///< on the work since the last map

@@ -24,7 +24,7 @@ struct SeenMap {
   std::vector<float> height_mm;               ///< NaN where nothing was seen
   double low_mm = 0, high_mm = 0;             ///< all but a hundredth at each end lie between
   std::vector<std::array<double, 2>> way_mm;  ///< places of the pad's middle at the key frames
-  // Of the whole map:
+  // The whole map:
   double covered_mm2 = 0;  ///< of the largest piece
   double error_mm = 0;     ///< its standard error, RMS; NaN: not known
   uint32_t pieces = 0;
@@ -36,8 +36,8 @@ struct SeenMap {
 /// All from one thread, but write(), which may come from another once there is a map.
 class GrowingMap {
  public:
-  /// Of the frames of a sensor of `pitch_mm` a pixel. Nothing is allocated, and no thread begins, before the
-  /// first frame with a track.
+  /// Frames are those of a sensor of `pitch_mm` a pixel. Nothing is allocated, and no thread begins, before
+  /// the first frame with a track.
   explicit GrowingMap(double pitch_mm);
   ~GrowingMap();
   GrowingMap(const GrowingMap&) = delete;

@@ -121,6 +121,11 @@ std::vector<Sums> sums_of(const PressTimeline& t, const std::vector<FoundPress>&
   return sums;
 }
 
+SkinRelief relief_of(const NodeSums& sums, const PressureNodes& fine, double force_N) {
+  double unused = 0, limited = 0;
+  return relief_of_pressure(fine.map(sums, unused, limited), force_N);
+}
+
 HandPress press_of(const FoundPress& found, const Sums& sums, const PressureNodes& nodes,
                    const PressureNodes& fine, const RecordedOptions& options) {
   HandPress press;
@@ -131,19 +136,15 @@ HandPress press_of(const FoundPress& found, const Sums& sums, const PressureNode
       nodes, sums.loads, {{kWide_mm, kWide_mm, options.block_mm[2]}, options.young_Pa, {0, 0}});
   press.observation.block_mm = options.block_mm;
   for (PressureMap& map : press.observation.pressure_Pa) hide_untouched(map);
-  double unused = 0, limited = 0;
-  press.relief = relief_of_pressure(fine.map(sums.relief, unused, limited), sums.loads.back().force_N);
+  press.relief = relief_of(sums.relief, fine, sums.loads.back().force_N);
   return press;
 }
 
 /// By how much the pad slid while it pressed, mm; 0 where the skin does not tell. At one force: a block that
 /// is pressed harder is wider.
 double slid_mm(const Sums& sums, const PressureNodes& fine) {
-  double unused = 0, limited = 0;
-  const auto relief = [&](size_t end) {
-    return relief_of_pressure(fine.map(sums.held[end], unused, limited), 0);
-  };
-  const SkinOverlap again = find_skin_overlap(relief(0), relief(1));
+  const SkinOverlap again =
+      find_skin_overlap(relief_of(sums.held[0], fine, 0), relief_of(sums.held[1], fine, 0));
   return again.significance < kSeenAgain ? 0 : std::hypot(again.shift_mm[0], again.shift_mm[1]);
 }
 
@@ -159,17 +160,17 @@ std::vector<HandPress> stations_of(const PressTimeline& t, const FoundPress& sli
   for (size_t i = 0; i <= slide.held[1] && !watch.stopped() && source->next(frame); ++i) {
     if (i < slide.held[0] || (i - slide.held[0]) % step != 0) continue;
     Sums sums{std::vector<LoadSums>(1), {}, {}};
-    sums.loads[0].nodes.add(nodes.read(frame));
-    sums.loads[0].force_N = t.force_N[i];
     sums.relief.add(fine.read(frame));
-    HandPress here = press_of(slide, sums, nodes, fine, options);
     if (!stations.empty()) {
       const SkinRelief& last = stations.back().relief;
-      const SkinOverlap way = find_skin_overlap(last, here.relief);
+      const SkinOverlap way = find_skin_overlap(last, relief_of(sums.relief, fine, t.force_N[i]));
       const double side_mm = last.pitch_mm * std::min(last.width, last.height);
       if (way.significance < kSeenAgain || std::hypot(way.shift_mm[0], way.shift_mm[1]) < kStation * side_mm)
         continue;
     }
+    sums.loads[0].nodes.add(nodes.read(frame));
+    sums.loads[0].force_N = t.force_N[i];
+    HandPress here = press_of(slide, sums, nodes, fine, options);
     here.name += ", place " + std::to_string(stations.size() + 1);
     stations.push_back(std::move(here));
   }
