@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "engine/motion/contact_surface.h"
@@ -65,6 +66,7 @@ class PixelSums {
   virtual ScoreField field() = 0;
   /// Mean of the residuals' squares, none above Tukey's bound about `scale`.
   virtual double loss(double scale) = 0;
+  virtual uint64_t memory_bytes() const { return 0; }  ///< on a device
 };
 
 /// Sums by the processor's widest vectors.

@@ -80,6 +80,7 @@ class PoseTracker {
   const Pose& lift();
   /// The next frame that something touches begins a new track.
   void restart() { lift(); }
+  uint64_t memory_bytes() const { return sums_->memory_bytes(); }  ///< on a device
 
  private:
   struct Found {

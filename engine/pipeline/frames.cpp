@@ -10,6 +10,7 @@
 #include "engine/measure/contact/contact_shape.h"
 #include "engine/measure/contact/contact_tracker.h"
 #include "engine/pipeline/surface/make_surface.h"
+#include "engine/stages/motion_sums.h"
 
 namespace palpate {
 namespace {
@@ -51,12 +52,10 @@ Frames::Frames(gpu::Context& context, const Sensor& sensor, const FrameFormat& f
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
   if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_on_host);
-  if (plan.motion) {
-    auto sums = plan.motion_on_host ? nullptr : std::make_unique<DeviceMotionSums>(context);
-    device_sums_ = sums.get();
-    object_.emplace(sensor, format, sums ? std::unique_ptr<PixelSums>(std::move(sums)) : host_sums(),
+  if (plan.motion)
+    object_.emplace(sensor, format,
+                    plan.motion_on_host ? host_sums() : std::make_unique<DeviceMotionSums>(context),
                     plan.markers);
-  }
   if (gel_contacts_ && surface_) rest_correction_.emplace(format.width, format.height);
   if (rest_correction_ && sensor.reading == SurfaceReading::Photometric)
     smooth_touch_.emplace(sensor, format);
@@ -462,7 +461,7 @@ uint64_t Frames::memory_bytes() const {
   if (confidence_) bytes += confidence_->memory_bytes();
   if (surface_) bytes += surface_->memory_bytes();
   if (traction_) bytes += traction_->memory_bytes();
-  if (device_sums_) bytes += device_sums_->memory_bytes();
+  if (object_) bytes += object_->memory_bytes();
   for (const FrameSlot& slot : slots_) {
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + Regions::memory_bytes(slot.regions) +
              slot.cell_changes.bytes() + slot.gradient_sums.bytes() + slot.skin_records.bytes() +

@@ -22,7 +22,6 @@
 #include "engine/stages/frame/import_pages.h"
 #include "engine/stages/frame/markers.h"
 #include "engine/stages/frame/skin.h"
-#include "engine/stages/motion_sums.h"
 #include "palpate/frame.h"
 
 namespace palpate {
@@ -101,9 +100,8 @@ class Frames {
   std::optional<Confidence> confidence_;
   std::unique_ptr<SurfaceMethod> surface_;
   std::optional<LayerTraction> traction_;
-  std::optional<ObjectFollower> object_;           ///< whose motion is asked for
-  const DeviceMotionSums* device_sums_ = nullptr;  ///< its own, where the device adds up
-  std::optional<ImportPages> pages_;               ///< where leased frames are read in place
+  std::optional<ObjectFollower> object_;  ///< whose motion is asked for
+  std::optional<ImportPages> pages_;      ///< where leased frames are read in place
   std::vector<Region> found_;  ///< in the frame that is measured; kept so that frames allocate nothing
   std::vector<ContactTouch> gray_regions_;
   FrameParts parts_;

@@ -36,6 +36,7 @@ class ObjectFollower {
   void follow_skin(Touch& touch) { slip_.follow(pose_, touch); }
   /// The next frame begins a new track.
   void restart() { tracker_.restart(); }
+  uint64_t memory_bytes() const { return tracker_.memory_bytes(); }  ///< on a device
 
  private:
   void mark_contact(const GelContacts& contacts);

@@ -26,7 +26,7 @@ class DeviceMotionSums : public PixelSums {
   ScoreField field() override;
   double loss(double scale) override;
 
-  uint64_t memory_bytes() const;
+  uint64_t memory_bytes() const override;
 
  private:
   /// A surface on the device: its levels, from the finest, one behind the other.
