@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/numeric/catmull_rom.h"
+
 namespace palpate {
 namespace {
 
@@ -40,16 +42,8 @@ struct Surface {
 };
 Surface sample(const KeyFrame::Unpacked& frame, double x, double y) {
   const auto left = static_cast<size_t>(x), top = static_cast<size_t>(y);
-  const auto cubic = [](double t) {
-    return std::array<double, 4>{t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
-                                 t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
-  };
-  const auto rate = [](double t) {
-    return std::array<double, 4>{-0.5 + t * (2 - 1.5 * t), t * (-5 + 4.5 * t), 0.5 + t * (4 - 4.5 * t),
-                                 t * (-1 + 1.5 * t)};
-  };
   const double u = x - double(left), v = y - double(top);
-  const auto cu = cubic(u), cv = cubic(v), ru = rate(u), rv = rate(v);
+  const auto cu = catmull_rom(u), cv = catmull_rom(v), ru = catmull_rom_rates(u), rv = catmull_rom_rates(v);
   Surface out{};
   for (size_t k = 0; k < 4; ++k) {
     const float* row = frame.depth.data() + (top + k - 1) * frame.width + left - 1;

@@ -6,6 +6,7 @@
 
 #include "engine/base/simd.h"
 #include "engine/motion/pixel_terms.h"
+#include "engine/numeric/catmull_rom.h"
 #include "shaders/shared/object_motion.h"
 
 namespace palpate {
@@ -36,11 +37,6 @@ struct Compare {
   }
 
  private:
-  PALPATE_INLINE static std::array<float, 4> cubic(float t) {
-    return {t * (-0.5f + t * (1 - 0.5f * t)), 1 + t * t * (-2.5f + 1.5f * t), t * (0.5f + t * (2 - 1.5f * t)),
-            t * t * (-0.5f + 0.5f * t)};
-  }
-
   PALPATE_INLINE void one(size_t i) const {
     const auto at = static_cast<int>(inside[i]);
     const float qx = origin[0] + column[i] * pitch, qy = origin[1] + line[i] * pitch,
@@ -56,7 +52,7 @@ struct Compare {
     const float u = held_x - static_cast<float>(left), v = held_y - static_cast<float>(top);
     const int here = top * key_width + left;
     const float there_variance = key_variance[here + (u >= 0.5f ? 1 : 0) + (v >= 0.5f ? key_width : 0)];
-    const std::array<float, 4> across = cubic(u), down = cubic(v);
+    const std::array<float, 4> across = catmull_rom(u), down = catmull_rom(v);
     float there = 0;
     for (int k = 0; k < 4; ++k) {
       const float* d = key_depth + (here + (k - 1) * key_width - 1);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/numeric/catmull_rom.h"
 #include "engine/numeric/dense.h"
 
 namespace palpate::scenes {
@@ -96,11 +97,7 @@ double Relief::depth_mm(double x_mm, double y_mm) const {
   const double x = std::clamp((x_mm - kLeft_mm) / kStep_mm, 1.0, width_ - 3.001),
                y = std::clamp((y_mm - kTop_mm) / kStep_mm, 1.0, height_ - 3.001);
   const auto left = static_cast<size_t>(x), top = static_cast<size_t>(y);
-  const auto cubic = [](double t) {
-    return std::array<double, 4>{t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
-                                 t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
-  };
-  const auto across = cubic(x - double(left)), down = cubic(y - double(top));
+  const auto across = catmull_rom(x - double(left)), down = catmull_rom(y - double(top));
   double depth = 0;
   for (size_t k = 0; k < 4; ++k) {
     const float* p = table_->data() + (top + k - 1) * width_ + left - 1;
