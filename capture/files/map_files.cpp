@@ -122,6 +122,7 @@ json::Value map_json(const MapSnapshot& map) {
                       {"covered_mm2", m.covered_mm2()},
                       {"noise_mm", m.noise_mm},
                       {"pad_mm", m.pad_mm},
+                      {"bend_mm", m.bend_mm},
                       {"error_rms_mm", stated_error_mm(m)},
                       {"key_frames", keys}});
   }

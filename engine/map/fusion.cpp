@@ -98,6 +98,11 @@ Fusion::Fusion(const std::vector<Part>& parts, const Options& options) : options
   cells_.resize(size_t{width_} * height_);
 }
 
+Vector2d Fusion::place_of(size_t cell) const {
+  return {left_mm_ + double(cell % width_) * options_.pitch_mm,
+          top_mm_ + double(cell / width_) * options_.pitch_mm};
+}
+
 template <typename See>
 void Fusion::look(const Part& part, const See& see) const {
   if (cells_.empty()) return;
@@ -165,41 +170,32 @@ void Fusion::add(const Part& part) {
 }
 
 void Fusion::compare(const Part& part) {
-  struct Mean {
-    double sum_mm = 0, weight = 0;
-  };
-  std::vector<Mean> means(pad_.size());
+  std::vector<PadField::Mean> means(PadField::kCells * PadField::kCells);
   look(part, [&](size_t at, const Seen& seen) {
     // Of the map of all others: what this frame brought is not in it.
     const Cell& cell = cells_[at];
     const double rest = double{cell.weight} - seen.weight;
     if (rest < 0.5 * seen.weight) return;
     const double off = (seen.height_mm - double{cell.mean_mm}) * double{cell.weight} / rest;
-    Mean& mean = means[static_cast<size_t>(seen.down * kPadCells) * kPadCells +
-                       static_cast<size_t>(seen.right * kPadCells)];
+    PadField::Mean& mean = means[static_cast<size_t>(seen.down * PadField::kCells) * PadField::kCells +
+                                 static_cast<size_t>(seen.right * PadField::kCells)];
     mean.sum_mm += seen.share * off;
     mean.weight += seen.share;
   });
-  for (size_t k = 0; k < pad_.size(); ++k) {
-    if (means[k].weight <= 0) continue;
-    const double mean_mm = means[k].sum_mm / means[k].weight;
-    pad_[k].sum_mm += mean_mm;
-    pad_[k].squares_mm2 += mean_mm * mean_mm;
-    ++pad_[k].frames;
-  }
+  pad_.add(means);
+  pad_width_mm_ = -2 * part.frame.left_mm();
+  pad_height_mm_ = -2 * part.frame.top_mm();
+  turned_ += curvatures_in_map(part.motion);
+  ++compared_;
 }
 
-/// What the frames' differences have in common, place by place of the pad, beyond what they stray by.
-double Fusion::pad_error_mm() const {
-  double squares_mm2 = 0, cells = 0;
-  for (const PadCell& cell : pad_) {
-    if (cell.frames < 3) continue;
-    const double mean_mm = cell.sum_mm / cell.frames,
-                 stray_mm2 = (cell.squares_mm2 / cell.frames - mean_mm * mean_mm) / (cell.frames - 1);
-    squares_mm2 += mean_mm * mean_mm - stray_mm2;
-    ++cells;
-  }
-  return cells > 0 ? std::sqrt(std::max(squares_mm2 / cells, 0.0)) : 0;
+MapBend Fusion::bend_of_map() const {
+  if (compared_ == 0) return {};
+  std::vector<Vector2d> places;
+  for (size_t at = 0; at < cells_.size(); ++at)
+    if (cells_[at].weight > 0) places.push_back(place_of(at));
+  const Eigen::Matrix3d turned = turned_ / compared_;
+  return {turned * pad_.curvature_covariance(pad_width_mm_, pad_height_mm_) * turned.transpose(), places};
 }
 
 FusedMap Fusion::finish() const {
@@ -225,19 +221,28 @@ FusedMap Fusion::finish() const {
   constexpr double kLeastFreedom = 10;
   const double noise2 = freedom > kLeastFreedom ? std::max(spread, 0.0) / freedom : NAN;
   out.noise_mm = std::sqrt(noise2);
-  out.pad_mm = pad_error_mm();
+  out.pad_mm = pad_.error_mm();
+  out.bend = bend_of_map();
   constexpr double kShared = 4;  // key frames that the noise of the whole map counts as, in each cell
-  for (const Cell& cell : cells_) {
-    const bool seen = cell.weight > 0;
-    const double w = double{cell.weight};
-    const double local = seen ? (double{cell.spread} + kShared * noise2) / (free_part(cell) + kShared) : 0;
-    out.height_mm.push_back(seen ? cell.mean_mm : NAN);
-    out.error_mm.push_back(
-        seen ? static_cast<float>(std::sqrt(local * double{cell.squares} / (w * w) +
-                                            double{cell.place_mm2} / w + out.pad_mm * out.pad_mm))
-             : NAN);
+  double bent_mm2 = 0, seen_cells = 0;
+  for (size_t at = 0; at < cells_.size(); ++at) {
+    const Cell& cell = cells_[at];
     out.coverage.push_back(cell.coverage);
+    if (cell.weight <= 0) {
+      out.height_mm.push_back(NAN);
+      out.error_mm.push_back(NAN);
+      continue;
+    }
+    const double w = double{cell.weight}, bend_mm2 = out.bend.variance_mm2(place_of(at));
+    const double local = (double{cell.spread} + kShared * noise2) / (free_part(cell) + kShared);
+    out.height_mm.push_back(cell.mean_mm);
+    out.error_mm.push_back(
+        static_cast<float>(std::sqrt(local * double{cell.squares} / (w * w) + double{cell.place_mm2} / w +
+                                     out.pad_mm * out.pad_mm + bend_mm2)));
+    bent_mm2 += bend_mm2;
+    ++seen_cells;
   }
+  if (seen_cells > 0) out.bend_mm = std::sqrt(bent_mm2 / seen_cells);
   return out;
 }
 

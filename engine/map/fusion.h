@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/map/key_frame.h"
+#include "engine/map/pad_field.h"
 
 namespace palpate {
 
@@ -15,12 +16,14 @@ struct FusedMap {
   double left_mm = 0, top_mm = 0;  ///< of the first pixel's centre
   std::vector<float> height_mm;    ///< NaN where nothing was seen
   std::vector<float>
-      error_mm;  ///< standard error, of noise, places and the pad; NaN there and without noise_mm
+      error_mm;  ///< standard error, of noise, places, the pad and its bend; NaN there and without noise_mm
   std::vector<float> coverage;  ///< key frames, each counted by its weight (1 away from a contact's border)
   double noise_mm =
       0;  ///< of one key frame where its error is largest, by where they differ; NaN where no two overlap
   double pad_mm =
       0;  ///< standard error that goes with the pad, alike in all key frames; in error_mm undivided
+  double bend_mm = 0;  ///< RMS of the error by the pad's own curvature, which bends the map; in error_mm
+  MapBend bend = {};   ///< the same, place by place
 
   double covered_mm2() const;
 };
@@ -56,7 +59,8 @@ class Fusion {
   };
   template <typename See>
   void look(const Part& part, const See& see) const;
-  double pad_error_mm() const;
+  Eigen::Vector2d place_of(size_t cell) const;
+  MapBend bend_of_map() const;
 
   struct Cell {
     float weight = 0;   ///< sum of weights
@@ -71,12 +75,10 @@ class Fusion {
   uint32_t width_ = 0, height_ = 0;
   double left_mm_ = 0, top_mm_ = 0;
   std::vector<Cell> cells_;
-  /// A part of the pad, over the frames that were compared.
-  struct PadCell {
-    double sum_mm = 0, squares_mm2 = 0, frames = 0;
-  };
-  static constexpr size_t kPadCells = 12;  ///< along and across
-  std::vector<PadCell> pad_ = std::vector<PadCell>(kPadCells * kPadCells);
+  PadField pad_;
+  double pad_width_mm_ = 0, pad_height_mm_ = 0;
+  Eigen::Matrix3d turned_ = Eigen::Matrix3d::Zero();  ///< sum of the compared frames' curvatures_in_map
+  double compared_ = 0;
 };
 
 }  // namespace palpate

@@ -423,7 +423,10 @@ void ObjectMap::fuse_one() {
     job.fusion->compare(part(members[job.member - members.size()]));
   if (++job.member < 2 * members.size()) return;
   MapPiece piece{job.fusion->finish(), {}};
-  for (const Fusing::Member& m : members) piece.keys.push_back(m.key);
+  for (const Fusing::Member& m : members) {
+    MapKey& key = piece.keys.emplace_back(m.key);
+    key.covariance += piece.map.bend.of_motion(key.motion, key.middle_mm);
+  }
   job.done.push_back({job.lowest[job.piece++], std::move(piece)});
   job.fusion.reset();
 }

@@ -24,7 +24,7 @@ std::vector<float> noise_layer(const PadView& pad, double reach_px, std::mt19937
 
 /// Depth of the pad's own slope error, each octave a fifth of its square.
 std::vector<float> pad_map(const PadView& pad) {
-  std::mt19937 random(77);
+  std::mt19937 random(pad.slope_seed);
   std::vector<float> sum(size_t{pad.width} * pad.height);
   for (const double reach_px : {3.0, 6.0, 12.0, 24.0, 48.0}) {
     const std::vector<float> part = noise_layer(pad, reach_px, random);

@@ -35,6 +35,7 @@ struct PadView {
   /// Standard error of slopes that stays with the pad, as a wrong calibration's, over reaches of 3 to 48 px;
   /// the same in every frame.
   double slope_error = 0;
+  uint32_t slope_seed = 77;  ///< of that error
 };
 
 /// A hand's way: slides to and fro by 2 mm, turns by 35 degrees and tilts by 3, over ten seconds.
