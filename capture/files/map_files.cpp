@@ -134,6 +134,7 @@ json::Value map_json(const MapSnapshot& map) {
           {"loops", map.loops},
           {"tracks_found_again", map.found_again},
           {"ambiguous_places", map.ambiguous},
+          {"repeating_places", map.repeating},
           {"loops_refused", map.refused},
           {"residual_mm", map.residual_mm},
           {"variance_factor", map.variance_factor}};

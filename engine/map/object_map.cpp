@@ -244,10 +244,11 @@ void ObjectMap::search_one() {
   search.residuals_mm.push_back(found.residual_mm);
 }
 
-/// One place is taken; of several that fit nearly as well none is known to be the right one.
+/// One place is taken; of several that fit nearly as well none is known to be the right one, nor is one where
+/// the map itself repeats.
 void ObjectMap::end_search() {
   Current& now = *current_;
-  const Current::Search search = std::move(*now.search);
+  Current::Search search = std::move(*now.search);
   now.search.reset();
   if (search.agreeing.empty()) return;
   const auto place = [&](size_t k) {
@@ -262,6 +263,10 @@ void ObjectMap::end_search() {
         apart.head<3>().norm() < 0.1 * now.key.frame.radius_mm() && apart.tail<3>().norm() < 5 * kDegree;
     if (same || search.residuals_mm[k] > kClearly * search.residuals_mm[best]) continue;
     ++ambiguous_;
+    return;
+  }
+  if (search.places.map_repeats()) {
+    ++repeating_;
     return;
   }
   now.again = search.agreeing[best];
@@ -391,6 +396,7 @@ void ObjectMap::begin_fusion() {
   told.refused = static_cast<uint32_t>(graph_.refused());
   told.found_again = found_again_;
   told.ambiguous = ambiguous_;
+  told.repeating = repeating_;
   told.left_out = left_out_;
   told.residual_mm = median(residuals_mm_);
   told.variance_factor = graph_.variance_factor();

@@ -67,6 +67,7 @@ struct MapSnapshot {
   uint32_t refused = 0;        ///< of them, that did not agree with the rest
   uint32_t found_again = 0;    ///< tracks that began where the map was known
   uint32_t ambiguous = 0;      ///< searches that found several places alike, and took none
+  uint32_t repeating = 0;      ///< searches that found one place of a map that repeats, and did not take it
   uint32_t left_out = 0;       ///< key frames that show what others show
   uint32_t missed = 0;         ///< key frames for which there was no room: waiting, or in the map
   double residual_mm = 0;      ///< median of what registrations left over
@@ -171,7 +172,7 @@ class ObjectMap {
     ContactSurface surface;
   };
   std::deque<Prepared> prepared_;
-  uint32_t loops_ = 0, left_out_ = 0, found_again_ = 0, ambiguous_ = 0;
+  uint32_t loops_ = 0, left_out_ = 0, found_again_ = 0, ambiguous_ = 0, repeating_ = 0;
   uint32_t searched_track_ = 0, searches_ = 0;  ///< of that track
   uint32_t unfused_ = 0;                        ///< key frames since the last fusion began
   std::vector<uint32_t> piece_order_;           ///< lowest nodes of the published pieces

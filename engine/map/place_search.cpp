@@ -123,15 +123,14 @@ void PlaceSearch::find_relief(Cells& cells) const {
   for (size_t i = 0; i < coarse.size(); ++i) cells.relief[i] -= coarse[i];
 }
 
-bool PlaceSearch::step() {
-  if (turn_ >= kTurns || points_.empty() || map_.known.empty()) return false;
-  const double turn = 2 * std::numbers::pi * turn_++ / kTurns, cosine = std::cos(turn), sine = std::sin(turn);
+double PlaceSearch::correlate(const std::vector<Point>& points, double turn_rad) {
+  const double cosine = std::cos(turn_rad), sine = std::sin(turn_rad);
   const size_t cells = map_.known.size();
   product_.assign(cells, 0);
   map_squares_.assign(cells, 0);
   frame_squares_.assign(cells, 0);
   double whole = 0;
-  for (const Point& p : points_) {
+  for (const Point& p : points) {
     const auto right = static_cast<int>(std::lround((cosine * p.x_mm - sine * p.y_mm) / cell_mm_)),
                down = static_cast<int>(std::lround((sine * p.x_mm + cosine * p.y_mm) / cell_mm_));
     const float relief = p.relief, square = relief * relief;
@@ -147,8 +146,14 @@ bool PlaceSearch::step() {
       }
     }
   }
+  return whole;
+}
+
+bool PlaceSearch::step() {
+  if (turn_ >= kTurns || points_.empty() || map_.known.empty()) return false;
+  const double turn = 2 * std::numbers::pi * turn_++ / kTurns;
+  const double whole = correlate(points_, turn);
   Peak best{.turn_rad = turn, .x_mm = 0, .y_mm = 0, .likeness = 0};
-  std::vector<Peak> found;
   for (int y = 1; y + 1 < map_.height; ++y)
     for (int x = 1; x + 1 < map_.width; ++x) {
       const size_t i = map_.at(x, y);
@@ -166,6 +171,35 @@ bool PlaceSearch::step() {
       keep(best);
     }
   return turn_ < kTurns;
+}
+
+bool PlaceSearch::map_repeats() {
+  constexpr double kAlike = 0.75, kElsewhere_cells = 7;
+  constexpr size_t kMostPoints = 3000;
+  // Shifts along the longer side, and to both sides of it by half of the shorter.
+  const bool wide = map_.width >= map_.height;
+  const int middle_x = wide ? 0 : map_.width / 2, middle_y = wide ? map_.height / 2 : 0;
+  std::vector<Point> points;
+  const auto known = static_cast<size_t>(std::ranges::count(map_.known, 1.0f));
+  const size_t stride = known / kMostPoints + 1;
+  size_t number = 0;
+  for (int y = 0; y < map_.height; ++y)
+    for (int x = 0; x < map_.width; ++x)
+      if (map_.known[map_.at(x, y)] > 0 && number++ % stride == 0)
+        points.push_back(
+            {(x - middle_x) * cell_mm_, (y - middle_y) * cell_mm_, 0, map_.relief[map_.at(x, y)]});
+  if (points.empty() || points_.empty()) return false;
+  const double whole = correlate(points, 0),
+               least = kLeastShared * double(points_.size()) / double(known) * whole;
+  for (int y = 0; y < map_.height; ++y)
+    for (int x = 0; x < map_.width; ++x) {
+      const size_t i = map_.at(x, y);
+      if (std::hypot(x - middle_x, y - middle_y) < kElsewhere_cells || double{frame_squares_[i]} < least)
+        continue;
+      if (double{product_[i]} > kAlike * std::sqrt(double{map_squares_[i]} * double{frame_squares_[i]}))
+        return true;
+    }
+  return false;
 }
 
 /// In place of what is less like it and nearly the same place.

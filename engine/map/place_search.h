@@ -34,6 +34,9 @@ class PlaceSearch {
   bool step();
   /// The likeliest places, none twice; the likeliest first.
   std::vector<PlaceGuess> guesses() const;
+  /// The map's relief is like itself elsewhere, and may be like itself beyond the map: a place on it may be
+  /// one of many, the others not yet seen.
+  bool map_repeats();
 
  private:
   /// A relief in cells; where `known` is 0 the rest is, too.
@@ -52,6 +55,9 @@ class PlaceSearch {
   };
   Cells cells_of(const std::vector<Part>& parts) const;
   void find_relief(Cells& cells) const;
+  /// Fills the sums over all shifts of the points, which are turned about their origin; returns the sum of
+  /// their squares.
+  double correlate(const std::vector<Point>& points, double turn_rad);
   void keep(const Peak& peak);
   RigidMotion motion_of(const Peak& peak) const;
 

@@ -108,5 +108,33 @@ TEST(FoundAgain, NotOnAPatternThatRepeats) {
   }
 }
 
+// A pattern that goes on beyond a map of less than two of its periods: the pad comes down three periods on,
+// where the map has just one place like it. The same way over a relief that does not repeat is joined.
+TEST(FoundAgain, NotOnAPatternThatGoesOnBeyondTheMap) {
+  constexpr double kPeriod_mm = 12;
+  const Relief relief(9);
+  const SolidObject pattern{"pattern", [&](double x, double y) {
+                              const double t = std::remainder(x, kPeriod_mm) / (kPeriod_mm / 2);
+                              // Two halves of the relief that fade into each other.
+                              const double part = 0.5 + 0.5 * std::cos(M_PI * t), u = t * kPeriod_mm / 2;
+                              const double other = u - std::copysign(kPeriod_mm / 2, u);
+                              return part * relief.depth_mm(u, y) +
+                                     (1 - part) * relief.depth_mm(other + 20, y);
+                            }};
+  const auto ways = [&](const SolidObject& object, double on_mm) {
+    return map_of({{object, slide(-3, 0, 3, 0, 3)}, {object, slide(on_mm, 1, on_mm + 6, -1, 3)}});
+  };
+  const FoundMap apart = ways(pattern, 3 * kPeriod_mm), joined = ways(relief.object(), 0);
+  std::printf("pattern: pieces %zu, repeating %u, ambiguous %u; relief: pieces %zu, found again %u\n",
+              apart.map->pieces.size(), apart.map->repeating, apart.map->ambiguous, joined.map->pieces.size(),
+              joined.map->found_again);
+  EXPECT_EQ(apart.map->found_again, 0u);
+  EXPECT_EQ(apart.map->pieces.size(), 2u);
+  EXPECT_GT(apart.map->repeating, 0u);
+  EXPECT_EQ(joined.map->pieces.size(), 1u);
+  EXPECT_GE(joined.map->found_again, 1u);
+  EXPECT_EQ(joined.map->repeating, 0u);
+}
+
 }  // namespace
 }  // namespace palpate
