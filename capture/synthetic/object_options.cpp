@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <sstream>
 
 #include "capture/synthetic/object_mesh.h"
+#include "capture/synthetic/option_text.h"
 #include "capture/synthetic/synthetic.h"
-#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -20,6 +19,7 @@ constexpr const char* kObjectKeys =
     "seconds=S, speed_mm_s=V, reach_mm=MM, depth_mm=MM, turn_deg=DEG, tilt_deg=DEG, tremor_mm=MM, x_mm=MM, "
     "y_mm=MM, smooth_mm=MM, creep=SHARE, creep_s=S, friction=MU, size=WxH, seed=N, rate=HZ, repeat=N, "
     "noise=on|off, skin=none|markers|texture, mode=gel";
+constexpr OptionText kText("synthetic object", kObjectKeys);
 constexpr std::array kCameraKeys = {"size", "seed", "rate", "repeat", "noise", "skin", "mode"};
 
 struct Number {
@@ -36,39 +36,22 @@ constexpr Number kNumbers[] = {
     {"smooth_mm", &ObjectOptions::smooth_mm, 0, 2},      {"creep", &ObjectOptions::creep, 0, 0.9},
     {"creep_s", &ObjectOptions::creep_s, 0.01, 100}};
 
-double number(const std::string& key, const std::string& text, double least, double most) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !(value >= least && value <= most))
-    throw Error(
-        Failure::Input,
-        palpate::text("a number of %g to %g for '%s' of the synthetic object", least, most, key.c_str()),
-        "'" + text + "'", kObjectKeys);
-  return value;
-}
-
-std::string one_of(const std::string& key, const std::string& word, const std::vector<std::string>& words) {
-  if (std::ranges::find(words, word) != words.end()) return word;
-  std::string list;
-  for (const std::string& w : words) list += (list.empty() ? "" : ", ") + w;
-  throw Error(Failure::Input, "a value for '" + key + "' of the synthetic object",
-              "'" + word + "'" + did_you_mean(word, words), "one of " + list);
-}
-
 /// Sets a key of the object; false: it is none of its own.
-bool set(ObjectOptions& o, const std::string& key, const std::string& value) {
+bool set(ObjectOptions& o, const OptionText::Option& option) {
+  const auto& [key, value] = option;
   if (key == "shape") {
-    o.shape = one_of(key, value, object_shapes());
+    o.shape = kText.one_of(option, object_shapes());
   } else if (key == "file") {
     o.file = value;
   } else if (key == "path") {
-    o.path = value.ends_with(".csv") ? value : one_of(key, value, {"slide", "turn", "roll", "hand", "drag"});
+    o.path =
+        value.ends_with(".csv") ? value : kText.one_of(option, {"slide", "turn", "roll", "hand", "drag"});
   } else if (key == "friction") {
-    o.camera.friction = number(key, value, 0.01, 10);
+    o.camera.friction = kText.number(option, 0.01, 10);
   } else {
     const auto* const found = std::ranges::find_if(kNumbers, [&](const Number& n) { return key == n.key; });
     if (found == std::end(kNumbers)) return false;
-    o.*found->member = number(key, value, found->least, found->most);
+    o.*found->member = kText.number(option, found->least, found->most);
   }
   return true;
 }
@@ -76,24 +59,17 @@ bool set(ObjectOptions& o, const std::string& key, const std::string& value) {
 }  // namespace
 
 bool is_object(const std::string& input) {
-  const std::string prefix = kPrefix;
-  return input == prefix || input.starts_with(prefix + "?");
+  return OptionText::names(input, kPrefix);
 }
 
 ObjectOptions parse_object(const std::string& input) {
   ObjectOptions o;
   std::string camera = "synthetic:still?mode=gel&rate=60";
-  const size_t question = input.find('?');
-  std::istringstream pairs(question == std::string::npos ? "" : input.substr(question + 1));
-  for (std::string pair; std::getline(pairs, pair, '&');) {
-    const size_t equals = pair.find('=');
-    const std::string key = pair.substr(0, equals),
-                      value = equals == std::string::npos ? "" : pair.substr(equals + 1);
-    if (std::ranges::find(kCameraKeys, key) != kCameraKeys.end())
-      camera += "&" + pair;
-    else if (!set(o, key, value))
-      throw Error(Failure::Input, "an option of the synthetic object",
-                  "'" + pair + "'" + did_you_mean(key, names_before(kObjectKeys, '=')), kObjectKeys);
+  for (const OptionText::Option& option : OptionText::options_of(input)) {
+    if (std::ranges::find(kCameraKeys, option.key) != kCameraKeys.end())
+      camera += "&" + option.key + "=" + option.value;
+    else if (!set(o, option))
+      kText.refuse(option);
   }
   const double friction = o.camera.friction;
   o.camera = parse_synthetic(camera);

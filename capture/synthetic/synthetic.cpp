@@ -13,52 +13,6 @@
 namespace palpate {
 namespace {
 
-void check(bool good, const std::string& wanted, double found, const std::string& remedy) {
-  if (good) return;
-  std::string number = std::to_string(found);
-  if (number.find('.') != std::string::npos) number.erase(number.find_last_not_of('0') + 1);
-  if (number.back() == '.') number.pop_back();
-  throw Error(Failure::Input, "a synthetic sensor with " + wanted, number, remedy);
-}
-
-}  // namespace
-
-void validate(const SyntheticOptions& o) {
-  for (const uint32_t side : {o.width, o.height})
-    check(side >= 1 && side <= kMaxSide_px, "sides of 1 to " + std::to_string(kMaxSide_px) + " px", side,
-          "size=640x480 or size=1392x1042");
-  check(o.bit_depth >= 8 && o.bit_depth <= 16, "8 to 16 bits", o.bit_depth, "bits=8 or bits=12");
-  check(o.mode != SyntheticMode::Gel || o.bit_depth == 8, "8 bits in mode gel", o.bit_depth, "bits=8");
-  check(o.rate_Hz >= 0.1 && o.rate_Hz <= 10000, "a rate of 0.1 to 10000 Hz", o.rate_Hz, "rate=30");
-  check(o.falloff >= 0 && o.falloff < 1, "a falloff of 0 to 1", o.falloff, "falloff=0.015");
-  check(o.force_N >= 0 && o.force_N <= 20, "a force of 0 to 20 N (0: the scene's own)", o.force_N,
-        "force=1.5");
-  check(o.indenter_radius_mm >= 0 && o.indenter_radius_mm <= 1000,
-        "an indenter radius of 0 to 1000 mm (0: the scene's own)", o.indenter_radius_mm, "radius=8");
-  check(o.pad_young_MPa > 0 && o.pad_young_MPa < 1e6, "a pad modulus > 0 MPa", o.pad_young_MPa, "0.2");
-  check(o.pad_thickness_mm > 0 && o.pad_thickness_mm < 1e4, "a pad thickness > 0 mm", o.pad_thickness_mm,
-        "6");
-  check(o.skin == SyntheticSkin::None || o.width >= skin::kLeastWidth_px,
-        "a width of " + std::to_string(skin::kLeastWidth_px) + " px or more where the skin has a pattern",
-        o.width, "size=640x480, or skin=none");
-  check(o.hysteresis >= 0 && o.hysteresis <= 0.5, "a hysteresis of 0 to 0.5", o.hysteresis,
-        "hysteresis=0.05");
-  check(std::abs(o.drift_per_min) <= 0.5, "a drift of -0.5 to 0.5 per minute", o.drift_per_min, "drift=0.01");
-  const bool glows = o.mode == SyntheticMode::Waveguide;
-  check(glows || o.hysteresis == 0, "hysteresis only in mode waveguide", o.hysteresis, "mode=waveguide");
-  check(glows || o.drift_per_min == 0, "drift only in mode waveguide", o.drift_per_min, "mode=waveguide");
-  check(o.friction > 0 && o.friction <= 10, "a friction coefficient of 0 to 10", o.friction, "0.5");
-  const SyntheticGrip& g = o.grip;
-  check(g.weight_N >= 0 && g.weight_N <= 20, "a weight of 0 to 20 N", g.weight_N, "weight_N=0.4");
-  check(g.stiffness_N_per_mm >= 0.01 && g.stiffness_N_per_mm <= 1e6, "a stiffness of 0.01 to 1e6 N/mm",
-        g.stiffness_N_per_mm, "stiffness_N_per_mm=2");
-  check(g.thickness_mm > 0 && g.thickness_mm <= 1000, "a thickness of 0 to 1000 mm", g.thickness_mm,
-        "thickness_mm=20");
-  check(g.skew_ms >= 0 && g.skew_ms <= 1000, "a skew of 0 to 1000 ms", g.skew_ms, "skew_ms=5");
-}
-
-namespace {
-
 /// One indenter while it touches.
 struct Touching {
   const ScriptState* state;
@@ -522,45 +476,6 @@ std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
 
 double SyntheticSensor::noise_sd_gray(double gray) const {
   return impl_->noise_sd(gray);
-}
-
-namespace {
-
-SyntheticOptions left_finger(SyntheticOptions options) {
-  options.grip.side = SyntheticSide::Left;
-  return options;
-}
-
-}  // namespace
-
-struct GripScript::Impl {
-  explicit Impl(SyntheticOptions of) : options(std::move(of)) {}
-
-  SyntheticOptions options;
-  Scene scene = scene_of(options);
-  ScriptRules rules = script_rules(options);
-  PressedPad pad{options};
-};
-
-GripScript::GripScript(const SyntheticOptions& options)
-    : impl_(std::make_unique<Impl>(left_finger(options))) {}
-GripScript::~GripScript() = default;
-
-double GripScript::round_s() const {
-  return impl_->options.repeat == 1 ? std::numeric_limits<double>::infinity() : impl_->scene.duration_s();
-}
-
-GripTruth GripScript::at(double time_s) const {
-  const auto& [options, scene, rules, pad] = *impl_;
-  const Keyframe k = palpate::at(scene.keyframes, std::fmod(time_s, round_s()));
-  GripTruth truth;
-  truth.force_N = k.force_N * rules.force_scale;
-  // More than friction holds slips through the fingers.
-  truth.load_z_N = -2 * std::clamp(k.pull_y, 0.0, 1.0) * rules.friction * truth.force_N;
-  truth.thickness_mm = options.grip.thickness_mm - truth.force_N / options.grip.stiffness_N_per_mm;
-  truth.opening_mm = truth.thickness_mm;
-  if (truth.force_N > 0) truth.opening_mm -= 2 * pad.press(truth.force_N).summary().indentation_mm;
-  return truth;
 }
 
 double shear_stiffness_N_per_mm(const SyntheticOptions& options) {

@@ -1,15 +1,15 @@
 // The synthetic sensor's options as text, and the sensor that fits them.
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <sstream>
+#include <tuple>
 
 #include "capture/synthetic/optics.h"
+#include "capture/synthetic/option_text.h"
 #include "capture/synthetic/scene.h"
 #include "capture/synthetic/skin.h"
 #include "capture/synthetic/synthetic.h"
-#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -21,6 +21,8 @@ constexpr const char* kSceneKeys =
     "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN; of "
     "the scene grip, side=left|right, weight_N=N, stiffness_N_per_mm=N, thickness_mm=MM, skew_ms=MS";
 
+constexpr OptionText kText("synthetic sensor", kSceneKeys);
+
 const std::map<std::string, SyntheticSide> kGripSides = {{"left", SyntheticSide::Left},
                                                          {"right", SyntheticSide::Right}};
 /// Numbers of a grip's object by their keys.
@@ -29,30 +31,6 @@ constexpr std::pair<const char*, double SyntheticGrip::*> kGripNumbers[] = {
     {"stiffness_N_per_mm", &SyntheticGrip::stiffness_N_per_mm},
     {"thickness_mm", &SyntheticGrip::thickness_mm},
     {"skew_ms", &SyntheticGrip::skew_ms}};
-
-template <class Number>
-Number parse_number(const std::string& key, const std::string& text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size())
-    throw Error(Failure::Input, "a number for '" + key + "' of the synthetic sensor", "'" + text + "'",
-                kSceneKeys);
-  return value;
-}
-
-template <class Value>
-Value choose(const std::string& key, const std::string& text, const std::map<std::string, Value>& choices) {
-  const auto found = choices.find(text);
-  if (found != choices.end()) return found->second;
-  std::string list;
-  std::vector<std::string> names;
-  for (const auto& [name, value] : choices) {
-    list += (list.empty() ? "" : ", ") + name;
-    names.push_back(name);
-  }
-  throw Error(Failure::Input, "a value for '" + key + "' of the synthetic sensor",
-              "'" + text + "'" + did_you_mean(text, names), "one of " + list);
-}
 
 const std::map<std::string, SyntheticMode> kModes = {{"waveguide", SyntheticMode::Waveguide},
                                                      {"gel", SyntheticMode::Gel},
@@ -70,28 +48,27 @@ std::string name_of(Value value, const std::map<std::string, Value>& choices) {
   return {};
 }
 
-void set_size(SyntheticOptions& o, const std::string& text) {
-  const size_t cross = text.find('x');
-  if (cross == std::string::npos)
-    throw Error(Failure::Input, "size=WIDTHxHEIGHT of the synthetic sensor", "'" + text + "'",
-                "size=640x480 or size=1392x1042");
-  o.width = parse_number<uint32_t>("size", text.substr(0, cross));
-  o.height = parse_number<uint32_t>("size", text.substr(cross + 1));
-}
-
 /// Takes a key of a grip; false: it is none, or this is no grip.
-bool set_grip(SyntheticOptions& o, const std::string& key, const std::string& text) {
+bool set_grip(SyntheticOptions& o, const OptionText::Option& option) {
   if (!is_grip(o)) return false;
-  if (key == "side") {
-    o.grip.side = choose(key, text, kGripSides);
+  if (option.key == "side") {
+    o.grip.side = kText.choose(option, kGripSides);
     return true;
   }
   for (const auto& [name, member] : kGripNumbers) {
-    if (key != name) continue;
-    o.grip.*member = parse_number<double>(key, text);
+    if (option.key != name) continue;
+    o.grip.*member = kText.number<double>(option);
     return true;
   }
   return false;
+}
+
+void check(bool good, const std::string& wanted, double found, const std::string& remedy) {
+  if (good) return;
+  std::string number = std::to_string(found);
+  if (number.find('.') != std::string::npos) number.erase(number.find_last_not_of('0') + 1);
+  if (number.back() == '.') number.pop_back();
+  throw Error(Failure::Input, "a synthetic sensor with " + wanted, number, remedy);
 }
 
 PhotometricCalibration gel_calibration() {
@@ -126,44 +103,74 @@ SyntheticOptions parse_synthetic(const std::string& input) {
   const size_t question = rest.find('?');
   if (const std::string scene = rest.substr(0, question); !scene.empty()) o.scene = scene;
   find_scene(o.scene);
-  std::istringstream pairs(question == std::string::npos ? "" : rest.substr(question + 1));
-  for (std::string pair; std::getline(pairs, pair, '&');) {
-    const size_t equals = pair.find('=');
-    const std::string key = pair.substr(0, equals),
-                      value = equals == std::string::npos ? "" : pair.substr(equals + 1);
+  for (const OptionText::Option& option : OptionText::options_of(rest)) {
+    const std::string& key = option.key;
     if (key == "size")
-      set_size(o, value);
+      std::tie(o.width, o.height) = kText.size(option.value);
     else if (key == "bits")
-      o.bit_depth = parse_number<uint32_t>(key, value);
+      o.bit_depth = kText.number<uint32_t>(option);
     else if (key == "mode")
-      o.mode = choose(key, value, kModes);
+      o.mode = kText.choose(option, kModes);
     else if (key == "response")
-      o.response = choose(key, value, kResponses);
+      o.response = kText.choose(option, kResponses);
     else if (key == "seed")
-      o.seed = parse_number<uint64_t>(key, value);
+      o.seed = kText.number<uint64_t>(option);
     else if (key == "rate")
-      o.rate_Hz = parse_number<double>(key, value);
+      o.rate_Hz = kText.number<double>(option);
     else if (key == "repeat")
-      o.repeat = parse_number<uint32_t>(key, value);
+      o.repeat = kText.number<uint32_t>(option);
     else if (key == "noise")
-      o.noise = choose(key, value, kSwitch);
+      o.noise = kText.choose(option, kSwitch);
     else if (key == "falloff")
-      o.falloff = parse_number<double>(key, value);
+      o.falloff = kText.number<double>(option);
     else if (key == "force")
-      o.force_N = parse_number<double>(key, value);
+      o.force_N = kText.number<double>(option);
     else if (key == "radius")
-      o.indenter_radius_mm = parse_number<double>(key, value);
+      o.indenter_radius_mm = kText.number<double>(option);
     else if (key == "skin")
-      o.skin = choose(key, value, kSkins);
+      o.skin = kText.choose(option, kSkins);
     else if (key == "hysteresis")
-      o.hysteresis = parse_number<double>(key, value);
+      o.hysteresis = kText.number<double>(option);
     else if (key == "drift")
-      o.drift_per_min = parse_number<double>(key, value);
-    else if (!set_grip(o, key, value))
-      throw Error(Failure::Input, "an option of the synthetic sensor",
-                  "'" + key + "'" + did_you_mean(key, names_before(kSceneKeys, '=')), kSceneKeys);
+      o.drift_per_min = kText.number<double>(option);
+    else if (!set_grip(o, option))
+      kText.refuse(option);
   }
   return o;
+}
+
+void validate(const SyntheticOptions& o) {
+  for (const uint32_t side : {o.width, o.height})
+    check(side >= 1 && side <= kMaxSide_px, "sides of 1 to " + std::to_string(kMaxSide_px) + " px", side,
+          "size=640x480 or size=1392x1042");
+  check(o.bit_depth >= 8 && o.bit_depth <= 16, "8 to 16 bits", o.bit_depth, "bits=8 or bits=12");
+  check(o.mode != SyntheticMode::Gel || o.bit_depth == 8, "8 bits in mode gel", o.bit_depth, "bits=8");
+  check(o.rate_Hz >= 0.1 && o.rate_Hz <= 10000, "a rate of 0.1 to 10000 Hz", o.rate_Hz, "rate=30");
+  check(o.falloff >= 0 && o.falloff < 1, "a falloff of 0 to 1", o.falloff, "falloff=0.015");
+  check(o.force_N >= 0 && o.force_N <= 20, "a force of 0 to 20 N (0: the scene's own)", o.force_N,
+        "force=1.5");
+  check(o.indenter_radius_mm >= 0 && o.indenter_radius_mm <= 1000,
+        "an indenter radius of 0 to 1000 mm (0: the scene's own)", o.indenter_radius_mm, "radius=8");
+  check(o.pad_young_MPa > 0 && o.pad_young_MPa < 1e6, "a pad modulus > 0 MPa", o.pad_young_MPa, "0.2");
+  check(o.pad_thickness_mm > 0 && o.pad_thickness_mm < 1e4, "a pad thickness > 0 mm", o.pad_thickness_mm,
+        "6");
+  check(o.skin == SyntheticSkin::None || o.width >= skin::kLeastWidth_px,
+        "a width of " + std::to_string(skin::kLeastWidth_px) + " px or more where the skin has a pattern",
+        o.width, "size=640x480, or skin=none");
+  check(o.hysteresis >= 0 && o.hysteresis <= 0.5, "a hysteresis of 0 to 0.5", o.hysteresis,
+        "hysteresis=0.05");
+  check(std::abs(o.drift_per_min) <= 0.5, "a drift of -0.5 to 0.5 per minute", o.drift_per_min, "drift=0.01");
+  const bool glows = o.mode == SyntheticMode::Waveguide;
+  check(glows || o.hysteresis == 0, "hysteresis only in mode waveguide", o.hysteresis, "mode=waveguide");
+  check(glows || o.drift_per_min == 0, "drift only in mode waveguide", o.drift_per_min, "mode=waveguide");
+  check(o.friction > 0 && o.friction <= 10, "a friction coefficient of 0 to 10", o.friction, "0.5");
+  const SyntheticGrip& g = o.grip;
+  check(g.weight_N >= 0 && g.weight_N <= 20, "a weight of 0 to 20 N", g.weight_N, "weight_N=0.4");
+  check(g.stiffness_N_per_mm >= 0.01 && g.stiffness_N_per_mm <= 1e6, "a stiffness of 0.01 to 1e6 N/mm",
+        g.stiffness_N_per_mm, "stiffness_N_per_mm=2");
+  check(g.thickness_mm > 0 && g.thickness_mm <= 1000, "a thickness of 0 to 1000 mm", g.thickness_mm,
+        "thickness_mm=20");
+  check(g.skew_ms >= 0 && g.skew_ms <= 1000, "a skew of 0 to 1000 ms", g.skew_ms, "skew_ms=5");
 }
 
 std::string to_string(const SyntheticOptions& o) {

@@ -1,11 +1,11 @@
 #include "capture/synthetic/tissue_options.h"
 
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <sstream>
+#include <tuple>
 
-#include "engine/base/text.h"
+#include "capture/synthetic/option_text.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 
@@ -21,20 +21,12 @@ constexpr const char* kTissueKeys =
     "young=PA, cells=N, hand=N (presses by hand), tilt=DEG, turn=DEG, tremor=MM, slide=MM, texture=SHARE (of "
     "a hand)";
 
+constexpr OptionText kText("synthetic block", kTissueKeys);
+
 const std::map<std::string, InclusionShape> kShapes = {{"sphere", InclusionShape::Sphere},
                                                        {"ellipsoid", InclusionShape::Ellipsoid},
                                                        {"cylinder", InclusionShape::Cylinder},
                                                        {"lying", InclusionShape::LyingCylinder}};
-
-template <class Number>
-Number number(const std::string& key, const std::string& text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size())
-    throw Error(Failure::Input, "a number for '" + key + "' of the synthetic block", "'" + text + "'",
-                kTissueKeys);
-  return value;
-}
 
 void check_block(bool good, const std::string& wanted, double found, const char* remedy) {
   if (good) return;
@@ -46,8 +38,7 @@ void check_block(bool good, const std::string& wanted, double found, const char*
 }  // namespace
 
 bool is_tissue(const std::string& input) {
-  const std::string prefix = kPrefix;
-  return input == prefix || input.rfind(prefix + "?", 0) == 0;
+  return OptionText::names(input, kPrefix);
 }
 
 TissueOptions parse_tissue(const std::string& input) {
@@ -55,12 +46,8 @@ TissueOptions parse_tissue(const std::string& input) {
   fem::Inclusion lump;
   bool has_lump = true, force_given = false;
   double d = 8;
-  const size_t question = input.find('?');
-  std::istringstream pairs(question == std::string::npos ? "" : input.substr(question + 1));
-  for (std::string pair; std::getline(pairs, pair, '&');) {
-    const size_t equals = pair.find('=');
-    const std::string key = pair.substr(0, equals),
-                      value = equals == std::string::npos ? "" : pair.substr(equals + 1);
+  for (const OptionText::Option& option : OptionText::options_of(input)) {
+    const std::string& key = option.key;
     const std::map<std::string, double*> lengths = {{"rate", &o.rate_Hz},
                                                     {"force", &o.force_N},
                                                     {"falloff", &o.falloff},
@@ -79,36 +66,30 @@ TissueOptions parse_tissue(const std::string& input) {
                                                     {"slide", &o.slide_mm},
                                                     {"texture", &o.texture}};
     if (const auto there = lengths.find(key); there != lengths.end()) {
-      *there->second = number<double>(key, value);
+      *there->second = kText.number<double>(option);
       force_given = force_given || key == "force";
     } else if (key == "size") {
-      const size_t cross = value.find('x');
-      if (cross == std::string::npos)
-        throw Error(Failure::Input, "size=WIDTHxHEIGHT of the synthetic block", "'" + value + "'",
-                    "size=640x480");
-      o.width = number<uint32_t>(key, value.substr(0, cross));
-      o.height = number<uint32_t>(key, value.substr(cross + 1));
+      std::tie(o.width, o.height) = kText.size(option.value);
     } else if (key == "seed") {
-      o.seed = number<uint64_t>(key, value);
+      o.seed = kText.number<uint64_t>(option);
     } else if (key == "repeat") {
-      o.repeat = number<uint32_t>(key, value);
+      o.repeat = kText.number<uint32_t>(option);
     } else if (key == "loads") {
-      o.loads = number<uint32_t>(key, value);
+      o.loads = kText.number<uint32_t>(option);
     } else if (key == "hand") {
-      o.hand = number<uint32_t>(key, value);
+      o.hand = kText.number<uint32_t>(option);
     } else if (key == "cells") {
-      const auto cells = number<uint32_t>(key, value);
+      const auto cells = kText.number<uint32_t>(option);
       check_block(cells >= 16 && cells <= 64 && cells % 8 == 0,
                   "16 to 64 cells along its length, a multiple of 8", cells, "cells=40");
       o.scene.cells = {cells, cells, cells / 2};
-    } else if (key == "noise" && (value == "on" || value == "off")) {
-      o.noise = value == "on";
-    } else if (key == "lump" && (value == "none" || kShapes.count(value))) {
-      has_lump = value != "none";
-      if (has_lump) lump.shape = kShapes.at(value);
+    } else if (key == "noise") {
+      o.noise = kText.one_of(option, {"on", "off"}) == "on";
+    } else if (key == "lump") {
+      has_lump = option.value != "none";
+      if (has_lump) lump.shape = kText.choose(option, kShapes);
     } else {
-      throw Error(Failure::Input, "an option of the synthetic block",
-                  "'" + pair + "'" + did_you_mean(key, names_before(kTissueKeys, '=')), kTissueKeys);
+      kText.refuse(option);
     }
   }
   if (o.hand > 0 && !force_given) o.force_N = 3;
