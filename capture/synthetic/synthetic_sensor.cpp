@@ -87,10 +87,14 @@ PhotometricCalibration gel_calibration() {
       p.wy[c][k] = unit * cy * inverse[k];
     }
   }
-  // Pixel noise of the three channels through the weights; the linearisation adds less.
+  // Pixel noise of the three channels through the weights, and what rounding leaves of the untouched image;
+  // the linearisation adds less.
   const double full = 255, gray = optics::kGelBrightness * 0.7 * full;
   const double sd_e = std::hypot(optics::kReadNoise_e, std::sqrt(gray / full * optics::kFullWell_e));
-  p.normal_sd = sd_e / optics::kFullWell_e * std::sqrt(1.5) * 2 / (3 * flat * optics::kGelBrightness);
+  const double normal_by_change = std::sqrt(1.5) * 2 / (3 * flat * optics::kGelBrightness);
+  p.noise_sd = sd_e / optics::kFullWell_e * normal_by_change;
+  p.normal_sd = std::hypot(p.noise_sd, normal_by_change / (full * std::sqrt(12.0)));
+  p.pad_reach_px = 1;
   return p;
 }
 

@@ -134,7 +134,7 @@ Level coarser(const Level& fine) {
 }  // namespace
 
 ContactSurface::ContactSurface(const HeightMap& map, const SurfaceOptions& options)
-    : level_sd_mm_(map.level_sd_mm) {
+    : level_sd_mm_(map.level_sd_mm), tilt_sd_rad_(map.tilt_sd_rad) {
   static std::atomic<uint64_t> made = 0;
   id_ = ++made;
   check(map);

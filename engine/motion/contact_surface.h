@@ -44,6 +44,7 @@ class ContactSurface {
   const Eigen::Vector3d& centroid_mm() const { return centroid_mm_; }
   double radius_mm() const { return radius_mm_; }
   double level_sd_mm() const { return level_sd_mm_; }  ///< HeightMap::level_sd_mm
+  double tilt_sd_rad() const { return tilt_sd_rad_; }  ///< HeightMap::tilt_sd_rad
 
  private:
   void find_centroid();
@@ -51,7 +52,7 @@ class ContactSurface {
   std::vector<Level> levels_;
   uint64_t id_ = 0;
   Eigen::Vector3d centroid_mm_ = Eigen::Vector3d::Zero();
-  double radius_mm_ = 0, level_sd_mm_ = 0;
+  double radius_mm_ = 0, level_sd_mm_ = 0, tilt_sd_rad_ = 0;
 };
 
 }  // namespace palpate

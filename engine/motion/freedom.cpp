@@ -133,6 +133,13 @@ Freedom Freedom::after(const RigidMotion& motion) const {
   return out;
 }
 
+Freedom Freedom::told_by(const Matrix6d& change) const {
+  Freedom out = *this;
+  out.unknown = change * unknown;
+  out.axis = change.topLeftCorner<3, 3>() * axis;
+  return out;
+}
+
 Freedom Freedom::with(const Freedom& before) const {
   Freedom out = *this;
   if (before.unknown.cols() == 0) return out;

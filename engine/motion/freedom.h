@@ -43,6 +43,8 @@ struct Freedom {
   Freedom at(const Eigen::Vector3d& place) const;
   /// The same after the surface has moved.
   Freedom after(const RigidMotion& motion) const;
+  /// By other components: `change` makes them of twists seen here.
+  Freedom told_by(const Matrix6d& change) const;
   /// What is unknown of a motion after another one: either's. `before` is seen at the same place.
   Freedom with(const Freedom& before) const;
 };

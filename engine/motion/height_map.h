@@ -19,6 +19,8 @@ struct HeightMap {
   /// Standard error of the whole map's level, mm: a shift of all depths, which nothing of what is left over
   /// shows.
   double level_sd_mm = 0;
+  /// Standard error of the whole map's tilt, rad, about each axis along the pad; the same holds for it.
+  double tilt_sd_rad = 0;
   std::span<const uint8_t> contact;  ///< not 0 where the object touches the pad
 };
 

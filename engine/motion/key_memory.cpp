@@ -24,10 +24,15 @@ double size_of(const Matrix6d& covariance, double radius_mm) {
   return covariance.diagonal().dot(by_radius(radius_mm).cwiseAbs2());
 }
 
-/// Of a motion by a key frame, whose own error is `before`, seen at found.at_mm.
-Matrix6d error_by(const TrackKey& key, const Registration& found) {
+/// Of a motion by a key frame whose own error is `before`, seen at found.at_mm.
+Matrix6d error_by(const Matrix6d& before, const Registration& found) {
   const Matrix6d moved = carried_by(found.motion);
-  return found.covariance + moved * (key.before + key.link) * moved.transpose();
+  return found.covariance + moved * before * moved.transpose();
+}
+
+Matrix6d error_of(const TrackKey& key, double gain_sd) {
+  const Vector6d tilted = gain_sd * key.tilted;
+  return key.before + key.link + tilted * tilted.transpose();
 }
 
 }  // namespace
@@ -55,7 +60,7 @@ std::vector<const TrackKey*> KeyMemory::candidates(const ContactSurface& now,
   const Vector3d place = tracked.motion.inverse() * now.centroid_mm();
   std::vector<std::pair<double, const TrackKey*>> sure;
   for (const TrackKey& key : keys_) {
-    const double square = size_of(key.before + key.link, radius_mm);
+    const double square = size_of(error_of(key, options_.gain_sd), radius_mm);
     if ((key.place_mm() - place).norm() > options_.most_way * radius_mm || square > kWorth * own) continue;
     if ((tracked.motion.turn * key.motion.turn.transpose())(2, 2) < least_cosine) continue;
     sure.emplace_back(square, &key);
@@ -108,7 +113,7 @@ std::optional<KeyMemory::Return> KeyMemory::recognise(const ContactSurface& now,
     const RigidMotion start = tracked.motion * key->motion.inverse();
     const Registration found = register_surface(key->surface, now, start, registration, sums);
     if (!fits(found, std::max(tracked.residual_mm, key->residual_mm))) continue;
-    if (size_of(error_by(*key, found), radius_mm) >= own) continue;
+    if (size_of(error_by(error_of(*key, options_.gain_sd), found), radius_mm) >= own) continue;
     const Vector6d apart = twist_between(start, found.motion, found.at_mm);
     const Matrix6d moved = seen_at(tracked.at_mm, found.at_mm);
     const Eigen::MatrixXd spread = found.covariance + moved * tracked.covariance * moved.transpose();

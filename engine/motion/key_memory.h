@@ -15,6 +15,9 @@ struct TrackKey {
   ContactSurface surface;
   RigidMotion motion;
   Matrix6d link = Matrix6d::Zero(), before = Matrix6d::Zero();
+  /// Of all links, the twist that their turns about axes along the pad were, each about its own contact: what
+  /// a depth's gain is wrong by makes all of them too small or too large alike.
+  Vector6d tilted = Vector6d::Zero();
   double overlap = 0;  ///< of the last link
   Freedom freedom;
   double residual_mm = 0;  ///< of its first frame
@@ -33,7 +36,8 @@ struct TrackedMotion {
 };
 
 struct MemoryOptions {
-  size_t most = 24;  ///< key frames that are kept; of the two that show nearly the same the later one goes
+  double gain_sd = 0;  ///< PoseOptions::gain_sd
+  size_t most = 24;    ///< key frames that are kept; of the two that show nearly the same the later one goes
   size_t most_pixels =
       2'000'000;  ///< of all of them, about 35 bytes each: 26 frames of 320 x 240, or 6 of 640 x 480
   // A frame is compared with the two surest key frames whose middle is no farther away than this, in radii,
@@ -41,7 +45,7 @@ struct MemoryOptions {
   double most_way = 0.5, most_tilt_deg = 25;
   // It shows one again where so much of it is shared and so much of that fits, what is left over is no more
   // than so many times what the frame and the key frame leave, and the slopes disagree by no more.
-  double least_overlap = 0.5, least_fitting = 0.8, most_residual = 1.5, most_disagreement = 0.12;
+  double least_overlap = 0.5, least_fitting = 0.8, most_residual = 2, most_disagreement = 0.12;
   /// Square of the way between both motions in their standard errors: that of 99.9 % in six dimensions.
   double most_square = 22.5;
   /// Where another place within the motion's error leaves less than this times the residual, it is neither.

@@ -11,12 +11,16 @@
 namespace palpate {
 
 PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
-  const Matrix6d moved = seen_at(at_mm, place_mm);
-  const Matrix6d spread = moved * covariance * moved.transpose();
-  const Freedom there = freedom.at(place_mm);
   const Eigen::Vector3d shift = place_mm - motion.inverse() * place_mm, turn = turn_vector(motion.turn);
   const auto told = [&](int k, double value) {
     return there.determined(k) ? value : std::numeric_limits<double>::quiet_NaN();
+  // A shift is counted from where the place was, which an error now moves as the motion turns it back.
+  Matrix6d told_by = Matrix6d::Zero();
+  told_by.topLeftCorner<3, 3>() = motion.turn.transpose();
+  told_by.bottomRightCorner<3, 3>() = turn_vector_slope(turn);
+  const Matrix6d change = told_by * seen_at(at_mm, place_mm);
+  const Matrix6d spread = change * covariance * change.transpose();
+  const Freedom there = freedom.at(place_mm).told_by(told_by);
   };
   PoseComponents out;
   for (int k = 0; k < 3; ++k) {
@@ -157,6 +161,8 @@ void PoseTracker::begin(ContactSurface surface, uint32_t track) {
   last_residual_mm_ = high_residual_mm_ = calm_residual_mm_ = 0;
   restless_ = false;
   memory_.clear();
+  before_.setZero();
+  tilted_.setZero();
   make_key(std::move(surface));
 }
 
@@ -182,7 +188,11 @@ void PoseTracker::take(const TrackKey& key, const Registration& found) {
   // A key frame's noise enters the motions to it and from it with opposite signs: it cancels in what both
   // share.
   const double shared = std::max(key.overlap + found.overlap - 1, 0.0);
-  pose_.covariance = link_ + moved * (key.before + (1 - shared) * key.link) * moved.transpose();
+  before_ = moved * (key.before + (1 - shared) * key.link) * moved.transpose();
+  tilted_ = moved * key.tilted;
+  tilted_.segment<2>(3) += turn_vector(found.motion.turn).head<2>();
+  const Vector6d wrong = options_.gain_sd * tilted_;
+  pose_.covariance = link_ + before_ + wrong * wrong.transpose();
   pose_.freedom = found.freedom.with(key.freedom.after(found.motion));
   pose_.surface = found.freedom.kind;
   pose_.pivot_mm = found.freedom.pivot_mm;
@@ -220,7 +230,8 @@ void PoseTracker::make_key(ContactSurface surface) {
   const Matrix6d moved = seen_at(pose_.at_mm, surface.centroid_mm());
   key_.motion = pose_.motion;
   key_.link = moved * link_ * moved.transpose();
-  key_.before = moved * (pose_.covariance - link_) * moved.transpose();
+  key_.before = moved * before_ * moved.transpose();
+  key_.tilted = moved * tilted_;
   key_.overlap = pose_.overlap;
   key_.freedom = pose_.freedom.at(surface.centroid_mm());
   key_.residual_mm = 0;

@@ -16,6 +16,9 @@ struct PoseOptions {
   SurfaceOptions surface;
   RegistrationOptions registration;
   MemoryOptions memory;
+  /// Relative standard error of the maps' depths, the same in all: turns about axes along the pad are wrong
+  /// by as much, all alike, and do not average over key frames.
+  double gain_sd = 0;
   // A frame becomes the new key frame where it shares less than this with the last one, is turned from it by
   // more than this, or leaves so many times the residual of the key frame's first frame.
   double key_overlap = 0.6;
@@ -72,7 +75,7 @@ class PoseTracker {
  public:
   /// `sums`: who adds up the pixels.
   explicit PoseTracker(const PoseOptions& options = {}, std::unique_ptr<PixelSums> sums = host_sums())
-      : options_(options), sums_(std::move(sums)), memory_(options.memory) {}
+      : options_(options), sums_(std::move(sums)), memory_(memory_of(options)) {}
 
   /// Frames in order. Throws Error where a map is not as HeightMap says.
   const Pose& update(const HeightMap& map);
@@ -83,6 +86,11 @@ class PoseTracker {
   uint64_t memory_bytes() const { return sums_->memory_bytes(); }  ///< on a device
 
  private:
+  static MemoryOptions memory_of(const PoseOptions& options) {
+    MemoryOptions memory = options.memory;
+    memory.gain_sd = options.gain_sd;
+    return memory;
+  }
   struct Found {
     Registration registration;
     PoseLoss loss = PoseLoss::None;
@@ -108,7 +116,8 @@ class PoseTracker {
   TrackKey key_;
   KeyMemory memory_;
   RigidMotion from_key_, last_step_;
-  Matrix6d link_ = Matrix6d::Zero();  // error of from_key_
+  Matrix6d link_ = Matrix6d::Zero(), before_ = Matrix6d::Zero();  // error of from_key_, and of all before
+  Vector6d tilted_ = Vector6d::Zero();                            // TrackKey::tilted of the pose
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
   double last_residual_mm_ = 0, high_residual_mm_ = 0, calm_residual_mm_ = 0;
   bool restless_ = false;  // the last frame left twice the calm residual

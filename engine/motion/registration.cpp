@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "engine/motion/residual_noise.h"
 
@@ -100,27 +101,23 @@ MotionGuess Search::coarse(size_t first, const MotionGuess& start) {
   return guesses[best];
 }
 
-/// What the fit has taken of the noise is in no residual, of a small contact most: by how much what residuals
-/// show is less. `scores`: gradient_covariance of that.
-double lessened(const ScoreNoise& noise, const ScoreField& field, const Matrix6d& scores,
-                const Matrix6d& inverse) {
-  constexpr double kMost = 0.8;  // of more the rest would be a guess
-  double all = 0;
-  for (const double variance : noise.variance) all += variance;
-  if (all <= 0) return 1;
-  const double taken = (inverse * scores).trace() / (all * double(field.pixel.size()));
-  return 1 - std::min(taken, kMost);
-}
-
-/// What the pad's own errors add to the scores' noise: fields of several reaches that share its slopes' error
-/// and do not move, seen from an object that has gone by way_px.
-ScoreNoise noise_of_pad(double slope_sd, double way_px, double pitch_mm, double precision) {
+/// What the pad's own errors add to the scores' noise: fields that share its slopes' error and do not move,
+/// seen from an object that has gone by way_mm.
+ScoreNoise noise_of_pad(const RegistrationOptions& options, double way_mm, double pitch_mm,
+                        double precision) {
   ScoreNoise noise;
-  constexpr size_t kFirst = 2;  // reaches of 3 px and more; a frame's filter leaves none of shorter ones
-  for (size_t k = kFirst; k < ScoreNoise::kReaches; ++k) {
-    const double reach = ScoreNoise::reach_px(k), depth_sd_mm = slope_sd * reach * pitch_mm;
-    const double changed = 2 * (1 - std::exp(-way_px * way_px / (2 * reach * reach)));
-    noise.variance[k] = changed * depth_sd_mm * depth_sd_mm * precision / (ScoreNoise::kReaches - kFirst);
+  // Reaches of 3 px and more; a frame's filter leaves none of shorter ones.
+  size_t first = 2, end = ScoreNoise::kReaches;
+  if (options.pad_reach_mm > 0) {
+    while (first + 1 < end &&
+           std::numbers::sqrt2 * ScoreNoise::reach_px(first) * pitch_mm < options.pad_reach_mm)
+      ++first;
+    end = first + 1;
+  }
+  for (size_t k = first; k < end; ++k) {
+    const double reach_mm = ScoreNoise::reach_px(k) * pitch_mm, depth_sd_mm = options.pad_slope_sd * reach_mm;
+    const double changed = 2 * (1 - std::exp(-way_mm * way_mm / (2 * reach_mm * reach_mm)));
+    noise.variance[k] = changed * depth_sd_mm * depth_sd_mm * precision / double(end - first);
   }
   return noise;
 }
@@ -144,7 +141,7 @@ void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now
            const MotionGuess& guess, const RegistrationOptions& options, Registration& out) {
   const MotionSums sums = by.judged();
   FreedomOptions freedom = options.freedom;
-  freedom.least_slope = std::max(freedom.least_slope, options.pad_slope_sd);
+  freedom.least_slope = options.least_slope();
   const Solution solution = solve({.information = sums.square - sums.difference / 4,
                                    .noise = sums.difference / 2,
                                    .weight = sums.weight,
@@ -153,14 +150,13 @@ void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now
   const ScoreField field = by.field();
   out.fitting = static_cast<double>(field.pixel.size()) / static_cast<double>(left.compared);
   out.residual_mm = left.residual_mm();
-  const ScoreNoise noise = score_noise(field, radius_mm / now.pitch_mm);
+  const ReachSums reaches(field);
+  const ScoreNoise noise = reaches.noise(solution.inverse, radius_mm / now.pitch_mm);
   out.disagreement = slopes_disagree(sums, noise, freedom.least_slope);
-  Matrix6d scores = gradient_covariance(field, noise);
-  scores /= lessened(noise, field, scores, solution.inverse);
+  Matrix6d scores = reaches.covariance(noise);
   if (options.pad_slope_sd > 0) {
     const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
-    scores += gradient_covariance(
-        field, noise_of_pad(options.pad_slope_sd, way_mm / now.pitch_mm, now.pitch_mm, left.mean_precision));
+    scores += reaches.covariance(noise_of_pad(options, way_mm, now.pitch_mm, left.mean_precision));
   }
   const Matrix6d turned = carried_by({guess.turn, Eigen::Vector3d::Zero()});
   const Matrix6d spread = turned * solution.inverse;
@@ -212,6 +208,8 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
   out.freedom = out.freedom.at(at);
   out.at_mm = at;
   out.covariance(2, 2) += std::pow(key.level_sd_mm(), 2) + std::pow(now.level_sd_mm(), 2);
+  for (Eigen::Index k = 3; k < 5; ++k)
+    out.covariance(k, k) += std::pow(key.tilt_sd_rad(), 2) + std::pow(now.tilt_sd_rad(), 2);
   return out;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 
 #include "engine/motion/contact_surface.h"
@@ -16,10 +17,17 @@ struct RegistrationOptions {
   int most_steps = 12;        ///< on each level
   /// A search near the start that leaves no more than this is taken without looking farther.
   double enough_residual_mm = 0;
-  /// Standard error of the pad's slopes by calibration (a photometric sensor's normal_sd). It stays with the
-  /// pad: slopes below it determine nothing, and what a way over the pad changes of it is in the covariance.
+  /// Standard error of the pad's slopes by calibration (a photometric sensor's normal_sd, less the noise of a
+  /// frame in it). It stays with the pad: slopes below it determine nothing, and what a way over the pad
+  /// changes of it is in the covariance.
   double pad_slope_sd = 0;
+  /// Way over which that error goes along with itself (a Gaussian's deviation), mm; 0: not known, all from 3
+  /// to 48 px are taken for alike.
+  double pad_reach_mm = 0;
   FreedomOptions freedom;
+
+  /// Slopes below this are the pad's own.
+  double least_slope() const { return std::max(freedom.least_slope, pad_slope_sd); }
 };
 
 struct Registration {

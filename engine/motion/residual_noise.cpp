@@ -3,20 +3,27 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <span>
+#include <utility>
 
 namespace palpate {
 namespace {
 
 constexpr size_t kReaches = ScoreNoise::kReaches;
+using Cells = ReachSums::Cells;
 
 struct Variogram {
-  std::vector<double> way_px, half_square, pairs;
+  std::vector<uint32_t> way_px;
+  std::vector<double> half_square;
 };
 
-Variogram variogram(const ScoreField& field, double most_px) {
+std::vector<float> on_map(const ScoreField& field) {
   std::vector<float> at(size_t{field.width} * field.height, NAN);
   for (size_t i = 0; i < field.pixel.size(); ++i) at[field.pixel[i]] = field.score[i];
+  return at;
+}
+
+Variogram variogram(const ScoreField& field, double most_px) {
+  const std::vector<float> at = on_map(field);
   Variogram out;
   for (const uint32_t way : {1u, 2u, 3u, 4u, 6u, 8u, 12u, 16u, 24u, 32u, 48u}) {
     if (way > std::max(most_px, 6.0)) break;
@@ -35,7 +42,6 @@ Variogram variogram(const ScoreField& field, double most_px) {
     if (pairs < 30) break;
     out.way_px.push_back(way);
     out.half_square.push_back(sum / pairs);
-    out.pairs.push_back(pairs);
   }
   return out;
 }
@@ -62,15 +68,6 @@ std::array<double, kReaches> nonnegative_fit(const std::vector<std::array<double
     }
   return x;
 }
-
-/// Six fields, one after another, on cells of a map.
-struct Cells {
-  uint32_t width = 0, height = 0;
-  std::vector<float> value;  ///< six to a cell
-
-  float* at(size_t cell) { return value.data() + 6 * cell; }
-  const float* at(size_t cell) const { return value.data() + 6 * cell; }
-};
 
 Cells halved(const Cells& fine) {
   Cells out{.width = (fine.width + 1) / 2, .height = (fine.height + 1) / 2, .value = {}};
@@ -120,67 +117,122 @@ void add_products(Matrix6d& sum, const Cells& a, const Cells& b, double factor) 
   }
 }
 
-/// The rows on the smallest rectangle that holds them.
-Cells rows_on_map(const ScoreField& field) {
-  uint32_t left = field.width, right = 0, top = field.height, bottom = 0;
+/// Where the smallest rectangle that holds the pixels begins and ends.
+struct PixelBounds {
+  uint32_t left, right, top, bottom;
+};
+PixelBounds bounds_of(const ScoreField& field) {
+  PixelBounds box{field.width, 0, field.height, 0};
   for (const uint32_t pixel : field.pixel) {
-    left = std::min(left, pixel % field.width);
-    right = std::max(right, pixel % field.width);
-    top = std::min(top, pixel / field.width);
-    bottom = std::max(bottom, pixel / field.width);
+    box.left = std::min(box.left, pixel % field.width);
+    box.right = std::max(box.right, pixel % field.width);
+    box.top = std::min(box.top, pixel / field.width);
+    box.bottom = std::max(box.bottom, pixel / field.width);
   }
-  Cells out{.width = right - left + 1, .height = bottom - top + 1, .value = {}};
+  return box;
+}
+
+Cells rows_in(const PixelBounds& box, const ScoreField& field) {
+  Cells out{.width = box.right - box.left + 1, .height = box.bottom - box.top + 1, .value = {}};
   out.value.resize(size_t{6} * out.width * out.height);
   for (size_t i = 0; i < field.pixel.size(); ++i) {
-    const uint32_t x = field.pixel[i] % field.width - left, y = field.pixel[i] / field.width - top;
+    const uint32_t x = field.pixel[i] % field.width - box.left, y = field.pixel[i] / field.width - box.top;
     std::copy(field.row[i].begin(), field.row[i].end(), out.at(size_t{y} * out.width + x));
   }
   return out;
 }
 
-/// Half square of differences over a way that noise of variance 1 and that reach leaves on a round contact,
-/// once the fit has taken away its tilt.
-double seen_of(double reach_px, double way_px, double radius_px) {
-  if (reach_px <= 0) return 1;
-  constexpr double kLeast = 0.2;  // part of it; of less the variance would be a guess
-  const double whole = 1 - std::exp(-way_px * way_px / (2 * reach_px * reach_px));
-  // Of noise that is short beside the contact; of long noise the slope itself.
-  const double tilt_square =
-      std::min(8 * std::pow(reach_px, 2) / std::pow(radius_px, 4), std::pow(reach_px, -2));
-  return std::max(whole - tilt_square * way_px * way_px / 2, kLeast * whole);
+/// Of Gaussian noise before any fit.
+double whole_half_square(size_t k, double way_px) {
+  const double reach = ScoreNoise::reach_px(k);
+  return k == 0 ? 1 : 1 - std::exp(-way_px * way_px / (2 * reach * reach));
 }
 
 }  // namespace
 
-ScoreNoise score_noise(const ScoreField& field, double most_px) {
-  ScoreNoise noise;
-  const Variogram seen = variogram(field, most_px);
-  std::vector<std::array<double, kReaches>> basis;
-  std::vector<double> weight;
-  for (size_t i = 0; i < seen.way_px.size(); ++i) {
-    std::array<double, kReaches> line{};
-    for (size_t k = 0; k < kReaches; ++k) {
-      line[k] = seen_of(ScoreNoise::reach_px(k), seen.way_px[i], most_px);
-    }
-    basis.push_back(line);
-    const double size = std::max(seen.half_square[i], 1e-30);
-    weight.push_back(1 / (size * size));
+ReachSums::ReachSums(const ScoreField& field) : field_(field) {
+  of_unit_.fill(Matrix6d::Zero());
+  if (field.pixel.empty()) return;
+  const PixelBounds box = bounds_of(field);
+  left_px_ = box.left;
+  top_px_ = box.top;
+  Cells cells = rows_in(box, field);
+  for (size_t k = 0; k < kReaches; ++k) {
+    if (k > 1) cells = halved(cells);
+    carried_[k] = k == 0 ? cells : spread(spread(cells, true), false);
+    add_products(of_unit_[k], cells, carried_[k], 1);
+    of_unit_[k] = ((of_unit_[k] + of_unit_[k].transpose()) / 2).eval();
   }
-  noise.variance = nonnegative_fit(basis, seen.half_square, weight);
-  return noise;
 }
 
-Matrix6d gradient_covariance(const ScoreField& field, const ScoreNoise& noise) {
+Matrix6d ReachSums::covariance(const ScoreNoise& noise) const {
   Matrix6d sum = Matrix6d::Zero();
-  if (field.pixel.empty()) return sum;
-  Cells cells = rows_on_map(field);
-  if (noise.variance[0] > 0) add_products(sum, cells, cells, noise.variance[0]);
-  for (size_t k = 1; k < kReaches; ++k) {
-    if (k > 1) cells = halved(cells);
-    if (noise.variance[k] <= 0) continue;
-    add_products(sum, cells, spread(spread(cells, true), false), noise.variance[k]);
+  for (size_t k = 0; k < kReaches; ++k) sum += noise.variance[k] * of_unit_[k];
+  return sum;
+}
+
+// Half the mean square of differences that noise of variance 1 leaves once the fit has taken its part: with K
+// the noise's covariance and H = rows inverse rows^T, of K - H K - K H^T + H K H^T.
+std::vector<ReachSums::Left> ReachSums::left_over(const std::vector<uint32_t>& ways_px,
+                                                  const Matrix6d& inverse) const {
+  constexpr size_t kSamples = 800;  // pixels that stand for all
+  using Row = Eigen::Matrix<float, 6, 1>;
+  std::vector<uint32_t> place(size_t{field_.width} * field_.height, UINT32_MAX);
+  for (size_t i = 0; i < field_.pixel.size(); ++i) place[field_.pixel[i]] = static_cast<uint32_t>(i);
+  const Eigen::Matrix<float, 6, 6> solve = inverse.cast<float>();
+  const auto row_of = [&](size_t i) { return Eigen::Map<const Row>(field_.row[i].data()); };
+  const auto carried = [&](size_t k, uint32_t pixel) {
+    const uint32_t shift = k > 1 ? static_cast<uint32_t>(k - 1) : 0;
+    const uint32_t x = (pixel % field_.width - left_px_) >> shift,
+                   y = (pixel / field_.width - top_px_) >> shift;
+    return Eigen::Map<const Row>(carried_[k].at(size_t{y} * carried_[k].width + x));
+  };
+  const size_t stride = std::max<size_t>(field_.pixel.size() / kSamples, 1);
+  std::vector<Left> out;
+  for (const uint32_t way : ways_px) {
+    Matrix6d squares = Matrix6d::Zero();
+    Left taken{};
+    double pairs = 0;
+    const auto add = [&](bool within, size_t i, uint32_t other) {
+      if (!within || place[other] == UINT32_MAX) return;
+      const Row moved = solve * (row_of(i) - row_of(place[other]));
+      for (size_t k = 0; k < kReaches; ++k)
+        taken[k] += double{moved.dot(carried(k, field_.pixel[i]) - carried(k, other))};
+      squares += (moved * moved.transpose()).cast<double>();
+      ++pairs;
+    };
+    for (size_t i = 0; i < field_.pixel.size(); i += stride) {
+      const uint32_t pixel = field_.pixel[i];
+      add(pixel % field_.width + way < field_.width, i, pixel + way);
+      add(pixel / field_.width + way < field_.height, i, pixel + way * field_.width);
+    }
+    Left& line = out.emplace_back();
+    for (size_t k = 0; k < kReaches; ++k)
+      line[k] = whole_half_square(k, way) -
+                (pairs > 0 ? (taken[k] - squares.cwiseProduct(of_unit_[k]).sum() / 2) / pairs : 0);
   }
-  return (sum + sum.transpose()) / 2;
+  return out;
+}
+
+ScoreNoise ReachSums::noise(const Matrix6d& inverse, double most_px) const {
+  constexpr double kShown = 0.2;   // of a reach's variance, over the longest way, for one of its own
+  constexpr double kLeast = 1e-3;  // of it; of less the variance would be a guess
+  ScoreNoise noise;
+  const Variogram seen = variogram(field_, most_px);
+  if (seen.way_px.empty()) return noise;
+  std::vector<Left> basis = left_over(seen.way_px, inverse);
+  size_t longest = 1;
+  while (longest + 1 < kReaches && basis.back()[longest + 1] >= kShown) ++longest;
+  std::vector<double> weight;
+  for (size_t i = 0; i < basis.size(); ++i) {
+    for (size_t k = 0; k < kReaches; ++k) basis[i][k] = std::max(basis[i][k], kLeast);
+    for (size_t k = longest + 1; k < kReaches; ++k) basis[i][longest] += std::exchange(basis[i][k], 0);
+    weight.push_back(1 / std::pow(std::max(seen.half_square[i], 1e-30), 2));
+  }
+  noise.variance = nonnegative_fit(basis, seen.half_square, weight);
+  std::fill(noise.variance.begin() + static_cast<std::ptrdiff_t>(longest), noise.variance.end(),
+            noise.variance[longest]);
+  return noise;
 }
 
 }  // namespace palpate

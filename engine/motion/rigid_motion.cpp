@@ -36,6 +36,13 @@ Vector3d turn_vector(const Matrix3d& turn) {
   return sum.col(longest).normalized() * angle;
 }
 
+Matrix3d turn_vector_slope(const Vector3d& turn) {
+  const Matrix3d m = cross(turn);
+  const double angle = turn.norm(), half = angle / 2;
+  const double square = angle < 1e-3 ? 1.0 / 12 : (1 - half / std::tan(half)) / (angle * angle);
+  return Matrix3d::Identity() - m / 2 + square * m * m;
+}
+
 RigidMotion motion_about(const Vector3d& at, const Vector6d& twist) {
   const Matrix3d turn = turn_of(twist.tail<3>());
   return {turn, at - turn * at + twist.head<3>()};

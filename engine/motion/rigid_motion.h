@@ -27,6 +27,8 @@ Eigen::Matrix3d cross(const Eigen::Vector3d& w);
 Eigen::Matrix3d turn_of(const Eigen::Vector3d& w);
 /// Its inverse; of half a turn and more the shorter way round.
 Eigen::Vector3d turn_vector(const Eigen::Matrix3d& turn);
+/// What small turns after a rotation add to its rotation vector `turn`, as a matrix.
+Eigen::Matrix3d turn_vector_slope(const Eigen::Vector3d& turn);
 
 /// Turns about `at` and shifts by the small motion `twist` (radians), in that order.
 RigidMotion motion_about(const Eigen::Vector3d& at, const Vector6d& twist);

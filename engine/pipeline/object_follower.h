@@ -15,7 +15,7 @@ namespace palpate {
 /// A pose of which nothing is known.
 ObjectPose unknown_pose(PoseState state, PoseLoss loss = PoseLoss::None);
 
-/// With what the calibration leaves of slopes, which stays with the pad, and no finer pixels than tell of a
+/// With what the calibration leaves of slopes and stays with the pad, and no finer pixels than tell of a
 /// motion (0.04 mm).
 PoseOptions pose_options(const Sensor& sensor);
 
@@ -47,6 +47,7 @@ class ObjectFollower {
   bool marked_;
   PoseTracker tracker_;
   Pose pose_;
+  double begun_mm_ = 0;  ///< depth of the contact's middle when the track began
   SkinSlip slip_;
   std::vector<float> depth_mm_;
   std::vector<uint8_t> contact_;          ///< of each pixel

@@ -94,6 +94,8 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
     read_weights(photometric, "wx", sensor.photometric.wx);
     read_weights(photometric, "wy", sensor.photometric.wy);
     photometric.number("normal_sd", 0, 1, "", sensor.photometric.normal_sd);
+    photometric.number("noise_sd", 0, sensor.photometric.normal_sd, "", sensor.photometric.noise_sd);
+    photometric.number("pad_reach_px", 0, 1e4, "px", sensor.photometric.pad_reach_px);
     if (photometric.has("table"))
       fail(photometric.path("table"), "weights by place alone (palpate calibrate photometric fits them)",
            "a table of normals, as files of earlier versions have");
@@ -164,6 +166,8 @@ Json surface_json(const Sensor& s) {
       s.photometric.wy != none.wy) {
     Json photometric{
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
+    if (s.photometric.noise_sd > 0) photometric["noise_sd"] = s.photometric.noise_sd;
+    if (s.photometric.pad_reach_px > 0) photometric["pad_reach_px"] = s.photometric.pad_reach_px;
     if (!s.photometric.presses.empty()) {
       Json presses = Json::array();
       for (const PressError& p : s.photometric.presses)

@@ -278,6 +278,32 @@ TEST(PhotometricFit, NoiseIsReportedAsItIs) {
   EXPECT_NEAR(r.depth_gain, 1, 0.02);  // noise pulls least squares towards flat, which the weights are rid of
 }
 
+// Of two scenes alike but for their noise: what a frame's noise makes of the error is stated apart, and the
+// rest goes along with itself over many pixels.
+TEST(PhotometricFit, NoiseOfAFrameIsStatedApartFromThePad) {
+  Scene scene;
+  scene.format.bit_depth = 8;
+  const auto fitted = [&](double noise_gray, bool told) {
+    scene.noise_gray = noise_gray;
+    scene.random.seed(5);
+    const Frame background = Scene{scene.format, 0, false, std::mt19937(1)}.render(0, 0, 0, 1);
+    PhotometricFit fit(scene.format, kPitch_mm);
+    for (const auto& [x, y] :
+         {std::pair{40.0, 35.5}, {110.3, 40.0}, {75.0, 80.2}, {120.0, 85.0}, {35.0, 88.0}})
+      fit.add_ball(scene.render(x, y, 20, 3), background, x, y, 20, 3, "ball");
+    const double sd = noise_gray / 255;
+    if (told) fit.set_frame_noise({sd, sd, sd});
+    return fit.solve().calibration;
+  };
+  const PhotometricCalibration noisy = fitted(4, true), calm = fitted(0, true);
+  std::printf("error %.4f, noise %.4f; without noise %.4f; the rest over %.1f px\n", noisy.normal_sd,
+              noisy.noise_sd, calm.normal_sd, noisy.pad_reach_px);
+  const double rest = std::sqrt(std::pow(noisy.normal_sd, 2) - std::pow(noisy.noise_sd, 2));
+  EXPECT_LT(rest, 0.5 * noisy.normal_sd);
+  EXPECT_EQ(calm.noise_sd, 0);
+  EXPECT_EQ(fitted(4, false).noise_sd, 0);
+}
+
 TEST(PhotometricFit, RestWeightKeepsDriftingLampsFromTiltingThePicture) {
   Scene scene;
   const Frame background = scene.render(0, 0, 0, 1);

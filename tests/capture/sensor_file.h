@@ -27,6 +27,7 @@ inline constexpr const char* kEverything = R"({
               "shading": {"facing_gray": 181.5, "depth_gain": 1.25},
               "photometric": {"wx": [[0.1, 0.2, 0.3], [-1, -2, -3], [4, 5, 6]],
                               "wy": [[1, 0, 0.1], [0, 0.001, 0], [7, 8, 1e-9]], "normal_sd": 0.03,
+                              "noise_sd": 0.02, "pad_reach_px": 12.5,
                               "presses": [[-0.5, 0.25, 0.1875, -0.0625], [0.5, -0.25, 0.25, 0.125]],
                               "colours": {"low": [-0.25, -0.125, -0.5], "high": [0.25, 0.5, 0.125],
                                           "bins": ["0000000000000001", "00000000000000ff", "0000000000000000",
@@ -110,6 +111,8 @@ inline void expect_same(const Sensor& a, const Sensor& b) {
   EXPECT_EQ(a.photometric.wx, b.photometric.wx);
   EXPECT_EQ(a.photometric.wy, b.photometric.wy);
   EXPECT_EQ(a.photometric.normal_sd, b.photometric.normal_sd);
+  EXPECT_EQ(a.photometric.noise_sd, b.photometric.noise_sd);
+  EXPECT_EQ(a.photometric.pad_reach_px, b.photometric.pad_reach_px);
   ASSERT_EQ(a.photometric.presses.size(), b.photometric.presses.size());
   for (size_t i = 0; i < a.photometric.presses.size(); ++i) {
     EXPECT_EQ(a.photometric.presses[i].across, b.photometric.presses[i].across);

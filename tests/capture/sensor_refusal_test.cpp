@@ -121,6 +121,8 @@ constexpr Bad kBadValues[] = {
     {"/surface/photometric/wy/0/2", "1e7", "surface.photometric.wy[0]"},
     {"/surface/photometric/wy/0/2", "null", "surface.photometric.wy[0]"},
     {"/surface/photometric/normal_sd", "-0.1", "surface.photometric.normal_sd"},
+    {"/surface/photometric/noise_sd", "0.04", "surface.photometric.noise_sd"},
+    {"/surface/photometric/pad_reach_px", "-1", "surface.photometric.pad_reach_px"},
     {"/surface/photometric/presses", "{}", "surface.photometric.presses"},
     {"/surface/photometric/presses/0", "[1, 2, 3]", "surface.photometric.presses"},
     {"/surface/photometric/presses/1/3", "11", "surface.photometric.presses"},

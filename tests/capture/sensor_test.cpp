@@ -38,6 +38,8 @@ TEST_F(SensorFile, EveryKeyIsRead) {
   EXPECT_EQ(s.photometric.wx[1][2], -3);
   EXPECT_EQ(s.photometric.wy[2][2], 1e-9);
   EXPECT_EQ(s.photometric.normal_sd, 0.03);
+  EXPECT_EQ(s.photometric.noise_sd, 0.02);
+  EXPECT_EQ(s.photometric.pad_reach_px, 12.5);
   ASSERT_EQ(s.photometric.presses.size(), 2u);
   EXPECT_EQ(s.photometric.presses[1].depth_error, 0.125);
   ASSERT_TRUE(s.photometric.colours);

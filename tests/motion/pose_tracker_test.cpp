@@ -163,6 +163,30 @@ TEST(PoseTracker, TellsThatItMissedAWave) {
   }
 }
 
+// After turns of any size a component's error is that of the number that is told.
+TEST(PoseTracker, ErrorsAreThoseOfTheComponentsTold) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> any;
+  for (const double turn_deg : {1.0, 40.0, 90.0, 179.0}) {
+    const Eigen::Vector3d axis = Eigen::Vector3d(any(random), any(random), any(random)).normalized();
+    Pose pose;
+    pose.motion = {turn_of(axis * turn_deg * kDegree), {1, -2, 0.3}};
+    pose.at_mm = {3, 1, 0.4};
+    for (int k = 0; k < 6; ++k) {
+      constexpr double kSmall = 1e-5;
+      const Vector6d twist = kSmall * Vector6d::Unit(k);
+      pose.covariance = twist * twist.transpose();
+      Pose other = pose;
+      other.motion = motion_about(pose.at_mm, twist) * pose.motion;
+      const PoseComponents told = pose.components(), moved = other.components();
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(std::abs(moved.shift_mm[c] - told.shift_mm[c]), told.shift_sd_mm[c], 1e-3 * kSmall);
+        EXPECT_NEAR(std::abs(moved.turn_rad[c] - told.turn_rad[c]), told.turn_sd_rad[c], 1e-3 * kSmall);
+      }
+    }
+  }
+}
+
 // No contact, then another one: a new track.
 TEST(PoseTracker, BeginsANewTrackAfterNoContact) {
   std::mt19937 random(9);

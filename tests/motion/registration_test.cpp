@@ -212,6 +212,14 @@ TEST(Registration, LevelErrorIsOfDepthAlone) {
   EXPECT_NEAR(found(0).motion.shift_mm[2], 0.05, 1e-4);
   EXPECT_NEAR(more(2, 2), 2 * 0.03 * 0.03, 1e-9);
   EXPECT_NEAR(more.cwiseAbs().sum(), more(2, 2), 1e-12);
+  const auto tilted = [&](double tilt_sd_rad) {
+    HeightMap one = before.map(), two = after.map();
+    one.tilt_sd_rad = two.tilt_sd_rad = tilt_sd_rad;
+    return register_surface(ContactSurface(one), ContactSurface(two), {}).covariance;
+  };
+  const Matrix6d of_tilt = tilted(0.01) - tilted(0);
+  for (const int k : {3, 4}) EXPECT_NEAR(of_tilt(k, k), 2e-4, 1e-9);
+  EXPECT_NEAR(of_tilt.cwiseAbs().sum(), 4e-4, 1e-9);
 }
 
 TEST(Registration, RefusesMapsThatDoNotFit) {

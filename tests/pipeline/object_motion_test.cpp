@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "capture/synthetic/object.h"
+#include "engine/motion/rigid_motion.h"
 #include "engine/pipeline/object_follower.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
@@ -139,6 +141,56 @@ void measure_object(Device& device, const std::string& keys, const PipelineOptio
   Pipeline pipeline(device, object_sensor(scene), source.format(), options);
   pipeline.set_background(*source.own_background());
   for (Frame frame; source.next(frame);) see(pipeline.process(frame).touch, *source.truth(frame.sequence));
+}
+
+// What a frame's noise makes of slopes is nothing that stays with the pad.
+TEST_F(ObjectMotion, OnlyThePadsPartOfTheErrorStaysWithThePad) {
+  Sensor sensor = run_.sensor;
+  sensor.pitch_mm_per_px = 0.05;
+  sensor.photometric.normal_sd = 0.05;
+  sensor.photometric.noise_sd = 0;
+  EXPECT_EQ(pose_options(sensor).registration.pad_slope_sd, 0.05);
+  sensor.photometric.noise_sd = 0.03;
+  sensor.photometric.pad_reach_px = 20;
+  EXPECT_NEAR(pose_options(sensor).registration.pad_slope_sd, 0.04, 1e-12);
+  EXPECT_NEAR(pose_options(sensor).registration.pad_reach_mm, 1, 1e-12);
+}
+
+// A coin is pressed deeper, slides and turns: its stamped edges are cut short, which the depth's error
+// states.
+TEST_F(ObjectMotion, IntervalsHoldTheWayOfACoin) {
+  std::array<size_t, 6> held{}, told{};
+  std::array<double, 6> squares{};
+  RigidMotion begun;
+  measure_object(
+      context(), "shape=coin&size=320x240&rate=20&seconds=4&seed=9", {.outputs = kMoving},
+      [&](const Touch& touch, const Truth& truth) {
+        const ObjectPose& pose = *touch.object;
+        if (!truth.motion) return;
+        const auto& [shift, turn] = *truth.motion;
+        const RigidMotion since{turn_of({turn[0], turn[1], turn[2]}), {shift[0], shift[1], shift[2]}};
+        if (pose.state == PoseState::Begun) begun = since;
+        if (pose.state != PoseState::Tracked) return;
+        const RigidMotion way = since * begun.inverse();
+        const Eigen::Vector3d at(pose.at_mm[0], pose.at_mm[1], pose.at_mm[2]);
+        const Eigen::Vector3d moved = at - way.inverse() * at, turned = turn_vector(way.turn);
+        for (size_t c = 0; c < 6; ++c) {
+          const Estimate& seen = c < 3 ? pose.shift_mm[c] : pose.turn_rad[c - 3];
+          if (!seen.valid()) continue;
+          const auto k = static_cast<Eigen::Index>(c % 3);
+          const double error = (seen.value - (c < 3 ? moved : turned)[k]) / seen.standard_error;
+          ++told[c];
+          held[c] += std::abs(error) < 1.96;
+          squares[c] += error * error;
+        }
+      });
+  for (size_t c = 0; c < 6; ++c) {
+    std::printf("component %zu: %zu of %zu held, RMS %.2f of the stated error\n", c, held[c], told[c],
+                std::sqrt(squares[c] / static_cast<double>(told[c])));
+    ASSERT_GT(told[c], 50u) << c;
+    EXPECT_GE(static_cast<double>(held[c]), 0.85 * static_cast<double>(told[c])) << c;
+    EXPECT_GT(squares[c], 0.04 * static_cast<double>(told[c])) << c << ": five times too wide";
+  }
 }
 
 // Device and host add up in different orders.

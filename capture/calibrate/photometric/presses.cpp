@@ -13,6 +13,7 @@
 #include "capture/calibrate/frame/markers.h"
 #include "capture/calibrate/photometric/pad_match.h"
 #include "capture/calibrate/photometric/shape_text.h"
+#include "capture/calibrate/photometric/still_noise.h"
 #include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
 #include "capture/files/tables/csv_table.h"
@@ -217,6 +218,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
 
   RestCheck rest_check(found.background, sensor);
   PadMatch match(found.background, sensor);
+  StillNoise still;
   Frame frame;
   uint64_t looked = 0;
   for (uint64_t n = 0; source->next(frame); ++n) {
@@ -243,6 +245,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
       contacts = {find_contact(frame, found.background, press.mask, ball_search)};
     if (contacts.size() == 1 && contacts[0].why == BallRefusal::Untouched) {
       ++found.untouched;
+      if (sensor.channels == 3) still.add(frame);
       continue;
     }
     const std::string picture = press.label;
@@ -262,6 +265,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
     }
   }
   match.refuse_most(input);
+  found.frame_sd = still.sd();
   found.warning = rest_check.warning();
   if (sensor.channels == 3) refuse_unlike(found);
   if (search.judge) search.judge(found);

@@ -1,6 +1,7 @@
 // Presses of a ball or of another known shape in a recording: detected in every frame, or listed in a table.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -39,6 +40,7 @@ struct BallPresses {
   std::vector<RefusedPress> refused;  ///< frames in which something is pressed that cannot be used
   size_t frames_with_ball = 0;        ///< those of one press count each; less those refused later
   uint64_t untouched = 0;             ///< frames in which nothing is
+  std::array<double, 3> frame_sd{};   ///< StillNoise::sd of those
   std::string warning;                ///< that the untouched image shows a touch itself; empty: it does not
 };
 

@@ -77,6 +77,7 @@ std::string gain_text(const PhotometricFitResult& result, const BallPresses& fou
 PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading,
                                  const PhotometricRequest& options, std::optional<size_t> without = {}) {
   PhotometricFit fit(found.format, reading.pitch_mm_per_px);
+  fit.set_frame_noise(found.frame_sd);
   for (size_t i = 0; i < found.presses.size(); ++i) {
     if (i == without) continue;
     const BallPress& p = found.presses[i];
@@ -253,11 +254,16 @@ std::string markers_text(const Sensor& sensor) {
                        markers->size_px, markers->spacing_px);
 }
 
+std::string noise_text(const PhotometricCalibration& by) {
+  if (by.noise_sd <= 0) return "";
+  return ", noise " + fixed(by.noise_sd, 4) + ", the rest alike over " + fixed(by.pad_reach_px, 0) + " px";
+}
+
 std::string summary(const Fitted& fitted, const Sensor& sensor) {
   const PhotometricFitResult& result = fitted.result;
   std::string text = "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
-                     fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) +
-                     " deg, depth " + fixed(result.depth_rmse_mm, 4) +
+                     fixed(result.normal_rms_fitted, 4) + noise_text(result.calibration) + "), " +
+                     fixed(result.normal_angle_deg, 2) + " deg, depth " + fixed(result.depth_rmse_mm, 4) +
                      " mm RMS on presses held out, depth gain " + fixed(result.depth_gain, 3) + ", " +
                      fixed(100 * result.explained_x, 1) + " / " + fixed(100 * result.explained_y, 1) +
                      " % of n_x / n_y explained, condition " + fixed(result.condition, 1) +
@@ -306,6 +312,8 @@ CalibrationReport report_of(const Fitted& fitted, const Sensor& sensor, const Pr
                 {"explained_y", result.explained_y},
                 {"normal_rms_fitted", result.normal_rms_fitted},
                 {"normal_rms_held_out", result.normal_rms_held_out},
+                {"noise_sd", result.calibration.noise_sd},
+                {"pad_reach_px", result.calibration.pad_reach_px},
                 {"normal_angle_deg_held_out", result.normal_angle_deg},
                 {"depth_rmse_held_out_mm", result.depth_rmse_mm},
                 {"cap_rms_mm", result.cap_rms_mm},

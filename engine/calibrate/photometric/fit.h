@@ -134,6 +134,10 @@ class PhotometricFit {
                 std::span<const uint8_t> mask = {});
   static constexpr double kJudgedShare = 0.8, kRestRing = 2;
 
+  /// Standard deviation of one frame's red, green and blue, units of full scale: which part of the error is
+  /// noise. Without it all of the error counts as the pad's.
+  void set_frame_noise(const std::array<double, 3>& sd) { frame_noise_ = sd; }
+
   /// Needs two presses or more. Throws Error(Failure::Input) when the colours do not determine both slopes
   /// (gray images, one light, wrong positions): when less than `kLeastExplained` of the normals' variance is
   /// explained on presses that the fit has not seen.
@@ -148,6 +152,7 @@ class PhotometricFit {
   FrameFormat format_;
   double pitch_mm_per_px_;
   std::vector<PhotometricPress> presses_;
+  std::array<double, 3> frame_noise_{};
 };
 
 /// Depth whose slopes fit best in the least-squares sense (five-point Poisson, natural boundary) over the

@@ -10,6 +10,7 @@
 #include "engine/calibrate/photometric/judge.h"
 #include "engine/calibrate/photometric/press.h"
 #include "engine/calibrate/photometric/seen.h"
+#include "engine/calibrate/photometric/slope_errors.h"
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
@@ -291,6 +292,7 @@ PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wante
   result.presses = validations[result.chosen].presses;
   result.calibration = model.weights;
   result.calibration.normal_sd = errors.normal_rms;
+  photometric::state_parts(presses_, frame_noise_, format_, result.calibration);
   result.calibration.presses = photometric::press_errors(presses_, result.presses, format_);
   result.calibration.colours = photometric::seen_colours(presses_);
   result.condition = model.condition;

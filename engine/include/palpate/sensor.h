@@ -169,9 +169,13 @@ struct SeenColours {
 /// where depth grows along +x.
 struct PhotometricCalibration {
   NormalWeights wx = NormalWeights(3, std::vector<double>(3)), wy = wx;  ///< of one shape
-  double normal_sd = 0;                  ///< RMS error of (n_x, n_y) on held-out presses
-  std::vector<PressError> presses{};     ///< what they say of depths, see SurfaceSummary::depth_sd_mm; empty:
-                                         ///< not stated
+  double normal_sd = 0;               ///< RMS error of (n_x, n_y) on held-out presses
+  double noise_sd = 0;                ///< part of it that is new in each frame; the rest stays with the pad;
+                                      ///< 0: not stated, all of it counts as the pad's
+  double pad_reach_px = 0;            ///< way over which the pad's part goes along with itself (a Gaussian's
+                                      ///< deviation); 0: not stated
+  std::vector<PressError> presses{};  ///< what they say of depths, see SurfaceSummary::depth_sd_mm; empty:
+                                      ///< not stated
   std::optional<SeenColours> colours{};  ///< none: not stated
   Origin origin{};
 };
