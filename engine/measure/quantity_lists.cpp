@@ -423,7 +423,9 @@ constexpr MeasuredQuantity<Touch> kObject[] = {
         "object_doubt", G::Object,
         "What the pose is to be taken with care for: `others move` (several contacts that move unlike: it is "
         "the "
-        "largest one's), `shape changes` (what is left over is no rigid object's) or `none`.",
+        "largest one's), `shape changes` (what is left over is no rigid object's), `fits elsewhere` (the "
+        "surface "
+        "repeats, and fits as well a wave farther) or `none`.",
         {.none = true, .row = {.label = "object in doubt", .only_if_some = true}}),
     field<Touch, &Touch::object, &ObjectPose::track>(
         "object_track", G::Object, "Number of the track, from 1; motions count from its first frame.",

@@ -21,6 +21,7 @@ struct TrackKey {
   double overlap = 0;  ///< of the last link
   Freedom freedom;
   double residual_mm = 0;  ///< of its first frame
+  bool repeats = false;    ///< it fits itself elsewhere
 
   /// The object's point that is in the middle of the contact, where it was at the track's begin.
   Eigen::Vector3d place_mm() const { return motion.inverse() * surface.centroid_mm(); }

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "engine/motion/repeats.h"
+
 namespace palpate {
 
 PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
   const Eigen::Vector3d shift = place_mm - motion.inverse() * place_mm, turn = turn_vector(motion.turn);
-  const auto told = [&](int k, double value) {
-    return there.determined(k) ? value : std::numeric_limits<double>::quiet_NaN();
   // A shift is counted from where the place was, which an error now moves as the motion turns it back.
   Matrix6d told_by = Matrix6d::Zero();
   told_by.topLeftCorner<3, 3>() = motion.turn.transpose();
@@ -21,6 +21,8 @@ PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
   const Matrix6d change = told_by * seen_at(at_mm, place_mm);
   const Matrix6d spread = change * covariance * change.transpose();
   const Freedom there = freedom.at(place_mm).told_by(told_by);
+  const auto told = [&](int k, double value) {
+    return there.determined(k) ? value : std::numeric_limits<double>::quiet_NaN();
   };
   PoseComponents out;
   for (int k = 0; k < 3; ++k) {
@@ -140,7 +142,8 @@ PoseDoubt PoseTracker::doubt_of(const Registration& found) {
   restless_ = restless;
   calm_residual_mm_ =
       calm_residual_mm_ > 0 ? std::min(kForgets * calm_residual_mm_, found.residual_mm) : found.residual_mm;
-  return again ? PoseDoubt::ShapeChanges : PoseDoubt::None;
+  if (again) return PoseDoubt::ShapeChanges;
+  return key_.repeats ? PoseDoubt::FitsElsewhere : PoseDoubt::None;
 }
 
 bool PoseTracker::still_grows(const ContactSurface& surface, const Registration& found) const {
@@ -158,11 +161,11 @@ void PoseTracker::begin(ContactSurface surface, uint32_t track) {
   pose_.overlap = 1;
   last_step_ = {};
   link_.setZero();
+  before_.setZero();
+  tilted_.setZero();
   last_residual_mm_ = high_residual_mm_ = calm_residual_mm_ = 0;
   restless_ = false;
   memory_.clear();
-  before_.setZero();
-  tilted_.setZero();
   make_key(std::move(surface));
 }
 
@@ -236,6 +239,8 @@ void PoseTracker::make_key(ContactSurface surface) {
   key_.freedom = pose_.freedom.at(surface.centroid_mm());
   key_.residual_mm = 0;
   last_at_mm_ = surface.centroid_mm();
+  key_.repeats = fits_elsewhere(surface, 2 * options_.most_step * surface.radius_mm(),
+                                options_.registration.least_slope()) >= kRepeats;
   key_.surface = std::move(surface);
   from_key_ = {};
   ++pose_.keys;

@@ -90,6 +90,8 @@ const char* to_string(PoseDoubt doubt) {
       return "others move";
     case PoseDoubt::ShapeChanges:
       return "shape changes";
+    case PoseDoubt::FitsElsewhere:
+      return "fits elsewhere";
   }
   return "?";
 }

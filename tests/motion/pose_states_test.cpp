@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
 #include <string_view>
 
 #include "engine/motion/pose_tracker.h"
+#include "engine/motion/repeats.h"
 #include "perf/motion/moved_object.h"
 #include "tests/support/thorough.h"
 
@@ -161,6 +163,49 @@ TEST(PoseStates, ACreepingGelIsNoMotionAlongThePad) {
         EXPECT_LT(std::abs(turn), 0.1 * kDegree) << object.name << frame;
     }
   }
+}
+
+SolidObject relief(const char* name, double (*depth_mm)(double, double)) {
+  return {name, depth_mm};
+}
+double wave(double x_mm, double length_mm) {
+  return std::cos(2 * std::numbers::pi * x_mm / length_mm);
+}
+
+// Waves or dimples that repeat fit themselves a wave farther, which no error states.
+TEST(PoseStates, TellsThatASurfaceFitsElsewhere) {
+  const std::pair<SolidObject, bool> cases[] = {
+      {relief("grating", [](double x, double y) { return 0.5 + 0.03 * wave(0.8 * x + 0.6 * y, 1.6); }), true},
+      {relief("lattice", [](double x, double y) { return 0.5 + 0.02 * wave(x, 1.9) * wave(y, 1.5); }), true},
+      {relief("bent lattice",
+              [](double x, double y) {
+                return 0.6 - (x * x + y * y) / 60 + 0.02 * (wave(x, 1.9) + wave(y, 1.5));
+              }),
+       true},
+      {textured_dome(), false},
+      {textured_plane(), false},
+      {key_relief(), false},
+      {coin(), false},
+      {ball(), false},
+      {plane(), false},
+      {cylinder(), false},
+  };
+  for (const auto& [object, wanted] : cases)
+    for (const DepthNoise kind : {DepthNoise::White, DepthNoise::Integrated}) {
+      std::mt19937 random(8);
+      const PressedMap map = pressed(object, {}, {}, 0.002, kind, random);
+      const ContactSurface surface(map.map());
+      std::printf("%s %.2f\n", object.name.c_str(),
+                  fits_elsewhere(surface, 0.67 * surface.radius_mm(), 0.01));
+      PoseTracker tracker;
+      for (int frame = 0; frame < 4; ++frame) {
+        const Pose& pose = tracker.update(
+            pressed(object, shifted(0.03 * frame, 0.02 * frame), {}, 0.002, kind, random).map());
+        if (frame == 0) continue;
+        ASSERT_EQ(pose.state, PoseState::Tracked) << object.name << frame << to_string(pose.loss);
+        EXPECT_EQ(pose.doubt, wanted ? PoseDoubt::FitsElsewhere : PoseDoubt::None) << object.name << frame;
+      }
+    }
 }
 
 // What was lost is found elsewhere, in the frame after: a new track, never a motion of the old one.

@@ -33,6 +33,9 @@ enum class PoseDoubt : uint8_t {
   None,
   OthersMove,    ///< several contacts that move unlike: the pose is the largest one's
   ShapeChanges,  ///< two frames on end left twice the residual of calm ones: no rigid object on a calm pad
+  /// The surface repeats: it fits nearly as well a wave or more from there, by what an object may move in a
+  /// frame. No error states that.
+  FitsElsewhere,
 };
 PALPATE_API const char* to_string(PoseDoubt doubt);
 
