@@ -6,16 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
-#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
 
-#include "capture/synthetic/synthetic.h"
-#include "engine/measure/quantities.h"
-#include "tests/support/gpu_fixture.h"
+#include "engine/base/text.h"
+#include "tests/window/panel_fixture.h"
 #include "viz/panels/actions/help.h"
 #include "viz/panels/actions/palette.h"
 #include "viz/panels/actions/tool_bar.h"
@@ -23,54 +20,13 @@
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/hud.h"
-#include "viz/panels/numbers/measurement.h"
-#include "viz/panels/numbers/performance.h"
-#include "viz/panels/numbers/press.h"
 #include "viz/panels/run_panel.h"
 #include "viz/panels/start/card_grid.h"
 #include "viz/render/annotations.h"
 #include "viz/render/drawing.h"
-#include "viz/render/format.h"
-#include "viz/render/hud_frame.h"
 
 namespace palpate::viz {
 namespace {
-
-class PanelTest : public GpuTest {
- protected:
-  /// Describes pictures one after the other: a window has its size from the second on.
-  void describe(float scale, const std::function<void()>& content, VkExtent2D extent = {1280, 720}) {
-    if (!frame_ || frame_->scale() != scale) {
-      frame_.reset();
-      frame_ = std::make_unique<HudFrame>(context(), pass_, 1, nullptr, scale);
-    }
-    for (int i = 0; i < 3; ++i) {
-      frame_->begin(extent);
-      content();
-      frame_->abandon();
-    }
-  }
-  /// All words that ImGui writes while `content` is described, in their order.
-  std::string words_of(const std::function<void()>& content) {
-    static std::string copied;
-    copied.clear();
-    describe(1, [&] {
-      ImGui::GetIO().SetClipboardTextFn = [](void*, const char* text) { copied = text; };
-      ImGui::LogToClipboard();
-      content();
-    });
-    return copied;
-  }
-  static size_t count(const std::string& words, const std::string& what) {
-    size_t found = 0;
-    for (size_t at = words.find(what); at != std::string::npos; at = words.find(what, at + 1)) ++found;
-    return found;
-  }
-
-  RenderPass pass_{context(), OffscreenTarget::kFormat, VK_SAMPLE_COUNT_1_BIT,
-                   VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
-  std::unique_ptr<HudFrame> frame_;
-};
 
 TEST_F(PanelTest, EveryButtonHasRoomWhateverItSays) {
   for (const float scale : {1.0f, 1.6f, 0.6f})
@@ -442,195 +398,6 @@ TEST_F(PanelTest, NoLineCrossesAGapAndALoneSampleIsADot) {
     }
     EXPECT_GT(near_dot, 0);
   });
-}
-
-TEST_F(PanelTest, APadAtRestSaysSoOnce) {
-  const SyntheticOptions options = parse_synthetic("synthetic:slide?size=320x240");
-  const Sensor sensor = synthetic_sensor(options);
-  Frame image;
-  image.reshape({320, 240, 1, 8});
-  Touch touch;
-  touch.force_N.validity = touch.shear_x_N.validity = touch.shear_y_N.validity = Validity::NoContact;
-  touch.slip = Slip::NoContact;
-  touch.surface.emplace().depth_max_mm = 0.004;
-  touch.surface->validity = Validity::NoContact;
-  touch.regions.emplace();
-  const Layout layout = make_layout({1280, 720}, 1, image.format, true);
-  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
-  const std::string words =
-      words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
-  EXPECT_EQ(count(words, "no contact"), 1u) << words;
-  EXPECT_EQ(count(words, "nothing touches"), 0u) << words;
-  EXPECT_EQ(count(words, "gel"), 0u) << "a waveguide: " << words;
-  EXPECT_NE(words.find("uneven by 0.004 mm"), std::string::npos) << words;
-  EXPECT_EQ(count(words, "calibrated"), 1u) << "its range: " << words;
-  // Nor does a calibration that is not fit for use look like one that is.
-  Sensor unfit = sensor;
-  unfit.force->fit_for_use = false;
-  const HudContent other{unfit, image, touch, true, nullptr, "device", {96, 72}};
-  const std::string warned = words_of([&] { measurement_panel(*frame_, layout, other, touch, ViewState{}); });
-  EXPECT_NE(warned.find("NOT FIT FOR USE"), std::string::npos) << warned;
-}
-
-// Without a force curve there is no calibrated range that a force could be within.
-TEST_F(PanelTest, AForceByTheLayerIsNotCalledWithinCalibration) {
-  Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
-  sensor.force.reset();
-  Frame image;
-  image.reshape({320, 240, 1, 8});
-  Touch touch;
-  touch.contact = true;
-  touch.force_N.validity = Validity::NotCalibrated;
-  touch.traction.emplace().fz_N = {2, 0.3, Validity::Valid};
-  const Layout layout = make_layout({1280, 720}, 1, image.format, true);
-  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
-  const auto words = [&] {
-    return words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
-  };
-  const std::string valid = words();
-  EXPECT_EQ(valid.find("within calibration"), std::string::npos) << valid;
-  touch.traction->fz_N.validity = Validity::AtBorder;
-  const std::string cut = words();
-  EXPECT_NE(cut.find("BORDER"), std::string::npos) << cut;
-}
-
-TEST_F(PanelTest, EachQuantityOfTheListHasItsRow) {
-  const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
-  Frame image;
-  image.reshape({320, 240, 1, 8});
-  constexpr Estimate kKnown{0.5, 0.1, Validity::TooDeep};
-  Touch touch;
-  touch.contact = true;
-  touch.slip = Slip::Stick;
-  touch.shear_x_N = touch.shear_y_N = kKnown;
-  SurfaceSummary& surface = touch.surface.emplace();
-  surface.volume_mm3 = 1;
-  surface.dented_mm2 = 2;
-  surface.clipped_px = 3;
-  surface.extrapolated_px = 4;
-  surface.weighted = {0.1, 0.1, 2, 1};
-  touch.confidence.emplace();
-  touch.regions = {0, true};
-  touch.contacts.resize(1);
-  touch.skin = {10, 2, 5, kKnown, kKnown, kKnown, kKnown};
-  touch.light = {LightState::Changed, 1.5};
-  TractionSummary& traction = touch.traction.emplace();
-  traction.fx_N = traction.fy_N = traction.fz_N = kKnown;
-  traction.mx_Nmm = traction.my_Nmm = traction.mz_Nmm = kKnown;
-  traction.slipping_fraction = 0.25;
-  ObjectPose& object = touch.object.emplace();
-  object.state = PoseState::Tracked;
-  object.doubt = PoseDoubt::OthersMove;
-  object.surface = Slippage::Ball;
-  object.shift_mm.fill(kKnown);
-  object.turn_rad.fill(kKnown);
-  object.on_skin = OnSkin::Slips;
-  object.slip_mm.fill(kKnown);
-  const Layout layout = make_layout({1280, 1600}, 1, image.format, true);
-  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
-  const std::string words =
-      words_of([&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); });
-  for (const MeasuredQuantity<Touch>& q : touch_quantities())
-    EXPECT_NE(words.find(q.row.label), std::string::npos) << q.name << ": " << words;
-  for (const char* row : {"0.50, 0.50, 0.50 N", "+28.65 \xc2\xb1 5.73 deg", "25 % of the area"})
-    EXPECT_NE(words.find(row), std::string::npos) << row << ": " << words;
-  EXPECT_EQ(count(words, "stick or slip"), 1u) << words;
-}
-
-TEST_F(PanelTest, NoRowOfATouchIsCutOffAtTheFoot) {
-  const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
-  Frame image;
-  image.reshape({640, 480, 3, 8});
-  constexpr Estimate kKnown{0.5, 0.1, Validity::Valid};
-  Touch touch;  // of a gel with markers and a layer
-  touch.contact = true;
-  touch.slip = Slip::Stick;
-  touch.force_N = touch.shear_x_N = touch.shear_y_N = kKnown;
-  touch.surface.emplace().volume_mm3 = 1;
-  touch.surface->dented_mm2 = 2;
-  touch.regions = {0, true};
-  touch.contacts.resize(1);
-  touch.skin = {10, 2, 5, kKnown, kKnown, kKnown, kKnown};
-  TractionSummary& traction = touch.traction.emplace();
-  traction.fx_N = traction.fy_N = traction.fz_N = kKnown;
-  traction.mx_Nmm = traction.my_Nmm = traction.mz_Nmm = kKnown;
-  const HudContent content{sensor, image, touch, true, nullptr, "device", {96, 72}};
-  const auto fits = [&](VkExtent2D extent) {
-    SCOPED_TRACE(text("%u x %u", extent.width, extent.height));
-    const Layout layout = make_layout(extent, 1, image.format, true);
-    describe(
-        1, [&] { measurement_panel(*frame_, layout, content, touch, ViewState{}); }, extent);
-    const auto& windows = ImGui::GetCurrentContext()->Windows;
-    const auto* const numbers = std::find_if(windows.begin(), windows.end(), [](const ImGuiWindow* w) {
-      return std::string_view(w->Name).find("/numbers_") != std::string_view::npos;
-    });
-    ASSERT_NE(numbers, windows.end());
-    EXPECT_GT((*numbers)->ContentSize.y, 320) << "rows of everything";
-    EXPECT_EQ((*numbers)->ScrollMax.y, 0);
-  };
-  fits({1280, 720});
-  fits({1920, 1080});
-  // What a colour gel by weights adds to them: smaller letters.
-  touch.surface->clipped_px = 3;
-  touch.surface->extrapolated_px = 4;
-  touch.surface->weighted = {0.1, 0.1, 2, 1};
-  touch.confidence.emplace();
-  touch.light = {LightState::Changed, 1.5};
-  fits({1280, 720});
-}
-
-TEST_F(PanelTest, RatesAndLatencyAreBehindAKey) {
-  const Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
-  Frame image;
-  image.reshape({320, 240, 1, 8});
-  const Touch touch;
-  LiveStats live;
-  live.to_measured = live.to_shown = {1, 2, 3, 10};
-  live.dropped_before_engine = 7;
-  live.recent = {{10, 20, 5}, {12, 30, 8}};
-  const Layout layout = make_layout({1280, 720}, 1, image.format, true);
-  const HudContent content{sensor, image, touch, true, &live, "device", {96, 72}};
-  ViewState state;
-  Hud hud;
-  const auto shown = [&] {
-    describe(1, [&] { hud.describe(*frame_, layout, {1280, 720}, content, state, nullptr, {}, nullptr); });
-    const ImGuiWindow* overlay = ImGui::FindWindowByName("performance");
-    return overlay && overlay->Active;
-  };
-  EXPECT_FALSE(shown());
-  state.rates = true;
-  EXPECT_TRUE(shown());
-  const std::string words = words_of([&] { performance_overlay(layout, content, 1); });
-  for (const char* said : {"to measured 1.0 / 2.0 / 3.0 ms", "7 not measured", "mesh 96 x 72"})
-    EXPECT_EQ(count(words, said), 1u) << said << " in " << words;
-}
-
-TEST(StripCharts, ShearDoesNotShowTheNoiseOfAPadAtRest) {
-  Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:slide?size=320x240"));
-  const double largest_N = calibrated_range(*sensor.force).most_N;
-  std::deque<Sample> samples(1);
-  EXPECT_NEAR(least_shear_axis_N(sensor, samples), 0.05 * sensor.shear->friction * largest_N, 1e-12);
-  samples[0].contact = true;
-  samples[0].shear_x_N = {0.001, 0.2, Validity::Valid};
-  EXPECT_NEAR(least_shear_axis_N(sensor, samples), 0.8, 1e-12) << "four standard errors";
-  samples[0].shear_x_N.validity = Validity::NotCalibrated;
-  EXPECT_LT(least_shear_axis_N(sensor, samples), 0.1);
-}
-
-TEST(PressRows, APressInProgressSaysHowManyLoadsItHas) {
-  PressStatus status;
-  status.pressing = true;
-  status.force_N = 0.8;
-  status.loads = 2;
-  status.wanted = 4;
-  const auto says = [&](const char* name, const char* value) {
-    return std::ranges::any_of(press_rows(status, 0),
-                               [&](const PressRow& row) { return row.name == name && row.value == value; });
-  };
-  EXPECT_TRUE(says("pressing", "0.80 N, loads 2 of 4"));
-  EXPECT_TRUE(says("tilt", "cannot be told"));
-  status.tilt = lump::PadTilt{1.23, -2, 0.4, 0.5};
-  EXPECT_TRUE(says("tilt", "1.2, -2.0 \xc2\xb1 0.5\xc2\xb0"));
 }
 
 TEST_F(PanelTest, SettingsOfARunAreThoseOfTheTable) {
