@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/run/files_for_others.h"
+#include "capture/run/process/files_for_others.h"
 
 namespace palpate {
 

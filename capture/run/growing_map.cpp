@@ -16,7 +16,7 @@
 
 #include "capture/files/map_files.h"
 #include "capture/files/output_file.h"
-#include "capture/run/touched_depths.h"
+#include "capture/run/map/touched_depths.h"
 #include "engine/map/object_map.h"
 
 namespace palpate {
@@ -158,7 +158,7 @@ void GrowingMap::Work::take(const Taken& frame) {
   if (!begin_anew) pad_mm = std::move(corners);
 }
 
-/// What has changed of the map; false: nothing.
+/// Shows what has changed of the map; false: nothing.
 bool GrowingMap::Work::publish() {
   const std::shared_ptr<const MapSnapshot> now = map->snapshot();
   {

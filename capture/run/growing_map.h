@@ -43,7 +43,7 @@ class GrowingMap {
   GrowingMap(const GrowingMap&) = delete;
   GrowingMap& operator=(const GrowingMap&) = delete;
 
-  /// Whether the frame shows an object on a track (Output::Motion), and there is room for its depths.
+  /// The frame shows an object on a track (Output::Motion), and there is room for its depths.
   bool wants(const Touch& touch) const;
   /// Takes a copy of the depths of a frame that is wanted, frames in order and of one format; never waits.
   /// `round`: tracks of another round (a device that was opened anew) are others.

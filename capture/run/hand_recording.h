@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/run/scan_recording.h"
+#include "capture/run/palpation/scan_recording.h"
 #include "engine/palpation/hand/hand_press.h"
 
 namespace palpate {

@@ -14,7 +14,7 @@
 #include "capture/live/capture_thread.h"
 #include "capture/live/live.h"
 #include "capture/live/recorder.h"
-#include "capture/run/verify_recording.h"
+#include "capture/run/process/verify_recording.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"

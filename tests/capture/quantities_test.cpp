@@ -11,7 +11,7 @@
 #include "capture/files/measurements.h"
 #include "capture/files/true_quantities.h"
 #include "capture/messages/touch_json.h"
-#include "capture/run/comparison.h"
+#include "capture/run/process/comparison.h"
 #include "engine/base/numbers.h"
 #include "palpate/options.h"
 #include "tests/support/csv_table.h"

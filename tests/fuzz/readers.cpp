@@ -39,7 +39,7 @@
 #include "perf/profile/profile.h"
 #ifdef PALPATE_WHOLE_PROGRAM
 #include "capture/calibrate/photometric/presses.h"
-#include "capture/run/scan_recording.h"
+#include "capture/run/palpation/scan_recording.h"
 #include "viz/panels/settings.h"
 #endif
 

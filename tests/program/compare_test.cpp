@@ -1,5 +1,5 @@
 // palpate compare: differences of simulated recordings whose forces are known.
-#include "capture/run/compare_recordings.h"
+#include "capture/run/compare/compare_recordings.h"
 
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "capture/run/compare_recordings.h"
+#include "capture/run/compare/compare_recordings.h"
 #include "capture/synthetic/synthetic.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/window/desktop.h"

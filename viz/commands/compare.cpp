@@ -5,7 +5,7 @@
 
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
-#include "capture/run/compare_recordings.h"
+#include "capture/run/compare/compare_recordings.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"

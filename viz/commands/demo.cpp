@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "capture/files/output_file.h"
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "capture/run/run_recording.h"
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/json.h"

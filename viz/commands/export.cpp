@@ -7,7 +7,7 @@
 #include "capture/pair/pair_export.h"
 #include "capture/pair/pair_files.h"
 #include "capture/run/input.h"
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"

@@ -11,7 +11,7 @@
 
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "capture/sensors/shipped_sensors.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"

@@ -3,7 +3,7 @@
 
 #include "capture/files/map_files.h"
 #include "capture/files/output_file.h"
-#include "capture/run/map_recording.h"
+#include "capture/run/map/map_recording.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"

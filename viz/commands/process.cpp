@@ -4,7 +4,7 @@
 
 #include "capture/files/measurements.h"
 #include "capture/run/input.h"
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "capture/run/compare_recordings.h"
+#include "capture/run/compare/compare_recordings.h"
 #include "viz/live/history.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/hud_frame.h"

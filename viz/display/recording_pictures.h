@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "viz/display/picture.h"
 
 namespace palpate::viz {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "capture/run/compare_recordings.h"
+#include "capture/run/compare/compare_recordings.h"
 #include "capture/run/largest.h"
 #include "engine/measure/quantities.h"
 #include "viz/look/measures.h"

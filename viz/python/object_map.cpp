@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "capture/run/map_recording.h"
+#include "capture/run/map/map_recording.h"
 #include "viz/python/arrays.h"
 #include "viz/python/bindings.h"
 #include "viz/python/device.h"

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "capture/run/modulus/modulus_recording.h"
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "viz/python/arrays.h"
 #include "viz/python/bindings.h"
 #include "viz/python/device.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "capture/run/hand_recording.h"
-#include "capture/run/scan_recording.h"
+#include "capture/run/palpation/scan_recording.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/fem/large_strain/extrapolation.h"

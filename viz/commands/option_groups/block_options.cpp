@@ -9,7 +9,7 @@
 
 #include "capture/camera/camera_options.h"
 #include "capture/files/tables/gauge.h"
-#include "capture/run/press_timeline.h"
+#include "capture/run/palpation/press_timeline.h"
 #include "capture/synthetic/tissue.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"

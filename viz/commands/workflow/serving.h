@@ -11,7 +11,7 @@
 #include "capture/live/live_options.h"
 #include "capture/live/recorder.h"
 #include "capture/pair/pair_session.h"
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 #include "capture/serve/server.h"
 #include "engine/base/facts.h"
 #include "viz/live/tare.h"

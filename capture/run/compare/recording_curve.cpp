@@ -1,4 +1,4 @@
-#include "capture/run/recording_curve.h"
+#include "capture/run/compare/recording_curve.h"
 
 #include <algorithm>
 #include <cmath>

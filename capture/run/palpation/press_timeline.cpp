@@ -1,4 +1,4 @@
-#include "capture/run/press_timeline.h"
+#include "capture/run/palpation/press_timeline.h"
 
 #include <cmath>
 #include <cstdio>

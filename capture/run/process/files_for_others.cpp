@@ -1,4 +1,4 @@
-#include "capture/run/files_for_others.h"
+#include "capture/run/process/files_for_others.h"
 
 namespace palpate {
 

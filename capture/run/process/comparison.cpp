@@ -1,4 +1,4 @@
-#include "capture/run/comparison.h"
+#include "capture/run/process/comparison.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "capture/run/map/touched_depths.h"
 #include "capture/run/run_settings.h"
 #include "capture/run/run_watch.h"
-#include "capture/run/touched_depths.h"
 #include "engine/base/json.h"
 #include "engine/map/object_map.h"
 

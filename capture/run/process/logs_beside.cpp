@@ -1,4 +1,4 @@
-#include "capture/run/logs_beside.h"
+#include "capture/run/process/logs_beside.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "capture/run/compare_recordings.h"
+#include "capture/run/compare/compare_recordings.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 
 #include <spdlog/spdlog.h>
 
@@ -8,9 +8,9 @@
 
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
-#include "capture/run/files_for_others.h"
 #include "capture/run/input.h"
-#include "capture/run/logs_beside.h"
+#include "capture/run/process/files_for_others.h"
+#include "capture/run/process/logs_beside.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "capture/series.h"

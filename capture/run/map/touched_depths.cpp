@@ -1,4 +1,4 @@
-#include "capture/run/touched_depths.h"
+#include "capture/run/map/touched_depths.h"
 
 #include <algorithm>
 

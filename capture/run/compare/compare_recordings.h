@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/run/recording_curve.h"
+#include "capture/run/compare/recording_curve.h"
 #include "engine/base/facts.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "capture/run/touch_table.h"
+#include "capture/run/process/touch_table.h"
 
 #include <algorithm>
 #include <cmath>

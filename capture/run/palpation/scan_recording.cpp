@@ -1,4 +1,4 @@
-#include "capture/run/scan_recording.h"
+#include "capture/run/palpation/scan_recording.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/run/press_timeline.h"
+#include "capture/run/palpation/press_timeline.h"
 #include "engine/lump/observation/scan_stitch.h"
 
 namespace palpate {

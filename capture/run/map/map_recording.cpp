@@ -1,12 +1,12 @@
-#include "capture/run/map_recording.h"
+#include "capture/run/map/map_recording.h"
 
 #include <algorithm>
 
 #include "capture/files/map_files.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
+#include "capture/run/map/touched_depths.h"
 #include "capture/run/run_recording.h"
-#include "capture/run/touched_depths.h"
 #include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/object_follower.h"

@@ -1,4 +1,4 @@
-#include "capture/run/processing.h"
+#include "capture/run/process/processing.h"
 
 #include "capture/files/estimate_report.h"
 #include "engine/base/text.h"

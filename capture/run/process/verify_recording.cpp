@@ -1,4 +1,4 @@
-#include "capture/run/verify_recording.h"
+#include "capture/run/process/verify_recording.h"
 
 #include <algorithm>
 #include <vector>
