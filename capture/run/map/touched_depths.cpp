@@ -1,47 +1,24 @@
 #include "capture/run/map/touched_depths.h"
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 
 namespace palpate {
-namespace {
-
-/// Steps to the nearest pixel that is `to`, straight ways 1 and slanting ones sqrt(2); none is beyond the
-/// picture.
-void distances(const std::vector<uint8_t>& flags, uint8_t to, uint32_t width, std::vector<float>& out) {
-  constexpr float kSlant = 1.41421356f, kNone = 1e9f;
-  const auto w = static_cast<std::ptrdiff_t>(width), h = std::ssize(flags) / w;
-  out.resize(flags.size());
-  float* const at = out.data();
-  const auto pass = [&](std::ptrdiff_t y, std::ptrdiff_t way, bool first) {
-    const std::ptrdiff_t before = y - way;
-    const bool inside = before >= 0 && before < h;
-    for (std::ptrdiff_t k = 0; k < w; ++k) {
-      const std::ptrdiff_t x = way > 0 ? k : w - 1 - k, i = y * w + x;
-      float least = first ? (flags[static_cast<size_t>(i)] == to ? 0 : kNone) : at[i];
-      if (k > 0) least = std::min(least, at[i - way] + 1);
-      if (inside) {
-        const float* above = at + before * w + x;
-        least = std::min(least, above[0] + 1);
-        if (x > 0) least = std::min(least, above[-1] + kSlant);
-        if (x + 1 < w) least = std::min(least, above[1] + kSlant);
-      }
-      at[i] = least;
-    }
-  };
-  for (std::ptrdiff_t y = 0; y < h; ++y) pass(y, 1, true);
-  for (std::ptrdiff_t y = h; y-- > 0;) pass(y, -1, false);
-}
-
-}  // namespace
 
 /// A valley of an object's relief is touched, too; only what is nearly at rest is not.
 void TouchedDepths::close(std::span<const float> depth_mm, float least_mm) {
-  const auto reach = static_cast<float>(kBetween_mm / pitch_mm_);
-  distances(contact_, 1, width_, far_);
-  std::ranges::transform(far_, contact_.begin(), [reach](float far) { return far <= reach ? 1 : 0; });
-  distances(contact_, 0, width_, far_);
+  const double reach = kBetween_mm / pitch_mm_;
+  cv::Mat contact(static_cast<int>(height_), static_cast<int>(width_), CV_8U, contact_.data()), far;
+  // Distances are to the nearest pixel that is 0; without one nothing is near.
+  if (cv::countNonZero(contact) == 0) return;
+  cv::distanceTransform(contact == 0, far, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::Mat(far <= reach).copyTo(contact);
+  if (cv::countNonZero(contact) < static_cast<int>(contact_.size())) {
+    cv::distanceTransform(contact, far, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    cv::Mat(far > reach).copyTo(contact);
+  }
   for (size_t i = 0; i < contact_.size(); ++i)
-    contact_[i] = far_[i] > reach && depth_mm[i] > least_mm ? 1 : 0;
+    contact_[i] = contact_[i] != 0 && depth_mm[i] > least_mm ? 1 : 0;
 }
 
 HeightMap TouchedDepths::of(std::span<const float> depth_mm, bool touched, double depth_sd_mm) {

@@ -33,7 +33,7 @@ class TouchedDepths {
 
   uint32_t width_, height_;
   double pitch_mm_, share_;
-  std::vector<float> sorted_, far_;
+  std::vector<float> sorted_;
   std::vector<uint8_t> contact_;
 };
 
