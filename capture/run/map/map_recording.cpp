@@ -48,6 +48,7 @@ json::Value map_report(const RecordingMap& found) {
   report["frames_tracked"] = found.tracked;
   report["frames_lost"] = found.lost;
   report["frames_without_contact"] = found.no_contact;
+  report["frames_too_steep"] = found.steep;
   report["tracks"] = found.tracks;
   json::Value surfaces = json::Value::object();
   for (const auto& [name, frames] : found.surfaces) surfaces[name] = frames;
@@ -86,8 +87,8 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
   const RunWatch::Progress progress = watch.begin("mapping", source->frame_count().value_or(0));
   const auto take = [&](const Result& result, const Frame&) {
     const Touch& touch = result.touch;
-    const HeightMap seen = depths.of(result.depth_mm(), touch.contact && touch.surface,
-                                     touch.surface.value_or(SurfaceSummary{}).depth_sd_mm);
+    const SurfaceSummary surface = touch.surface.value_or(SurfaceSummary{});
+    const HeightMap seen = depths.of(result.depth_mm(), touch.contact && touch.surface, surface.depth_sd_mm);
     const Pose& pose = tracker.update(seen);
     map.add(seen, pose, touch.sequence);
     // Here, and not beside the frames: a recording gives the same map each time.
@@ -98,7 +99,13 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
     out.lost += pose.state == PoseState::Lost ? 1 : 0;
     out.tracks = pose.track;
     if (pose.state == PoseState::Tracked) ++out.surfaces[to_string(pose.surface)];
-    if (pose.state == PoseState::Tracked || pose.state == PoseState::Begun) ++out.tracked;
+    const bool tracked = pose.state == PoseState::Tracked || pose.state == PoseState::Begun;
+    if (tracked) ++out.tracked;
+    // Where the light is not known, or the like, that comes first in the depth's state.
+    const bool steep =
+        surface.validity == Validity::Clipped ||
+        (input.sensor.reading == SurfaceReading::Photometric && surface.clipped_px * 100 > touch.area_px);
+    if (tracked && steep) ++out.steep;
     progress(out.frames);
   };
   try {
