@@ -1,9 +1,5 @@
 #include "capture/run/growing_map.h"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,6 +13,7 @@
 #include "capture/files/map_files.h"
 #include "capture/files/output_file.h"
 #include "capture/run/map/touched_depths.h"
+#include "engine/base/give_way.h"
 #include "engine/map/object_map.h"
 
 namespace palpate {
@@ -105,12 +102,6 @@ std::shared_ptr<const SeenMap> look_at(const MapSnapshot& map) {
   return out;
 }
 
-/// Frames have what they need of the processor first.
-void step_back() {
-  constexpr int kNice = 10;
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
-}
-
 }  // namespace
 
 struct GrowingMap::Work {
@@ -184,7 +175,7 @@ bool GrowingMap::Work::work_on() {
 }
 
 void GrowingMap::Work::run(const std::stop_token& stop) {
-  step_back();
+  give_way();
   map.emplace();
   while (!stop.stop_requested()) {
     std::optional<Taken> frame;

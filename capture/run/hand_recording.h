@@ -2,18 +2,12 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "capture/run/palpation/scan_recording.h"
-#include "engine/palpation/hand/hand_press.h"
+#include "engine/palpation/hand/press_reader.h"
 
 namespace palpate {
-
-struct HandRecording {
-  std::vector<HandPress> presses;
-  std::vector<std::pair<std::string, std::string>> left_out;  ///< presses that could not be read, and why
-};
 
 /// Finds the presses in the force over time of each recording (find_presses) and reads them, while they
 /// load, at hand_load()'s forces below what nearly all have reached. `gauge`: CSV of the force on the whole

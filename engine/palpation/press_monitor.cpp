@@ -7,6 +7,7 @@
 
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
+#include "engine/palpation/hand/growing_scan.h"
 #include "engine/palpation/hand/light_relief.h"
 #include "engine/palpation/scan.h"
 #include "engine/sensor/fit.h"
@@ -93,9 +94,12 @@ PressMonitor::PressMonitor(const Sensor& sensor, const Frame& background, PressS
   status_.wanted = setup_.loads;
   if (reads_pressure(sensor) && sensor.pitch_mm_per_px > 0 && background.format.channels == 1)
     nodes_.emplace(sensor, background, kPitch_mm);
+  if (nodes_ && !setup_.placed) scan_ = std::make_unique<GrowingScan>(sensor, background);
   next_block_ = setup_.block;
   take_block();
 }
+
+PressMonitor::~PressMonitor() = default;
 
 void PressMonitor::set_block(const BlockSetting& block) {
   bool right = block.young_Pa > 0 && std::isfinite(block.young_Pa);
@@ -137,6 +141,7 @@ void PressMonitor::begin() {
   contact_ = false;
   stride_ = 1;
   taken_ = 0;
+  if (scan_) scan_->begin_press();
 }
 
 void PressMonitor::add(const Frame& frame, const Touch& touch) {
@@ -160,6 +165,7 @@ void PressMonitor::add(const Frame& frame, const Touch& touch) {
   if (detector_.pressing()) {
     now_.last_frame = frame.sequence;
     now_.time_s = 1e-9 * static_cast<double>(frame.time_ns);
+    if (scan_) scan_->add(frame, *force_N);
     if (contact_ && !touch.contact)
       end(text("lost contact: the gauge reads %.3g N, the sensor nothing", *force_N));
     else
@@ -190,6 +196,8 @@ void PressMonitor::end(const std::string& trouble) {
   answer.press = ++presses_;
   answer.highest_N = detector_.highest_N();
   answer.trouble = trouble;
+  if (scan_)
+    scan_->end_press(trouble, {setup_.block.block_mm, setup_.block.young_Pa, setup_.loads, kPitch_mm});
   if (trouble.empty() && !setup_.placed)
     answer.trouble =
         "where the pad lay in the block is not known: palpate lump scan --by-hand puts presses together";

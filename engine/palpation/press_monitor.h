@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -16,6 +17,8 @@
 #include "palpate/touch.h"
 
 namespace palpate {
+
+class GrowingScan;
 
 /// Result of one press.
 struct PressAnswer {
@@ -46,7 +49,9 @@ struct PressStatus {
 struct PressSetup {
   BlockSetting block;
   uint32_t loads = 4;  ///< even shares of a press's highest force
-  bool placed = true;  ///< the window's place in the block is that of `block`; else no press has an estimate
+  /// The window's place in the block is that of `block`; else no press has an estimate, and a scan by hand
+  /// puts them together.
+  bool placed = true;
   /// On the whole block at a frame, N; none where it is not known. Null: what the window sees, where it sees
   /// the whole block.
   std::function<std::optional<double>(uint64_t sequence)> force;
@@ -67,6 +72,7 @@ class PressMonitor {
  public:
   /// `background`: the untouched image. A sensor or a force that allows no estimate is a state, see status().
   PressMonitor(const Sensor& sensor, const Frame& background, PressSetup setup);
+  ~PressMonitor();
 
   /// Presses that begin from now on are read with this block; the window's place in it stays. Any thread.
   /// Throws Error(Failure::Usage) where a size or the modulus is not above 0.
@@ -75,6 +81,8 @@ class PressMonitor {
   void add(const Frame& frame, const Touch& touch);
   /// Any thread.
   PressStatus status() const;
+  /// Of presses by hand; off at first. Null where the window's place is known, or nothing can be read.
+  GrowingScan* scan() { return scan_.get(); }
   /// No more frames come: a press that goes on is read as far as it was seen. All answers in their order.
   std::vector<PressAnswer> finish();
 
@@ -91,6 +99,7 @@ class PressMonitor {
   PressSetup setup_;
   std::optional<PressureNodes> nodes_;  ///< none where the sensor is not calibrated in pascals
   std::string lacking_;                 ///< why no press of this block can be estimated
+  std::unique_ptr<GrowingScan> scan_;
   PressDetector detector_;
   PressFrames frames_;
   PressAnswer now_;                  ///< of the press that goes on

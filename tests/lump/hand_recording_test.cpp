@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kPerDegree = std::numbers::pi / 180;
 
 HandRecording read_tissue(const std::string& keys) {
   std::vector<std::string> notes;
@@ -57,16 +57,16 @@ TEST(HandRecording, PlacesAndTiltsAreThoseOfTheHand) {
     places += off_x * off_x + off_y * off_y;
     in_errors += off_x * off_x / variance(3 * p) + off_y * off_y / variance(3 * p + 1);
     turns += std::pow(scan.places.places[p].turn_rad - (held.turn_rad - first.turn_rad), 2);
-    tilts += std::pow(scan.tilt[p].x_deg - held.tilt_rad[0] / kDegree, 2) +
-             std::pow(scan.tilt[p].y_deg - held.tilt_rad[1] / kDegree, 2);
+    tilts += std::pow(scan.tilt[p].x_deg - held.tilt_rad[0] / kPerDegree, 2) +
+             std::pow(scan.tilt[p].y_deg - held.tilt_rad[1] / kPerDegree, 2);
   }
   std::printf("RMS of a place %.3f mm or %.1f of its stated errors, a turn %.2f, a tilt %.2f degrees\n",
               std::sqrt(places / (2 * count)), std::sqrt(in_errors / (2 * count)),
-              std::sqrt(turns / count) / kDegree, std::sqrt(tilts / (2 * count)));
+              std::sqrt(turns / count) / kPerDegree, std::sqrt(tilts / (2 * count)));
   EXPECT_GE(count, 6);
   EXPECT_LT(std::sqrt(places / (2 * count)), 0.25);
   EXPECT_LT(std::sqrt(in_errors / (2 * count)), 3);
-  EXPECT_LT(std::sqrt(turns / count), 2 * kDegree);
+  EXPECT_LT(std::sqrt(turns / count), 2 * kPerDegree);
   EXPECT_LT(std::sqrt(tilts / (2 * count)), 1);
 }
 

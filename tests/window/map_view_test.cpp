@@ -113,7 +113,10 @@ TEST_F(MapMarks, WordsHaveRoomFrom800x600On) {
       frame.begin({width, height});
       ImDrawList* list = ImGui::GetBackgroundDrawList();
       list->PushClipRect(corner(layout.map), far_corner(layout.map));
-      draw_map_marks(list, layout.map, {map, {{0, 0}, {3, 0}, {3, 2}, {0, 2}}}, {}, ColourMap::Viridis, 1);
+      MapLook look;
+      look.map = map;
+      look.pad_mm = {{0, 0}, {3, 0}, {3, 2}, {0, 2}};
+      draw_map_marks(list, layout.map, look, {}, ColourMap::Viridis, 1);
       list->PopClipRect();
       ImGui::Render();
       const std::vector<Letter> letters = letters_of(*ImGui::GetDrawData());

@@ -12,6 +12,7 @@
 #include "tests/window/panel_fixture.h"
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/hud.h"
+#include "viz/panels/numbers/hand_scan.h"
 #include "viz/panels/numbers/measurement.h"
 #include "viz/panels/numbers/performance.h"
 #include "viz/panels/numbers/press.h"
@@ -208,6 +209,56 @@ TEST(PressRows, APressInProgressSaysHowManyLoadsItHas) {
   EXPECT_TRUE(says("tilt", "cannot be told"));
   status.tilt = lump::PadTilt{1.23, -2, 0.4, 0.5};
   EXPECT_TRUE(says("tilt", "1.2, -2.0 \xc2\xb1 0.5\xc2\xb0"));
+}
+
+TEST(ScanRows, PressesByHandSayWhereTheyLayOrWhyNot) {
+  ScanStatus status;
+  const auto says = [&](const char* name, const std::string& value) {
+    return std::ranges::any_of(scan_rows(status), [&](const PressRow& row) {
+      return row.name == name && row.value.find(value) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(says("", "not put together"));
+  EXPECT_FALSE(scan_look(status).map);
+  status.on = status.full = true;
+  status.presses = 2;
+  status.broken = "lost contact";
+  EXPECT_TRUE(says("by hand", "2"));
+  EXPECT_TRUE(says("", "no room"));
+  EXPECT_TRUE(says("the last press", "lost contact"));
+  auto seen = std::make_shared<SeenScan>();
+  HandAnswer& answer = seen->answer.emplace();
+  answer.rows = {{.name = "press 1", .left_out = {}, .at_mm = {-7.5, 2}, .at_sd_mm = {0.08, 0.06}},
+                 {.name = "press 2", .left_out = "no texture"}};
+  lump::ScanMap& map = answer.scan.map;
+  map.seen_fraction = 0.5;
+  map.observation.force_N = {1.2};
+  map.observation.pressure_Pa = {{3, 2, {1.25, 1.25}, {500, 1000, std::nanf(""), 750, 800, 900}}};
+  map.places.resize(1);
+  map.places[0].used = true;
+  map.places[0].stage_mm = {-7.5, 2};
+  lump::Estimate& estimate = answer.scan.estimate.emplace();
+  estimate.verdict = lump::Status::NoLump;
+  status.seen = seen;
+  EXPECT_TRUE(says("by hand", "2, 1 of 2 with a place"));
+  EXPECT_TRUE(says("", "no lump seen so far"));
+  EXPECT_TRUE(says("press 1", "-7.50, 2.00 \xc2\xb1 0.08 mm"));
+  EXPECT_TRUE(says("press 2", "left out: no texture"));
+  const MapLook look = scan_look(status);
+  ASSERT_TRUE(look.map);
+  EXPECT_EQ(look.unit, "kPa");
+  EXPECT_FLOAT_EQ(look.map->height_mm[1], 1);
+  EXPECT_NEAR(look.map->low_mm, 0.5, 1e-6);
+  EXPECT_NEAR(look.map->left_mm, -1.25, 1e-9) << "the block's middle is at 0";
+  EXPECT_EQ(look.map->way_mm.size(), 1u);
+  EXPECT_TRUE(look.outline_mm.empty());
+  estimate.verdict = lump::Status::Found;
+  estimate.size_mm = {12, 11, 13};
+  estimate.x_mm = {1, 0, 2};
+  EXPECT_TRUE(says("size", "12 mm (11 to 13)"));
+  const MapLook found = scan_look(status);
+  ASSERT_FALSE(found.outline_mm.empty());
+  for (const auto& [x, y] : found.outline_mm) EXPECT_NEAR(std::hypot(x - 1, y), 6, 1e-9);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "viz/panels/actions/palette.h"
 #include "viz/panels/actions/text_field.h"
 #include "viz/panels/drag_view.h"
+#include "viz/panels/numbers/hand_scan.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/start/thumbnails.h"
 #include "viz/render/drawing.h"
@@ -50,11 +51,12 @@ Display::Display(gpu::Context& context, const DisplayedSensor& what, const LiveO
              window_.handle(), window_.scale()),
       software_(context.is_software()),
       governor_(!context.is_software(), kDrawBudget_ms),
-      map_(what.map) {
+      map_(what.map),
+      scan_(options.presses ? options.presses->scan() : nullptr) {
   if (shown.settings) scene_.state().choose(shown.settings->view);
   scene_.state().vsync = window_.vsync();
   scene_.state().replay = options.replay;
-  scene_.state().follows_object = map_ != nullptr;
+  scene_.state().has_object_map = map_ || scan_;
   const std::shared_ptr<Source> source = session.source();
   const bool timed = source->live() || source->rate_Hz() > 0;
   scene_.set_timeline({.timed = timed,
@@ -176,14 +178,28 @@ void Display::follow_thumbnail() {
 
 /// Frames go to the map as long as it is shown, and what there is of it to the picture.
 void Display::follow_map(bool is_new) {
+  if (scan_) return follow_scan();
   if (!map_ || !scene_.state().object_map) return;
   const TraceSpan span("map");
   if (is_new && map_->wants(current_->result.touch))
     map_->add(current_->result.touch, current_->captured->frame.format, current_->result.depth_mm(),
               session_.device_losses);
-  MapLook look{map_->seen(), map_->pad_mm()};
+  MapLook look;
+  look.map = map_->seen();
+  look.pad_mm = map_->pad_mm();
   if (look.map != scene_.map().map) restless_ = std::max(restless_, 1);
   scene_.show_map(std::move(look));
+}
+
+/// Presses are put together as long as their map is shown.
+void Display::follow_scan() {
+  scan_->switch_on(scene_.state().object_map);
+  ScanStatus now = scan_->status();
+  if (!stats_.scan || now.seen != stats_.scan->seen || now.working != stats_.scan->working) {
+    restless_ = std::max(restless_, 2);
+    scene_.show_map(scan_look(now));
+  }
+  stats_.scan = std::move(now);
 }
 
 void Display::update_player() {

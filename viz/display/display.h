@@ -77,6 +77,7 @@ class Display {
   std::filesystem::path notes_folder() const;
   bool write_event(const Event& event);
   void update_stats();
+  void follow_scan();
   void update_player();
   void give_back(Measured& m) { session_.give_back(m); }
 
@@ -113,6 +114,7 @@ class Display {
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen
   GrowingMap* const map_;
+  GrowingScan* const scan_;  ///< of presses by hand, in the map's place; null: there are none
   bool sources_requested_ = false;
   bool started_ = false;  ///< the first frame has come
   Clock::time_point start_ = Clock::now(), end_ = start_;

@@ -16,6 +16,7 @@
 #include "viz/display/picture.h"
 #include "viz/display/snapshot.h"
 #include "viz/render/format.h"
+#include "viz/report/scan_report.h"
 
 namespace palpate::viz {
 
@@ -32,10 +33,15 @@ void Display::save_snapshot() {
   Snapshot snapshot = snapshot_of(current_->captured->frame, current_->result, columns_, pitch_mm_per_px_);
   snapshot.picture = std::move(*image);
   const GrowingMap* const map = scene_.layout().has_map && scene_.map().map ? map_ : nullptr;
-  background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)), map,
-                   stem = next_file(notes_folder(), "palpate", snapshots_)] {
+  const std::shared_ptr<const SeenScan> scan = scan_ ? scan_->status().seen : nullptr;
+  background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)), map, scan,
+                   input = options_.input, stem = next_file(notes_folder(), "palpate", snapshots_)] {
     std::string names = write_snapshot(*snapshot, stem);
     if (map && !map->write(stem.string() + "-map").empty()) names += ", -map";
+    if (scan && scan->answer) {
+      write_scan(report_of(*scan, input), stem.string() + "-scan");
+      names += ", -scan";
+    }
     return "wrote " + names;
   });
 }
@@ -260,6 +266,7 @@ void Display::carry_out_requests() {
     session_.track_anew = true;
     state.map_eye = {};
     if (map_) map_->restart();
+    if (scan_) scan_->restart();
   }
   if (requested(state.zero_cleared_requested)) switch_zero(false);
   if (requested(state.mark_requested)) mark_event();

@@ -100,7 +100,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
                          .chart_rows = 1u + (sensor_.force && sensor_.shear ? 1 : 0) + (has_surface ? 1 : 0),
                          .arrangement = state_.arrangement,
                          .image_large = state_.image_large,
-                         .map = window && state_.follows_object && state_.object_map});
+                         .map = window && state_.has_object_map && state_.object_map});
   LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     load = sensor_.layer ? loads_.update(shown.result.traction)

@@ -9,6 +9,7 @@
 #include "capture/live/latency.h"
 #include "capture/session/session.h"
 #include "capture/source.h"
+#include "engine/palpation/hand/growing_scan.h"
 #include "engine/palpation/press_monitor.h"
 
 namespace palpate::viz {
@@ -50,6 +51,7 @@ struct LiveStats {
   std::optional<PlayerStats> player;
   std::string notes;                 ///< folder of snapshots and events at present; empty: there is none
   std::optional<PressStatus> press;  ///< where a block of tissue is known
+  std::optional<ScanStatus> scan;    ///< where presses are made by hand
   std::string note;                  ///< "end of recording", "paused", "wrote ..."
   bool from_list = false;            ///< the person chose this source in the window and can go back
 };

@@ -120,7 +120,7 @@ void switches(bool has_surface, ViewState& state) {
   for (const ViewSetting& setting : view_settings()) {
     const auto* const flag = std::get_if<bool ViewSettings::*>(&setting.member);
     if (!flag || *flag == &ViewSettings::controls || (setting.on_surface && !has_surface)) continue;
-    if (*flag == &ViewSettings::object_map && !state.follows_object) continue;
+    if (*flag == &ViewSettings::object_map && !state.has_object_map) continue;
     std::string label = setting.name;
     std::replace(label.begin(), label.end(), '_', ' ');
     rows.box(label.c_str(), state.**flag);

@@ -80,7 +80,7 @@ struct ViewState : ViewSettings {
   bool can_show_traction = false;  ///< its layer gives pressure, with a skin shear as well
   bool can_show_strain = true;     ///< of the surface's area: its slopes are seen, not computed from pressure
   bool can_show_skin = true;       ///< it follows its skin
-  bool follows_object = false;     ///< the motion of what touches the pad is measured
+  bool has_object_map = false;     ///< a map is made of what touches the pad, or is pressed by hand
   bool whole_recording = true;     ///< charts of a replay from end to end, else chart_span_s
   std::optional<TimeSpan>
       chart_view;  ///< part of the charts' time that was zoomed or panned to; none: as above

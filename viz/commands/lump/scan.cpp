@@ -1,10 +1,6 @@
 // palpate lump scan: several presses of one block as a map, an outline, an estimate and a report.
-#include "viz/commands/lump/scan.h"
-
 #include <algorithm>
-#include <ctime>
 #include <map>
-#include <numbers>
 
 #include "capture/run/hand_recording.h"
 #include "capture/run/palpation/scan_recording.h"
@@ -12,7 +8,7 @@
 #include "engine/base/text.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/network/network.h"
-#include "engine/palpation/hand/hand_scan.h"
+#include "engine/palpation/hand/hand_answer.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/error_options.h"
 #include "viz/commands/lump/lump.h"
@@ -22,6 +18,7 @@
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
 #include "viz/commands/support/run_watch.h"
+#include "viz/report/scan_report.h"
 
 namespace palpate {
 namespace {
@@ -51,15 +48,6 @@ struct Options {
   lump::ErrorSources errors;
   bool force_given = false;
 };
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char line[32];
-  std::strftime(line, sizeof line, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return line;
-}
 
 ScanPlan plan_of(const Common& common, const Options& o) {
   ScanPlan plan = o.plan;
@@ -148,10 +136,8 @@ std::vector<lump::ScanPress> recorded(const Common& common, const Options& o, Sc
   const RecordedOptions options = recorded_options(common, o);
   const std::vector<RecordedPress> rows = read_places(o.positions, o.recordings, o.gauge);
   std::vector<lump::ScanPress> presses = read_presses(rows, options, notes, run_watch(common));
-  report.inputs = {
-      {"block", text("%g x %g x %g mm", options.block_mm[0], options.block_mm[1], options.block_mm[2])},
-      {"tissue", text("Young's modulus %g Pa", options.young_Pa)},
-      {"places", o.positions}};
+  report.add_block(options.block_mm, options.young_Pa);
+  report.inputs.emplace_back("places", o.positions);
   for (const RecordedPress& row : rows)
     report.inputs.emplace_back(
         "press",
@@ -159,27 +145,8 @@ std::vector<lump::ScanPress> recorded(const Common& common, const Options& o, Sc
   return presses;
 }
 
-/// Rows of the report for all presses, and for those that could not be read.
-std::vector<HandRow> hand_rows(const HandRecording& recording, const HandScan& scan,
-                               const lump::ScanMap& map) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
-  std::vector<HandRow> rows;
-  const size_t all = 3 * recording.presses.size();
-  for (size_t p = 0; p < recording.presses.size(); ++p) {
-    const HandPlace& place = scan.places.places[p];
-    const auto sd = [&](size_t c) { return std::sqrt(scan.places.covariance[(3 * p + c) * (all + 1)]); };
-    HandRow row{recording.presses[p].name, scan.left_out[p], place.at_mm, {sd(0), sd(1)},
-                kDegrees * place.turn_rad, kDegrees * sd(2), scan.tilt[p]};
-    for (const lump::PressPlace& in : map.places)
-      if (in.name == row.name && !in.used) row.left_out = in.reason;
-    rows.push_back(std::move(row));
-  }
-  for (const auto& [name, reason] : recording.left_out) rows.push_back({.name = name, .left_out = reason});
-  return rows;
-}
-
-HandScan by_hand(const Common& common, const Options& o, ScanReport& report, HandRecording& recording,
-                 std::vector<std::string>& notes) {
+HandRecording by_hand(const Common& common, const Options& o, HandScanOptions& hand, ScanReport& report,
+                      std::vector<std::string>& notes) {
   if (o.simulate || !o.positions.empty())
     throw Error(Failure::Usage, "--by-hand, where the skin tells the places",
                 o.simulate ? "--simulate with it" : "--positions with it", "one of them");
@@ -187,31 +154,27 @@ HandScan by_hand(const Common& common, const Options& o, ScanReport& report, Han
     throw Error(Failure::Usage, "recordings of presses by hand", "none",
                 "palpate lump scan --by-hand 'synthetic:tissue?hand=13'");
   const RecordedOptions options = recorded_options(common, o);
-  recording = read_hand_presses(o.recordings, o.gauge, options, notes, run_watch(common));
-  report.inputs = {
-      {"block", text("%g x %g x %g mm", options.block_mm[0], options.block_mm[1], options.block_mm[2])},
-      {"tissue", text("Young's modulus %g Pa", options.young_Pa)}};
+  HandRecording recording = read_hand_presses(o.recordings, o.gauge, options, notes, run_watch(common));
+  report.add_block(options.block_mm, options.young_Pa);
   for (const std::string& name : o.recordings) report.inputs.emplace_back("presses by hand", name);
-  if (interrupted()) return {};
-  HandScanOptions hand = o.hand;
   std::copy_n(o.first_mm.begin(), o.first_mm.size(), hand.places.first_mm.begin());
   report.inputs.emplace_back("first press", text("at %g, %g +- %g mm", hand.places.first_mm[0],
                                                  hand.places.first_mm[1], hand.places.first_sd_mm));
-  return hand_scan(recording.presses, lump::load_network("")->model(), hand);
+  return recording;
 }
 
 Report run(const Common& common, const Options& o) {
   ScanReport report;
-  report.made = now_utc();
   std::vector<std::string> notes;
   HandRecording recording;
-  HandScan hand;
+  HandScanOptions hand = o.hand;
+  std::vector<lump::ScanPress> presses;
   if (o.by_hand)
-    hand = by_hand(common, o, report, recording, notes);
+    recording = by_hand(common, o, hand, report, notes);
   else if (o.simulate)
-    hand.presses = simulated(common, o, report);
+    presses = simulated(common, o, report);
   else
-    hand.presses = recorded(common, o, report, notes);
+    presses = recorded(common, o, report, notes);
   if (interrupted()) return interrupted_report("interrupted");
   lump::Estimator estimator;
   if (o.method != "none") {
@@ -220,12 +183,11 @@ Report run(const Common& common, const Options& o) {
         o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
     estimator = lump::named_estimator(o.method, network, o.errors, o.threads);
   }
-  if (estimator)
-    report.inputs.emplace_back("errors covered by the intervals",
-                               text("modulus %g %%, thickness %g %%, pitch %g %%, light, place",
-                                    100 * o.errors.young, 100 * o.errors.thickness, 100 * o.errors.pitch));
-  report.answer = evaluate_scan(hand.presses, o.by_hand ? hand.stitch : o.stitch, estimator, common.seed);
-  if (o.by_hand) report.hand = hand_rows(recording, hand, report.answer.map);
+  if (estimator) report.add_errors(o.errors);
+  if (o.by_hand)
+    report.take_hand(answer_by_hand(recording, hand, estimator, common.seed));
+  else
+    report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
   std::string words = scan_text(report);
   if (!common.out.empty()) words += "written: " + write_scan(report, common.out) + "\n";

@@ -78,7 +78,9 @@ void BlockChoice::add_to(CommandLine& command) {
   command.add_option("--gauge", gauge,
                      "CSV of the force on the whole block, with a recording (default: what the window "
                      "sees, where it sees all of the block; truth: of synthetic blocks)");
-  for (const char* name : {"--block-mm", "--young-Pa", "--window-at-mm", "--gauge"})
+  command.add_flag("--by-hand", by_hand,
+                   "The window goes from place to place without a stage; a window puts its presses together");
+  for (const char* name : {"--block-mm", "--young-Pa", "--window-at-mm", "--gauge", "--by-hand"})
     command.get_option(name)->group(kGroup);
 }
 
@@ -89,7 +91,7 @@ std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const M
   PressSetup setup;
   BlockSetting& block = setup.block;
   if (tissue) block = {tissue->scene.block_mm, tissue->scene.young_Pa, {tissue->x_mm, tissue->y_mm}};
-  setup.placed = !tissue || tissue->hand == 0;
+  setup.placed = !choice.by_hand && (!tissue || tissue->hand == 0);
   std::copy_n(choice.block_mm.begin(), choice.block_mm.size(), block.block_mm.begin());
   std::copy_n(choice.window_mm.begin(), choice.window_mm.size(), block.window_mm.begin());
   if (choice.young_Pa > 0) block.young_Pa = choice.young_Pa;

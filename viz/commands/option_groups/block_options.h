@@ -23,10 +23,14 @@ struct BlockChoice {
   double young_Pa = 0;            ///< of the tissue; 0: not said
   std::vector<double> window_mm;  ///< the window's middle from the block's; empty: 0 0
   std::string gauge;  ///< CSV of the force on the block, or "truth" of a synthetic block; empty: not said
+  bool by_hand =
+      false;  ///< nobody knows where the window lies: the skin tells (a synthetic hand's without it)
 
   /// The choice must outlive the parsing.
   void add_to(CommandLine& command);
-  bool given() const { return !block_mm.empty() || young_Pa > 0 || !window_mm.empty() || !gauge.empty(); }
+  bool given() const {
+    return !block_mm.empty() || young_Pa > 0 || !window_mm.empty() || !gauge.empty() || by_hand;
+  }
 };
 
 /// Watches presses where a block is known: from `choice`, or because the input is the synthetic one. Null

@@ -316,7 +316,7 @@ class Actions {
       add("end that zero", {with_shift(GLFW_KEY_Z)}, [](S& state) { state.zero_cleared_requested = true; });
     });
     add(
-        "follow the object and map it anew, from here", {with_shift('O')},
+        "follow the object and map it, or pressed tissue, anew", {with_shift('O')},
         [](S& state) { state.track_requested = true; }, Needs::Object);
     add(
         "map of what the pad moves over, on, off", {with_shift('T')},
@@ -425,7 +425,7 @@ Circumstances circumstances(const LiveStats* live, bool has_surface, const ViewS
           .friction = has_surface && state.can_show(Quantity::Friction),
           .traction = has_surface && state.can_show_traction,
           .skin = state.can_show_skin,
-          .object = state.follows_object,
+          .object = state.has_object_map,
           .from_list = live && live->from_list};
 }
 
@@ -477,7 +477,7 @@ const char* reason_against(Needs needs) {
     case Needs::Skin:
       return "no strain of the skin: this sensor does not follow its skin";
     case Needs::Object:
-      return "the object's motion is not measured: --outputs force,surface,contacts,motion";
+      return "no map: the object's motion is not measured (--outputs motion), no tissue is pressed by hand";
     case Needs::List:
       return "the list of sources is that of palpate without a command";
     default:

@@ -15,6 +15,7 @@
 #include "viz/panels/charts/charts.h"
 #include "viz/panels/numbers/cards.h"
 #include "viz/panels/numbers/gauges.h"
+#include "viz/panels/numbers/hand_scan.h"
 #include "viz/panels/numbers/press.h"
 #include "viz/panels/numbers/quantity_rows.h"
 #include "viz/render/drawing.h"
@@ -192,7 +193,11 @@ std::vector<Card> cards_of(const HudFrame& frame, const Touch& t, const HudConte
     tissue.draw = [tilt = content.live->press->tilt, scale = frame.scale()](ImVec2 low, ImVec2 high) {
       draw_level(ImGui::GetWindowDrawList(), low, high, tilt, scale);
     };
-    for (PressRow& row : press_rows(*content.live->press, 1e-9 * static_cast<double>(t.time_ns)))
+    const bool by_hand = content.live->scan.has_value();
+    std::vector<PressRow> rows =
+        press_rows(*content.live->press, 1e-9 * static_cast<double>(t.time_ns), by_hand);
+    if (by_hand) std::ranges::move(scan_rows(*content.live->scan), std::back_inserter(rows));
+    for (PressRow& row : rows)
       tissue.rows.push_back({std::move(row.name), std::move(row.value), row.meaning});
     cards.push_back(std::move(tissue));
   }

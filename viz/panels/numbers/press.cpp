@@ -20,7 +20,9 @@ std::string age(const PressAnswer& last, double time_s) {
   return last.time_s <= time_s ? from + ", " + time_text(time_s - last.time_s) + " ago" : from;
 }
 
-void estimate_lines(const lump::Estimate& e, std::vector<PressRow>& rows) {
+}  // namespace
+
+void add_estimate(const lump::Estimate& e, std::vector<PressRow>& rows) {
   const bool found = e.verdict == lump::Status::Found, open = e.verdict == lump::Status::StiffnessOpen;
   rows.push_back({found || e.verdict == lump::Status::NoLump ? Meaning::Valid : Meaning::Doubtful, "",
                   lump::status_text(e.verdict)});
@@ -40,9 +42,7 @@ void estimate_lines(const lump::Estimate& e, std::vector<PressRow>& rows) {
   for (const std::string& reason : e.reasons) rows.push_back({Meaning::Explains, "", reason});
 }
 
-}  // namespace
-
-std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
+std::vector<PressRow> press_rows(const PressStatus& s, double time_s, bool by_hand) {
   std::vector<PressRow> rows;
   const std::array<double, 3>& size = s.block.block_mm;
   rows.push_back({Meaning::Explains, "tissue",
@@ -55,19 +55,21 @@ std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
                                      text("%.1f, %.1f \xc2\xb1 %.1f\xc2\xb0", s.tilt->x_deg, s.tilt->y_deg,
                                           std::max(s.tilt->x_sd_deg, s.tilt->y_sd_deg))}
                           : PressRow{Meaning::Explains, "tilt", "cannot be told"});
+  } else if (by_hand) {
+    return rows;
   } else if (s.estimating) {
     rows.push_back({Meaning::Plain, "pressing", "over, being read"});
   } else if (s.trouble.empty() && !s.last) {
     rows.push_back(
         {Meaning::Explains, "", "press the block and take the sensor off: then the estimate comes"});
   }
-  if (!s.last) return rows;
+  if (!s.last || by_hand) return rows;
   rows.push_back({Meaning::Explains, "", age(*s.last, time_s)});
   if (s.last->saturated_fraction > 0)
     rows.push_back(
         {Meaning::Doubtful, "saturated", text("%.2g %% of the window", 100 * s.last->saturated_fraction)});
   if (s.last->estimate)
-    estimate_lines(*s.last->estimate, rows);
+    add_estimate(*s.last->estimate, rows);
   else
     rows.push_back({Meaning::Doubtful, "", s.last->trouble});
   return rows;

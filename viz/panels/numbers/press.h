@@ -18,7 +18,10 @@ struct PressRow {
 };
 
 /// Lines of the panel, in order: the press in progress, then the result of the last one and its age at
-/// `time_s`. Intervals hold the truth nine times out of ten.
-std::vector<PressRow> press_rows(const PressStatus& status, double time_s);
+/// `time_s`. Intervals hold the truth nine times out of ten. `by_hand`: the press in progress alone, since
+/// one by itself has no result.
+std::vector<PressRow> press_rows(const PressStatus& status, double time_s, bool by_hand = false);
+/// What an estimate says.
+void add_estimate(const lump::Estimate& estimate, std::vector<PressRow>& rows);
 
 }  // namespace palpate::viz

@@ -15,7 +15,8 @@ namespace palpate::viz {
 namespace {
 
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 190);
-constexpr ImU32 kWay = IM_COL32(255, 255, 255, 150), kPad = IM_COL32(120, 230, 170, 255);
+constexpr ImU32 kWay = IM_COL32(255, 255, 255, 150), kPad = IM_COL32(120, 230, 170, 255),
+                kFound = IM_COL32(255, 130, 90, 255);
 
 /// Rooms too low for words and bar have the picture alone.
 bool has_words(const ViewRect& room, float scale) {
@@ -60,11 +61,12 @@ void draw_length(ImDrawList* list, const MapFit& fit, float y, float scale) {
 }
 
 /// The colours with the heights at their ends, at the picture's left foot.
-void draw_heights(ImDrawList* list, const SeenMap& map, const MapFit& fit, float y, ColourMap colours,
+void draw_heights(ImDrawList* list, const MapLook& look, const MapFit& fit, float y, ColourMap colours,
                   float scale) {
+  const SeenMap& map = *look.map;
   constexpr int kBands = 32;
   const double step = std::max(map.high_mm - map.low_mm, 1e-3) / 20;
-  const std::string low = tick_text(map.low_mm, step), high = tick_text(map.high_mm, step) + " mm";
+  const std::string low = tick_text(map.low_mm, step), high = tick_text(map.high_mm, step) + " " + look.unit;
   const float gap = kGrid_px / 2 * scale, height = kGrid_px * scale,
               width = std::min(100 * scale, 0.25f * size_of(fit.picture).x);
   float x = corner(fit.picture).x;
@@ -114,10 +116,11 @@ MapFit fit_map(const SeenMap* map, const ViewRect& room, const MapEye& eye, floa
 }
 
 std::vector<std::string> map_words(const MapLook& look, float width_px) {
-  std::vector<std::string> parts;
-  if (!look.map || look.map->width == 0) {
+  std::vector<std::string> parts = look.words;
+  const bool sentence = parts.empty() && (!look.map || look.map->width == 0);
+  if (sentence) {
     parts = {"no map yet:", "it grows while", "the pad moves", "over an object", "that has texture"};
-  } else {
+  } else if (parts.empty()) {
     const SeenMap& m = *look.map;
     parts = {text("map %.0f mm\xc2\xb2", m.covered_mm2)};
     parts.push_back(std::isnan(m.error_mm) ? std::string("error not known")
@@ -127,7 +130,6 @@ std::vector<std::string> map_words(const MapLook& look, float width_px) {
     if (m.pieces > 1) parts.push_back(text("largest of %u pieces", m.pieces));
     if (m.missed > 0) parts.emplace_back("full");
   }
-  const bool sentence = !look.map || look.map->width == 0;
   std::vector<std::string> lines;
   for (const std::string& part : parts) {
     const std::string longer = lines.empty() ? part : lines.back() + (sentence ? " " : ", ") + part;
@@ -150,6 +152,7 @@ void draw_map_marks(ImDrawList* list, const ViewRect& room, const MapLook& look,
     list->PushClipRect(corner(view), far_corner(view), true);
     draw_lines(list, fit, look.map->way_mm, kWay, false, scale);
     if (!look.pad_mm.empty()) draw_lines(list, fit, look.pad_mm, kPad, true, scale);
+    if (!look.outline_mm.empty()) draw_lines(list, fit, look.outline_mm, kFound, true, scale);
     list->PopClipRect();
   }
   if (!has_words(room, scale)) return;
@@ -161,7 +164,7 @@ void draw_map_marks(ImDrawList* list, const ViewRect& room, const MapLook& look,
                   ink(k == 0 ? theme().text : theme().faint), lines[k].c_str());
   if (!has_map) return;
   const float foot = far_corner(view).y + gap;
-  draw_heights(list, *look.map, fit, foot, colours, scale);
+  draw_heights(list, look, fit, foot, colours, scale);
   draw_length(list, fit, foot, scale);
 }
 

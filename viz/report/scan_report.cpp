@@ -1,4 +1,5 @@
-// A scan as tables, files, plots and one page.
+#include "viz/report/scan_report.h"
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -12,7 +13,6 @@
 #include "engine/base/text.h"
 #include "engine/fem/scene_json.h"
 #include "palpate/version.h"
-#include "viz/commands/lump/scan.h"
 #include "viz/report/html.h"
 #include "viz/report/plot.h"
 

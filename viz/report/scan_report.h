@@ -1,4 +1,5 @@
-// Output of `palpate lump scan`: files, plots and a one-page report.
+// Output of a scan (`palpate lump scan`, and of presses by hand the window): files, plots and a one-page
+// report.
 #pragma once
 
 #include <array>
@@ -9,22 +10,19 @@
 #include <vector>
 
 #include "engine/base/json.h"
-#include "engine/palpation/hand/hand_scan.h"
+#include "engine/palpation/hand/growing_scan.h"
 #include "engine/palpation/scan.h"
 
 namespace palpate {
 
-/// A press by hand as people see it.
-struct HandRow {
-  std::string name;
-  std::string left_out;                       ///< why; empty: it is in the map
-  std::array<double, 2> at_mm{}, at_sd_mm{};  ///< the window's middle; errors against the first press
-  double turn_deg = 0, turn_sd_deg = 0;       ///< from +x towards +y
-  HandTilt tilt = {};                         ///< NaN where it is left out
-};
-
 /// A scan with all that people want to know of it.
 struct ScanReport {
+  ScanReport();
+  void take_hand(HandAnswer found);
+  // To the inputs:
+  void add_block(const std::array<double, 3>& block_mm, double young_Pa);
+  void add_errors(const lump::ErrorSources& errors);
+
   ScanAnswer answer;
   std::vector<HandRow> hand;                                ///< of a scan by hand: all presses
   std::vector<std::pair<std::string, std::string>> inputs;  ///< name and value, for people
@@ -32,6 +30,9 @@ struct ScanReport {
   std::optional<fem::Scene> truth;                          ///< of a synthetic block
   std::string made;                                         ///< when, UTC
 };
+
+/// Of presses by hand that the window put together.
+ScanReport report_of(const SeenScan& scan, const std::string& input);
 
 /// Tables for people.
 std::string scan_text(const ScanReport& report);
