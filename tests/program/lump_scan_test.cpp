@@ -136,6 +136,22 @@ TEST_F(LumpScanCommand, PressesByHandFindTheLump) {
   EXPECT_TRUE(contains(slurp(out / "report.html"), "Presses by hand"));
 }
 
+TEST_F(LumpScanCommand, ASessionOfPressesByHandSaysWhatTheyDid) {
+  const std::string hand = "synthetic:tissue?cells=16&hand=3&seed=2&size=320x240&rate=15&d=12&h=3&ratio=4";
+  const fs::path session = folder_ / "session";
+  const Ended recorded = run({"record", hand, "--out", session.string()});
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  const std::vector<std::string> scan = {"lump", "scan", "--by-hand", "--method", "none", "--json"};
+  const Ended of_session = run(with(scan, {session.string(), "--gauge", "truth"})),
+              of_block = run(with(scan, {hand}));
+  ASSERT_EQ(of_session.exit_code, 0) << of_session.err;
+  ASSERT_EQ(of_block.exit_code, 0) << of_block.err;
+  const Json rows = parse_json(of_session.out)["hand"], wanted = parse_json(of_block.out)["hand"];
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_TRUE(rows[1]["used"].get<bool>() || rows[2]["used"].get<bool>()) << rows;
+  EXPECT_EQ(rows, wanted) << "a session keeps every pixel";
+}
+
 TEST_F(LumpScanCommand, PressesByHandFindNoLumpWhereNoneIs) {
   const Ended ended =
       run({"lump", "scan", "--by-hand", "synthetic:tissue?hand=13&lump=none&size=320x240", "--json"});
