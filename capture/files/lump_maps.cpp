@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 
 #include "capture/files/npy.h"
+#include "capture/files/output_file.h"
 #include "capture/files/tables/csv_table.h"
+#include "engine/base/json.h"
 #include "engine/base/statistics.h"
 #include "palpate/error.h"
 
@@ -13,6 +17,9 @@ namespace palpate {
 namespace {
 
 constexpr size_t kMostNodes = 4096;  // along a side
+constexpr const char* kObservationFile = "observation.json";
+constexpr const char* kPressureFile = "pressure_Pa.npy";
+constexpr const char* kObservationFormat = "palpate pressure observation 1";
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 PressureMap read_table(const std::filesystem::path& file) {
@@ -60,6 +67,65 @@ PressureMap read_pressure_map(const std::filesystem::path& file, double pitch_mm
   }
   map.pitch_mm = {pitch_mm, pitch_mm};
   return map;
+}
+
+void write_observation(const std::filesystem::path& folder, const lump::Observation& o) {
+  std::vector<float> values;
+  for (const PressureMap& map : o.pressure_Pa)
+    values.insert(values.end(), map.values.begin(), map.values.end());
+  const PressureMap& top = o.pressure_Pa.back();
+  write_npy(folder / kPressureFile, values, {o.pressure_Pa.size(), top.height, top.width});
+  const json::Value about = {{"format", kObservationFormat}, {"force_N", o.force_N},
+                             {"pitch_mm", top.pitch_mm},     {"window_mm", o.window_mm},
+                             {"place_sd_mm", o.place_sd_mm}, {"noise_Pa", o.noise_Pa},
+                             {"uneven_sd", o.uneven_sd},     {"saturated_share", o.saturated_fraction},
+                             {"block_mm", o.block_mm},       {"young_Pa", o.young_Pa}};
+  write_whole(folder / kObservationFile, std::string_view(about.dump(2) + "\n"));
+}
+
+lump::Observation read_observation(const std::filesystem::path& path) {
+  const bool folder = std::filesystem::is_directory(path);
+  const std::filesystem::path file = folder ? path / kObservationFile : path;
+  const std::string wanted = "an observation that palpate lump estimate or scan kept with --out";
+  const auto refuse = [&](const std::string& found) {
+    throw Error(Failure::Input, wanted, found, "palpate lump estimate MAPS ... --out " + path.string());
+  };
+  if (!std::filesystem::exists(file)) refuse("no " + file.string());
+  lump::Observation o;
+  std::array<double, 2> pitch_mm{};
+  try {
+    std::ifstream in(file, std::ios::binary);
+    const json::Value v = json::parse(std::string(std::istreambuf_iterator<char>(in), {}), {.deepest = 8});
+    if (v.at("format").get<std::string>() != kObservationFormat) refuse("another format in " + file.string());
+    v.at("force_N").get_to(o.force_N);
+    v.at("pitch_mm").get_to(pitch_mm);
+    v.at("window_mm").get_to(o.window_mm);
+    v.at("place_sd_mm").get_to(o.place_sd_mm);
+    v.at("noise_Pa").get_to(o.noise_Pa);
+    v.at("uneven_sd").get_to(o.uneven_sd);
+    v.at("saturated_share").get_to(o.saturated_fraction);
+    v.at("block_mm").get_to(o.block_mm);
+    v.at("young_Pa").get_to(o.young_Pa);
+  } catch (const json::Error& error) {
+    refuse(file.string() + ": " + error.what());
+  }
+  const std::filesystem::path maps = file.parent_path() / kPressureFile;
+  const NpyArray array = read_npy(maps);
+  if (array.shape.size() != 3 || array.shape[0] != o.force_N.size() || array.shape[1] > kMostNodes ||
+      array.shape[2] > kMostNodes || array.values.empty())
+    refuse(describe_shape(array.shape) + " pressures in " + maps.string() + " for " +
+           std::to_string(o.force_N.size()) + " forces");
+  const size_t each = array.shape[1] * array.shape[2];
+  for (size_t k = 0; k < o.force_N.size(); ++k) {
+    const auto first = array.values.begin() + static_cast<std::ptrdiff_t>(k * each);
+    PressureMap map;
+    map.width = static_cast<uint32_t>(array.shape[2]);
+    map.height = static_cast<uint32_t>(array.shape[1]);
+    map.pitch_mm = pitch_mm;
+    map.values.assign(first, first + static_cast<std::ptrdiff_t>(each));
+    o.pressure_Pa.push_back(std::move(map));
+  }
+  return o;
 }
 
 }  // namespace palpate

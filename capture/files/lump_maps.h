@@ -11,4 +11,10 @@ namespace palpate {
 /// where nothing was seen). Throws Error(Failure::Input).
 PressureMap read_pressure_map(const std::filesystem::path& file, double pitch_mm);
 
+/// An observation as it is kept for another day: `observation.json` (loads, window, tissue, noise) and
+/// `pressure_Pa.npy` (loads x height x width). Throws Error(Failure::Output).
+void write_observation(const std::filesystem::path& folder, const lump::Observation& observation);
+/// The same back, from the folder or its observation.json. Throws Error(Failure::Input).
+lump::Observation read_observation(const std::filesystem::path& path);
+
 }  // namespace palpate

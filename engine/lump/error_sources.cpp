@@ -14,16 +14,6 @@ namespace {
 
 constexpr const char *kLight = "light", *kAlongX = "place along x", *kAlongY = "place along y";
 
-Observation changed(const Observation& observation, const std::string& input, double factor) {
-  Observation other = observation;
-  if (input == "modulus") other.young_Pa *= factor;
-  if (input == "thickness") other.block_mm[2] *= factor;
-  if (input == "pitch")
-    for (PressureMap& map : other.pressure_Pa)
-      for (double& pitch : map.pitch_mm) pitch *= factor;
-  return other;
-}
-
 constexpr std::array kLogarithmic{&Estimate::size_mm, &Estimate::depth_mm, &Estimate::stiffness_ratio};
 constexpr std::array kLinear{&Estimate::x_mm, &Estimate::y_mm};
 
@@ -131,10 +121,12 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
     estimate.input_effects.push_back({input, error, changes(*reference, lower), changes(*reference, higher)});
     return lower.verdict != Status::NoLump && higher.verdict != Status::NoLump;
   };
-  for (const auto& [input, share] :
-       {std::pair{"modulus", sources_.young}, {"thickness", sources_.thickness}, {"pitch", sources_.pitch}})
+  for (const auto& [input, share] : {std::pair{Input::Modulus, sources_.young},
+                                     {Input::Thickness, sources_.thickness},
+                                     {Input::Pitch, sources_.pitch}})
     if (share > 0)
-      add(input, share, changed(observation, input, 1 - share), changed(observation, input, 1 + share));
+      add(to_string(input), share, with_input(observation, input, 1 - share),
+          with_input(observation, input, 1 + share));
   if (sources_.light && observation.uneven_sd > 0) {
     const auto lit = [&](double fraction) {
       return uneven ? uneven(fraction) : with_uneven_light(observation, fraction);
@@ -163,6 +155,26 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
   widening.apply(estimate);
   open_wide_ratio(estimate);
   return estimate;
+}
+
+const char* to_string(Input input) {
+  constexpr const char* kNames[] = {"modulus", "thickness", "pitch"};
+  return kNames[static_cast<size_t>(input)];
+}
+
+Observation with_input(Observation observation, Input input, double factor) {
+  switch (input) {
+    case Input::Modulus:
+      observation.young_Pa *= factor;
+      break;
+    case Input::Thickness:
+      observation.block_mm[2] *= factor;
+      break;
+    case Input::Pitch:
+      for (PressureMap& map : observation.pressure_Pa)
+        for (double& pitch : map.pitch_mm) pitch *= factor;
+  }
+  return observation;
 }
 
 Observation with_uneven_light(Observation observation, double fraction) {

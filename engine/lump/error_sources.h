@@ -53,6 +53,12 @@ class Estimator {
   ErrorSources sources_ = ErrorSources::none();
 };
 
+/// What an observation is told with.
+enum class Input : uint8_t { Modulus, Thickness, Pitch };
+const char* to_string(Input input);  ///< "modulus", "thickness", "pitch"
+/// The same maps told with `factor` times the input.
+Observation with_input(Observation observation, Input input, double factor);
+
 /// A single window whose middle reads brighter than its corners by `fraction`; the mean stays.
 Observation with_uneven_light(Observation observation, double fraction);
 

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
+constexpr double kOneDegree = M_PI / 180;
 
 /// A block without a lump whose pressure is even, pressed as a neo-Hookean column is.
 PressedTissue even_tissue() {
@@ -69,7 +69,7 @@ TEST(HandScan, PlacesAreThoseOfTheSkin) {
         count += 1;
       }
       squares += (off[0] * off[0] + off[1] * off[1]) / 2;
-      EXPECT_LT(std::abs(off[2]), 2.5 * kDegree) << seed << " " << p;
+      EXPECT_LT(std::abs(off[2]), 2.5 * kOneDegree) << seed << " " << p;
     }
   }
   const double rms_mm = std::sqrt(squares / (count / 3));
@@ -89,8 +89,8 @@ TEST(HandScan, TiltsAreFoundAndTakenOut) {
   double tilted = 0;
   for (size_t p = 0; p < presses.size(); ++p) {
     // Against each other: what they have in common the block's own shape tells, and this one has none.
-    const double x = (truth[p].tilt_rad[0] - truth[0].tilt_rad[0]) / kDegree,
-                 y = (truth[p].tilt_rad[1] - truth[0].tilt_rad[1]) / kDegree;
+    const double x = (truth[p].tilt_rad[0] - truth[0].tilt_rad[0]) / kOneDegree,
+                 y = (truth[p].tilt_rad[1] - truth[0].tilt_rad[1]) / kOneDegree;
     EXPECT_NEAR(scan.tilt[p].x_deg - scan.tilt[0].x_deg, x, 1) << p;
     EXPECT_NEAR(scan.tilt[p].y_deg - scan.tilt[0].y_deg, y, 1) << p;
     tilted = std::max(tilted, std::hypot(x, y));
@@ -115,8 +115,8 @@ TEST(HandScan, MomentsTellTheTiltToFiveDegrees) {
       const lump::Observation& seen = presses[p].observation;
       const lump::PadTilt tilt = lump::pad_tilt(seen.pressure_Pa.back(), {seen.young_Pa, seen.block_mm[2]});
       const double c = std::cos(truth[p].turn_rad), s = std::sin(truth[p].turn_rad);
-      const double x = (c * truth[p].tilt_rad[0] + s * truth[p].tilt_rad[1]) / kDegree,
-                   y = (c * truth[p].tilt_rad[1] - s * truth[p].tilt_rad[0]) / kDegree;
+      const double x = (c * truth[p].tilt_rad[0] + s * truth[p].tilt_rad[1]) / kOneDegree,
+                   y = (c * truth[p].tilt_rad[1] - s * truth[p].tilt_rad[0]) / kOneDegree;
       EXPECT_NEAR(tilt.x_deg, x, 2.5 * tilt.x_sd_deg) << most << " " << p;
       EXPECT_NEAR(tilt.y_deg, y, 2.5 * tilt.y_sd_deg) << most << " " << p;
       EXPECT_LT(tilt.x_sd_deg, 1);

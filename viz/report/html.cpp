@@ -1,5 +1,8 @@
 #include "viz/report/html.h"
 
+#include <fstream>
+#include <iterator>
+
 #include "engine/base/text.h"
 #include "viz/look/theme.h"
 
@@ -97,6 +100,20 @@ std::string svg_element(const std::string& svg) {
   const size_t end = svg.rfind("</svg>");
   if (start == std::string::npos || end == std::string::npos) return "";
   return svg.substr(start, end + 6 - start);
+}
+
+std::string html_rows(const std::vector<std::pair<std::string, std::string>>& rows) {
+  std::string text = "<table>\n";
+  for (const auto& [name, value] : rows)
+    text += "<tr><th>" + html_escaped(name) + "</th><td>" + html_escaped(value) + "</td></tr>\n";
+  return text + "</table>\n";
+}
+
+std::string html_figure(const std::filesystem::path& svg) {
+  std::ifstream in(svg, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return "<figure>" + (text.empty() ? "<p>no plot: gnuplot is not there</p>\n" : svg_element(text)) +
+         "</figure>\n";
 }
 
 }  // namespace palpate

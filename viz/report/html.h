@@ -1,7 +1,10 @@
 // Pieces of HTML pages.
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace palpate {
 
@@ -11,6 +14,10 @@ std::string html_escaped(const std::string& text);
 /// paper, one column where it is narrow. `body` may use the classes answer, notice, warning, small, missing,
 /// number, two (side by side), cards and card.
 std::string html_page(const std::string& title, const std::string& body);
+/// A table of names and values.
+std::string html_rows(const std::vector<std::pair<std::string, std::string>>& rows);
+/// The plot in an SVG file as a <figure>, or a line that says why there is none.
+std::string html_figure(const std::filesystem::path& svg);
 /// The <svg> element alone, without the XML declaration before it.
 std::string svg_element(const std::string& svg);
 

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "capture/files/lump_maps.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
@@ -337,19 +338,6 @@ Plot profile_plot(const ScanAnswer& a) {
   return {.panels = {panel}, .width_px = 640, .height_px = 420};
 }
 
-std::string html_rows(const Rows& rows) {
-  std::string text = "<table>\n";
-  for (const auto& [name, value] : rows)
-    text += "<tr><th>" + html_escaped(name) + "</th><td>" + html_escaped(value) + "</td></tr>\n";
-  return text + "</table>\n";
-}
-
-std::string svg_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  return text.empty() ? "<p>no plot: gnuplot is not there</p>\n" : svg_element(text);
-}
-
 std::string html(const ScanReport& r, const fs::path& folder) {
   const ScanAnswer& a = r.answer;
   std::string body =
@@ -360,9 +348,8 @@ std::string html(const ScanReport& r, const fs::path& folder) {
                       : std::string("<p>Not estimated: no model was asked.</p>\n")) +
           "</section><section><h2>What is felt</h2>\n" + html_rows(felt_rows(a)) + "</section></div>\n";
   if (!a.presses.empty()) body += "<h2>Presses that see one bump alone</h2>\n" + html_rows(press_rows(a));
-  body += "<figure>" + svg_of(folder / "map.svg") + "</figure>\n<div class=\"two\"><figure>" +
-          svg_of(folder / "profile.svg") + "</figure>\n<section><h2>The map</h2>\n" +
-          html_rows(map_rows(a.map));
+  body += html_figure(folder / "map.svg") + "<div class=\"two\">" + html_figure(folder / "profile.svg") +
+          "<section><h2>The map</h2>\n" + html_rows(map_rows(a.map));
   if (!r.hand.empty()) body += "<h2>Presses by hand</h2>\n" + html_rows(hand_rows(r));
   if (r.truth) body += "<h2>The synthetic block's truth</h2>\n" + html_rows(truth_rows(*r.truth));
   body += "</section></div>\n";
@@ -447,11 +434,8 @@ Json scan_json(const ScanReport& r) {
 std::string write_scan(const ScanReport& r, const fs::path& folder) {
   make_output_folder(folder);
   const lump::ScanMap& map = r.answer.map;
-  std::vector<float> loads;
-  for (const PressureMap& load : map.observation.pressure_Pa)
-    loads.insert(loads.end(), load.values.begin(), load.values.end());
   const PressureMap& top = map.observation.pressure_Pa.back();
-  write_npy(folder / "pressure_Pa.npy", loads, {map.observation.pressure_Pa.size(), top.height, top.width});
+  write_observation(folder, map.observation);
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));
   write_whole(folder / "presses.csv", std::string_view(places_csv(map)));
@@ -466,10 +450,10 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   fs::remove(folder / "outline_2.csv");
   if (r.answer.second_outline) write_outline(*r.answer.second_outline, "outline_2.csv");
   write_whole(folder / "scan.json", std::string_view(scan_json(r).dump(2) + "\n"));
-  std::string written = (folder / "report.html").string() +
-                        ", scan.json, map.csv, presses.csv, outline.csv, " +
-                        (r.answer.second_outline ? "outline_2.csv, " : "") +
-                        (r.hand.empty() ? "" : "hand.csv, ") + "pressure_Pa.npy, disagreement_Pa.npy";
+  std::string written =
+      (folder / "report.html").string() + ", scan.json, map.csv, presses.csv, outline.csv, " +
+      (r.answer.second_outline ? "outline_2.csv, " : "") + (r.hand.empty() ? "" : "hand.csv, ") +
+      "observation.json, pressure_Pa.npy, disagreement_Pa.npy";
   for (const char* stem : {"map", "profile"})
     for (const char* ending : {".svg", ".png", ".pdf"}) fs::remove(folder / (std::string(stem) + ending));
   draw_plot(map_plot(r), folder / "map", written);

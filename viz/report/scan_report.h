@@ -38,7 +38,7 @@ ScanReport report_of(const SeenScan& scan, const std::string& input);
 std::string scan_text(const ScanReport& report);
 json::Value scan_json(const ScanReport& report);
 
-/// Writes pressure_Pa.npy (loads x height x width), disagreement_Pa.npy, map.csv, presses.csv, outline.csv
+/// Writes the observation (lump_maps.h), disagreement_Pa.npy, map.csv, presses.csv, outline.csv
 /// (of two bumps also outline_2.csv; by hand also hand.csv), scan.json, the plots map and profile (PNG and
 /// SVG) and report.html, which needs nothing else. Returns their names in words.
 std::string write_scan(const ScanReport& report, const std::filesystem::path& folder);

@@ -350,9 +350,10 @@ void ConsistencyCheck::block() {
     return;
   }
   const double distance = std::hypot(shift.change.shift_mm[0], shift.change.shift_mm[1]);
+  const double unsure = observation_.place_sd_mm > kPlaceSd_mm ? observation_.place_sd_mm : 0;
   const double slope = std::hypot(tilt.value(0), tilt.value(1)), slope_sd = tilt.sd.maxCoeff();
   if (shift.chi_square <= tilt.chi_square && fits(shift.chi_square, hypotheses) &&
-      distance > kShift_mm + 3 * shift.sd)
+      distance > kShift_mm + 3 * std::hypot(shift.sd, unsure))
     add_window(shift, distance);
   else if (tilt.chi_square < shift.chi_square && fits(tilt.chi_square, hypotheses) &&
            slope > kTilt + 3 * slope_sd)

@@ -54,26 +54,29 @@ Eigen::MatrixXd moved_by(const Patch& patch, const Fit& fit, const Eigen::Matrix
 
 }  // namespace
 
-Eigen::MatrixXd Fitter::factors(const Fit& fit) const {
+Eigen::MatrixXd Fitter::factors(const Fit& fit, Eigen::MatrixXd* jacobian) const {
   const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
-  return moved_by(model_.patch, fit, bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1));
+  std::array<Eigen::MatrixXd, 3> changes;
+  const Eigen::MatrixXd moved = moved_by(
+      model_.patch, fit,
+      bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, jacobian ? &changes : nullptr));
+  if (jacobian != nullptr) {
+    jacobian->resize(patch_.observation.size(), 5);
+    for (size_t p = 0; p < 3; ++p)
+      jacobian->col(static_cast<Eigen::Index>(p)) =
+          patch_.of_factors(moved_by(model_.patch, fit, changes[p]));
+    jacobian->col(3) = patch_.of_factors(dense::product(-model_.patch.along_x, moved));
+    jacobian->col(4) = patch_.of_factors(dense::product(-model_.patch.along_y, moved));
+  }
+  return moved;
 }
 
 double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) const {
-  const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
-  std::array<Eigen::MatrixXd, 3> changes;
-  const Eigen::MatrixXd plain =
-      bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, slope ? &changes : nullptr);
-  const auto moved = [&](const Eigen::MatrixXd& factors) { return moved_by(model_.patch, fit, factors); };
-  const Eigen::MatrixXd factors = moved(plain);
-  const Eigen::VectorXd rest = patch_.observation - patch_.of_factors(factors);
+  Eigen::MatrixXd jacobian;
+  const Eigen::VectorXd rest =
+      patch_.observation - patch_.of_factors(factors(fit, slope ? &jacobian : nullptr));
   double sum = rest.squaredNorm();
   if (slope != nullptr) {
-    Eigen::MatrixXd jacobian(rest.size(), 5);
-    for (size_t p = 0; p < 3; ++p)
-      jacobian.col(static_cast<Eigen::Index>(p)) = patch_.of_factors(moved(changes[p]));
-    jacobian.col(3) = patch_.of_factors(dense::product(-model_.patch.along_x, factors));
-    jacobian.col(4) = patch_.of_factors(dense::product(-model_.patch.along_y, factors));
     *slope = jacobian.transpose() * rest;
     *normal = dense::product_tn(jacobian, jacobian);
   }
@@ -266,24 +269,35 @@ void judge_pattern(const Model& model, const PressedNodes& nodes, const Fitter& 
   found.rest = errors.rest() / (1 + over_noise * over_noise);
 }
 
-Inference weigh_one(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
-  Look look = look_for_lump(model, nodes);
-  const Fitter fitter(model, nodes, look.patch);
-  Answer& answer = look.answer;
-  Inference found;
-  std::vector<Fit> fits;
+}  // namespace
+
+Weighing weigh(const Model& model, const PressedNodes& nodes, Method method) {
+  Weighing w{look_for_lump(model, nodes), {}, {}};
+  const Fitter fitter(model, nodes, w.look.patch);
   // The pattern that a lump leaves decides how the lump is weighed, and so what it leaves.
   for (int round = 0;; ++round) {
-    fits = fits_of(model, fitter, answer, method);
-    judge_pattern(model, nodes, fitter, best_of(fits), found);
-    const double pattern = found.pattern * nodes.peak;
-    if (round == kPatternRounds || std::abs(std::log(pattern / look.patch.pattern)) < kSamePattern) break;
-    look.patch.set_pattern(pattern);
-    answer = answer_of(model, network_features(model, nodes, look.patch));
+    w.fits = fits_of(model, fitter, w.look.answer, method);
+    judge_pattern(model, nodes, fitter, best_of(w.fits), w.found);
+    const double pattern = w.found.pattern * nodes.peak;
+    if (round == kPatternRounds || std::abs(std::log(pattern / w.look.patch.pattern)) < kSamePattern) break;
+    w.look.patch.set_pattern(pattern);
+    w.look.answer = answer_of(model, network_features(model, nodes, w.look.patch));
   }
+  w.found.chi_square = best_of(w.fits).chi_square /
+                       static_cast<double>(std::max<Eigen::Index>(1, w.look.patch.whitener.size() - 5));
+  return w;
+}
+
+namespace {
+
+Inference weigh_one(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
+  Weighing weighing = weigh(model, nodes, method);
+  const Look& look = weighing.look;
+  const Fitter fitter(model, nodes, look.patch);
+  const Answer& answer = look.answer;
+  const std::vector<Fit>& fits = weighing.fits;
+  Inference& found = weighing.found;
   const Fit& best = best_of(fits);
-  found.chi_square =
-      best.chi_square / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
   std::array<double, 2> shift = answer.shift_mm, sd = answer.shift_sd_mm;
   Posterior& posterior = found.posterior;
   if (method == Method::Network) {

@@ -27,8 +27,9 @@ class Fitter {
       : model_(model), nodes_(nodes), patch_(patch) {}
 
   const PatchObservation& patch() const { return patch_; }
-  /// Factors of the fields at each load, for a fitted lump.
-  Eigen::MatrixXd factors(const Fit& fit) const;
+  /// Factors of the fields at each load, for a fitted lump; optionally how the patch's numbers of unit
+  /// variance change with the fit's five, a column each.
+  Eigen::MatrixXd factors(const Fit& fit, Eigen::MatrixXd* jacobian = nullptr) const;
 
   /// Levenberg and Marquardt's search from where the fit is; `ratio_held`: its third number stays.
   void search(Fit& fit, uint32_t rounds, bool ratio_held = false) const;
@@ -67,6 +68,14 @@ struct Inference {
   double pattern = 0, plain_pattern = 0;
   double misfit = 0;  ///< pattern over the largest that a calibration or an unusual lump leaves
 };
+
+/// One patch with the fits of all shapes that were tried, weighed by the pattern that its best lump leaves.
+struct Weighing {
+  Look look;
+  std::vector<Fit> fits;
+  Inference found;  ///< without the posterior and the place
+};
+Weighing weigh(const Model& model, const PressedNodes& nodes, Method method);
 
 /// The mean over an observation and its mirror image about the diagonal, since the network is not quite even
 /// in x and y. `temperature` divides logarithms of likelihoods before shapes are weighed; the network alone

@@ -368,11 +368,11 @@ PatchErrors::PatchErrors(const Model& model, const PressedNodes& nodes, const Pa
   plain_.diagonal().array() += noise_ * noise_;
   // Errors of the gauge scale a load's whole pressure; one of the tissue's modulus scales all loads alike.
   const Eigen::MatrixXd whole = dense::solve_lower(lower_, sums.total);
-  Eigen::MatrixXd gauge = Eigen::MatrixXd::Zero(count * loads, loads + 1);
+  gauge_ = Eigen::MatrixXd::Zero(count * loads, loads + 1);
   for (Eigen::Index k = 0; k < loads; ++k)
-    gauge.col(k).segment(k * count, count) = gauge_fraction * whole.col(k);
-  gauge.col(loads) = kModulusFraction * whole.reshaped();
-  dense::add_square(plain_, gauge);
+    gauge_.col(k).segment(k * count, count) = gauge_fraction * whole.col(k);
+  gauge_.col(loads) = kModulusFraction * whole.reshaped();
+  dense::add_square(plain_, gauge_);
   plain_ = dense::from_lower(plain_);
   const double freedom = static_cast<double>((sums.nodes - count) * loads);
   rest_ =
@@ -389,6 +389,13 @@ Eigen::VectorXd PatchErrors::of_right(const Eigen::MatrixXd& right) const {
 
 Eigen::MatrixXd PatchErrors::covariance(double pattern) const {
   return plain_ + pattern * pattern * pattern_;
+}
+
+Eigen::MatrixXd PatchErrors::of_one_press() const {
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(plain_.rows(), plain_.cols());
+  own.diagonal().setConstant(noise_ * noise_);
+  dense::add_square(own, gauge_.leftCols(gauge_.cols() - 1));
+  return dense::from_lower(own);
 }
 
 std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedNodes& nodes,
@@ -424,6 +431,10 @@ PatchWhitener::PatchWhitener(const PatchErrors& errors, double pattern) {
 
 Eigen::VectorXd PatchWhitener::of(const Eigen::VectorXd& numbers) const {
   return dense::lower_times(root_inverse_, numbers);
+}
+
+Eigen::MatrixXd PatchWhitener::of_covariance(const Eigen::MatrixXd& numbers) const {
+  return dense::product(root_inverse_, dense::product(numbers, root_inverse_.transpose()));
 }
 
 }  // namespace palpate::lump

@@ -81,6 +81,9 @@ class PatchErrors {
   Eigen::VectorXd of_right(const Eigen::MatrixXd& right) const;
   /// Covariance of those, with a pattern of that standard deviation (over modulus, at the highest load).
   Eigen::MatrixXd covariance(double pattern) const;
+  /// Covariance of what another press of the same block does not repeat: each value's noise and each load's
+  /// gauge.
+  Eigen::MatrixXd of_one_press() const;
   /// Mean square beyond the fields, over the noise's.
   double rest() const { return rest_; }
   double noise() const { return noise_; }
@@ -88,6 +91,7 @@ class PatchErrors {
  private:
   Eigen::MatrixXd lower_;  ///< gram = lower lower^T
   Eigen::MatrixXd plain_, pattern_;
+  Eigen::MatrixXd gauge_;  // a column each load, and one of the modulus
   Eigen::VectorXd observation_;
   double rest_ = 0, noise_ = 0;
 };
@@ -108,6 +112,7 @@ class PatchWhitener {
   PatchWhitener(const PatchErrors& errors, double pattern);
 
   Eigen::VectorXd of(const Eigen::VectorXd& numbers) const;
+  Eigen::MatrixXd of_covariance(const Eigen::MatrixXd& numbers) const;
   Eigen::Index size() const { return root_inverse_.rows(); }
 
  private:

@@ -156,6 +156,12 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--poisson", sweep.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
   command->add_option("--floor-mm", sweep.floor_mm, "Least tissue below a lump, mm")->capture_default_str();
   command->add_option("--rim-mm", sweep.rim_mm, "Least tissue around a lump, mm")->capture_default_str();
+  command
+      ->add_option("--grown", sweep.grown,
+                   "Another day of the same lumps: share by which each diameter is more, about its centre")
+      ->option_text("NUM [0]");
+  command->add_option("--stiffened", sweep.stiffened, "The same of each stiffness ratio")
+      ->option_text("NUM [0]");
   command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
       ->delimiter(',');
   command->add_option("--no-lump-share", sweep.no_lump_fraction,

@@ -81,6 +81,8 @@ void check(const Sweep& s) {
   inside("Poisson's ratio", s.poisson, 0, 0.4999);
   inside("the tissue below a lump, mm,", s.floor_mm, 0, 100);
   inside("the tissue beside a lump, mm,", s.rim_mm, 0, 100);
+  inside("growth of the diameter", s.grown, -0.5, 1);
+  inside("the stiffness ratio's change", s.stiffened, -0.9, 10);
   inside("the share without a lump", s.no_lump_fraction, 0, 1);
   inside("the share in the middle", s.centred_fraction, 0, 1);
   inside("loads", s.loads, 1, 32);
@@ -102,6 +104,10 @@ void check(const Sweep& s) {
   inside("the residual", s.residual, 1e-10, 1e-2);
   inside("the step of the press, mm,", s.step_mm, 0.01, 10);
   if (s.shapes.empty()) throw Error(Failure::Usage, "a shape or more", "none", "--shapes sphere");
+  if (s.grown > 0 && s.size_mm.high * s.grown / 2 > std::min(s.depth_mm.low, s.floor_mm))
+    throw Error(Failure::Usage, "a least depth and tissue below a lump that its growth leaves room for",
+                text(s.size_mm.high * s.grown / 2) + " mm of growth to either side",
+                "a larger --depth-mm and --floor-mm");
   const double high = s.floor_mm + s.depth_mm.low + s.size_mm.low;
   if (high > s.thickness_mm.low)
     throw Error(Failure::Usage, "blocks that hold the smallest lump, " + text(high) + " mm thick",
@@ -142,6 +148,10 @@ Case lump_case(const Sweep& s, uint32_t number) {
     const double most = std::max(0.0, std::min(s.offset_mm, s.block_mm[c] / 2 - s.rim_mm - size_mm[c] / 2));
     lump.offset_mm[c] = even({-most, most}, u[kOffsetX + c]);
   }
+  const double more_mm = lump.diameter_mm * s.grown;
+  lump.diameter_mm += more_mm;
+  lump.depth_mm -= more_mm / 2;
+  lump.stiffness_ratio *= 1 + s.stiffened;
   what.lump = lump;
   return what;
 }
@@ -154,30 +164,34 @@ json::Value to_json(const Sweep& s) {
   const auto pair = [](const Range& r) { return json::Value::array({r.low, r.high}); };
   json::Value shapes = json::Value::array();
   for (const InclusionShape shape : s.shapes) shapes.push_back(to_string(shape));
-  return {{"sequence", "sobol, scrambled"},
-          {"seed", s.seed},
-          {"diameter_mm", pair(s.size_mm)},
-          {"depth_mm", pair(s.depth_mm)},
-          {"logarithmic", s.logarithmic},
-          {"stiffness_ratio", pair(s.stiffness_ratio)},
-          {"thickness_mm", pair(s.thickness_mm)},
-          {"young_Pa", pair(s.young_Pa)},
-          {"greatest_press_over_thickness", pair(s.greatest_press)},
-          {"offset_mm", s.offset_mm},
-          {"centred_share", s.centred_fraction},
-          {"block_mm", s.block_mm},
-          {"poisson", s.poisson},
-          {"floor_mm", s.floor_mm},
-          {"rim_mm", s.rim_mm},
-          {"shapes", shapes},
-          {"no_lump_share", s.no_lump_fraction},
-          {"loads", s.loads},
-          {"cells", s.cells},
-          {"coarser_cells", s.coarser_cells},
-          {"cells_follow_lumps", s.follows_lumps()},
-          {"nodes", s.nodes},
-          {"residual", s.residual},
-          {"step_mm", s.step_mm}};
+  json::Value all = {{"sequence", "sobol, scrambled"},
+                     {"seed", s.seed},
+                     {"diameter_mm", pair(s.size_mm)},
+                     {"depth_mm", pair(s.depth_mm)},
+                     {"logarithmic", s.logarithmic},
+                     {"stiffness_ratio", pair(s.stiffness_ratio)},
+                     {"thickness_mm", pair(s.thickness_mm)},
+                     {"young_Pa", pair(s.young_Pa)},
+                     {"greatest_press_over_thickness", pair(s.greatest_press)},
+                     {"offset_mm", s.offset_mm},
+                     {"centred_share", s.centred_fraction},
+                     {"block_mm", s.block_mm},
+                     {"poisson", s.poisson},
+                     {"floor_mm", s.floor_mm},
+                     {"rim_mm", s.rim_mm},
+                     {"shapes", shapes},
+                     {"no_lump_share", s.no_lump_fraction},
+                     {"loads", s.loads},
+                     {"cells", s.cells},
+                     {"coarser_cells", s.coarser_cells},
+                     {"cells_follow_lumps", s.follows_lumps()},
+                     {"nodes", s.nodes},
+                     {"residual", s.residual},
+                     {"step_mm", s.step_mm}};
+  // Files of a first day have neither.
+  if (s.grown != 0) all["grown"] = s.grown;
+  if (s.stiffened != 0) all["stiffened"] = s.stiffened;
+  return all;
 }
 
 Sweep sweep_from_json(const std::string& text) {
@@ -209,6 +223,8 @@ Sweep sweep_from_json(const std::string& text) {
         throw Error(Failure::Input, "a shape", printable(name.text()), "another file");
       s.shapes.push_back(static_cast<InclusionShape>(found - std::begin(kShapeNames)));
     }
+    if (v.contains("grown")) s.grown = v.at("grown").get<double>();
+    if (v.contains("stiffened")) s.stiffened = v.at("stiffened").get<double>();
     s.no_lump_fraction = v.at("no_lump_share").get<double>();
     s.loads = v.at("loads").get<uint32_t>();
     s.cells = v.at("cells").get<std::array<uint32_t, 3>>();

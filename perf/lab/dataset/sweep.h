@@ -31,6 +31,9 @@ struct Sweep {
   std::array<double, 2> block_mm = {40, 40};
   double poisson = 0.495;
   double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
+  /// Another day of the same sweep: shares by which each lump's diameter, about its centre, and its stiffness
+  /// ratio are more than drawn.
+  double grown = 0, stiffened = 0;
   /// d is the diameter: a ball; d high and wide and 1.5 d long; d high and wide upright; 2.5 d long lying.
   std::vector<InclusionShape> shapes = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
                                         InclusionShape::Cylinder, InclusionShape::LyingCylinder};

@@ -73,6 +73,7 @@ Report run(const Common& common, const Options& o) {
   Report report = facts_of(estimate);
   if (!common.out.empty()) {
     make_output_folder(common.out);
+    write_observation(common.out, observation);
     write_whole(common.out / "lump.json", std::string_view(report.json.dump(2, json::Utf8::Replace) + "\n"));
     std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
     if (estimate.detection_statistic >= 1 && estimate.verdict != lump::Status::Inconsistent)
@@ -80,7 +81,7 @@ Report run(const Common& common, const Options& o) {
         csv += std::string(q.name) + "," + plot_number(q.value.value) + "," + plot_number(q.value.low) + "," +
                plot_number(q.value.high) + "," + q.unit + "\n";
     write_whole(common.out / "lump.csv", std::string_view(csv));
-    written += ", lump.csv";
+    written += ", lump.csv, observation.json, pressure_Pa.npy";
     draw_plot(plot_of(observation, estimate), common.out / "lump", written);
     report.text += "wrote " + written + "\n";
   }
@@ -120,7 +121,8 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
                        "Standard error of the window's place in the block");
   command->add_option("--network", o->network, "A file of palpate-lab train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
-  command->add_option("--out", common.out, "Folder for lump.json, lump.csv and a plot");
+  command->add_option("--out", common.out,
+                      "Folder for lump.json, lump.csv, a plot, and the observation for palpate lump compare");
   add_common(*command, common,
              "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 \\\n"
              "      --thickness-mm 20\n"

@@ -19,6 +19,7 @@ void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   add_evaluate_modulus(*group, common, chosen);
   add_evaluate_force(*group, common, chosen);
   add_evaluate_lump(*group, common, chosen);
+  add_evaluate_change(*group, common, chosen);
 }
 
 }  // namespace palpate
