@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "capture/run/hand_recording.h"
+#include "capture/run/palpation/hand_recording.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/palpation/press_monitor.h"
 

@@ -1,5 +1,5 @@
 // Presses by hand in recordings of the synthetic block, held against what its hand did.
-#include "capture/run/hand_recording.h"
+#include "capture/run/palpation/hand_recording.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The map that grows beside a live run: from touches and depths as a run gives them.
-#include "capture/run/growing_map.h"
+#include "capture/run/map/growing_map.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include "capture/files/measurements.h"
 #include "capture/live/live_options.h"
 #include "capture/live/session.h"
-#include "capture/run/growing_map.h"
+#include "capture/run/map/growing_map.h"
 #include "engine/base/background_work.h"
 #include "engine/pipeline/surface_map.h"
 #include "viz/display/depth_strip.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <map>
 
-#include "capture/run/hand_recording.h"
+#include "capture/run/palpation/hand_recording.h"
 #include "capture/run/palpation/scan_recording.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"

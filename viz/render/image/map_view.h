@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/run/growing_map.h"
+#include "capture/run/map/growing_map.h"
 #include "palpate/frame.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/image/image_view.h"

@@ -1,4 +1,4 @@
-#include "capture/run/growing_map.h"
+#include "capture/run/map/growing_map.h"
 
 #include <algorithm>
 #include <chrono>

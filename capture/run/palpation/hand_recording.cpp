@@ -1,4 +1,4 @@
-#include "capture/run/hand_recording.h"
+#include "capture/run/palpation/hand_recording.h"
 
 #include <algorithm>
 #include <map>
