@@ -44,8 +44,9 @@ std::string OptionText::one_of(const Option& option, const std::vector<std::stri
 }
 
 void OptionText::refuse(const Option& option) const {
+  const std::string pair = option.key + (option.value.empty() ? "" : "=" + option.value);
   throw Error(Failure::Input, std::string("an option of the ") + what_,
-              "'" + option.key + "'" + did_you_mean(option.key, names_before(keys_, '=')), keys_);
+              "'" + pair + "'" + did_you_mean(option.key, names_before(keys_, '=')), keys_);
 }
 
 void OptionText::refuse_number(const std::string& wanted, const std::string& key,

@@ -37,6 +37,7 @@ class OptionText {
     const auto found = choices.find(option.value);
     if (found != choices.end()) return found->second;
     std::vector<std::string> names;
+    names.reserve(choices.size());
     for (const auto& [name, value] : choices) names.push_back(name);
     refuse_value(option, names);
   }

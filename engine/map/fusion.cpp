@@ -99,8 +99,8 @@ Fusion::Fusion(const std::vector<Part>& parts, const Options& options) : options
 }
 
 Vector2d Fusion::place_of(size_t cell) const {
-  return {left_mm_ + double(cell % width_) * options_.pitch_mm,
-          top_mm_ + double(cell / width_) * options_.pitch_mm};
+  const size_t row = cell / width_, column = cell % width_;
+  return {left_mm_ + double(column) * options_.pitch_mm, top_mm_ + double(row) * options_.pitch_mm};
 }
 
 template <typename See>
