@@ -19,7 +19,7 @@ constexpr const char* kObjectKeys =
     "seconds=S, speed_mm_s=V, reach_mm=MM, depth_mm=MM, turn_deg=DEG, tilt_deg=DEG, tremor_mm=MM, x_mm=MM, "
     "y_mm=MM, smooth_mm=MM, creep=SHARE, creep_s=S, friction=MU, size=WxH, seed=N, rate=HZ, repeat=N, "
     "noise=on|off, skin=none|markers|texture, mode=gel";
-constexpr OptionText kText("synthetic object", kObjectKeys);
+constexpr OptionText kObjectText("synthetic object", kObjectKeys);
 constexpr std::array kCameraKeys = {"size", "seed", "rate", "repeat", "noise", "skin", "mode"};
 
 struct Number {
@@ -40,18 +40,18 @@ constexpr Number kNumbers[] = {
 bool set(ObjectOptions& o, const OptionText::Option& option) {
   const auto& [key, value] = option;
   if (key == "shape") {
-    o.shape = kText.one_of(option, object_shapes());
+    o.shape = kObjectText.one_of(option, object_shapes());
   } else if (key == "file") {
     o.file = value;
   } else if (key == "path") {
-    o.path =
-        value.ends_with(".csv") ? value : kText.one_of(option, {"slide", "turn", "roll", "hand", "drag"});
+    o.path = value.ends_with(".csv") ? value
+                                     : kObjectText.one_of(option, {"slide", "turn", "roll", "hand", "drag"});
   } else if (key == "friction") {
-    o.camera.friction = kText.number(option, 0.01, 10);
+    o.camera.friction = kObjectText.number(option, 0.01, 10);
   } else {
     const auto* const found = std::ranges::find_if(kNumbers, [&](const Number& n) { return key == n.key; });
     if (found == std::end(kNumbers)) return false;
-    o.*found->member = kText.number(option, found->least, found->most);
+    o.*found->member = kObjectText.number(option, found->least, found->most);
   }
   return true;
 }
@@ -69,7 +69,7 @@ ObjectOptions parse_object(const std::string& input) {
     if (std::ranges::find(kCameraKeys, option.key) != kCameraKeys.end())
       camera += "&" + option.key + "=" + option.value;
     else if (!set(o, option))
-      kText.refuse(option);
+      kObjectText.refuse(option);
   }
   const double friction = o.camera.friction;
   o.camera = parse_synthetic(camera);

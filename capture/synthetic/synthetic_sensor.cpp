@@ -21,7 +21,7 @@ constexpr const char* kSceneKeys =
     "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN; of "
     "the scene grip, side=left|right, weight_N=N, stiffness_N_per_mm=N, thickness_mm=MM, skew_ms=MS";
 
-constexpr OptionText kText("synthetic sensor", kSceneKeys);
+constexpr OptionText kSensorText("synthetic sensor", kSceneKeys);
 
 const std::map<std::string, SyntheticSide> kGripSides = {{"left", SyntheticSide::Left},
                                                          {"right", SyntheticSide::Right}};
@@ -52,12 +52,12 @@ std::string name_of(Value value, const std::map<std::string, Value>& choices) {
 bool set_grip(SyntheticOptions& o, const OptionText::Option& option) {
   if (!is_grip(o)) return false;
   if (option.key == "side") {
-    o.grip.side = kText.choose(option, kGripSides);
+    o.grip.side = kSensorText.choose(option, kGripSides);
     return true;
   }
   for (const auto& [name, member] : kGripNumbers) {
     if (option.key != name) continue;
-    o.grip.*member = kText.number<double>(option);
+    o.grip.*member = kSensorText.number<double>(option);
     return true;
   }
   return false;
@@ -110,35 +110,35 @@ SyntheticOptions parse_synthetic(const std::string& input) {
   for (const OptionText::Option& option : OptionText::options_of(rest)) {
     const std::string& key = option.key;
     if (key == "size")
-      std::tie(o.width, o.height) = kText.size(option.value);
+      std::tie(o.width, o.height) = kSensorText.size(option.value);
     else if (key == "bits")
-      o.bit_depth = kText.number<uint32_t>(option);
+      o.bit_depth = kSensorText.number<uint32_t>(option);
     else if (key == "mode")
-      o.mode = kText.choose(option, kModes);
+      o.mode = kSensorText.choose(option, kModes);
     else if (key == "response")
-      o.response = kText.choose(option, kResponses);
+      o.response = kSensorText.choose(option, kResponses);
     else if (key == "seed")
-      o.seed = kText.number<uint64_t>(option);
+      o.seed = kSensorText.number<uint64_t>(option);
     else if (key == "rate")
-      o.rate_Hz = kText.number<double>(option);
+      o.rate_Hz = kSensorText.number<double>(option);
     else if (key == "repeat")
-      o.repeat = kText.number<uint32_t>(option);
+      o.repeat = kSensorText.number<uint32_t>(option);
     else if (key == "noise")
-      o.noise = kText.choose(option, kSwitch);
+      o.noise = kSensorText.choose(option, kSwitch);
     else if (key == "falloff")
-      o.falloff = kText.number<double>(option);
+      o.falloff = kSensorText.number<double>(option);
     else if (key == "force")
-      o.force_N = kText.number<double>(option);
+      o.force_N = kSensorText.number<double>(option);
     else if (key == "radius")
-      o.indenter_radius_mm = kText.number<double>(option);
+      o.indenter_radius_mm = kSensorText.number<double>(option);
     else if (key == "skin")
-      o.skin = kText.choose(option, kSkins);
+      o.skin = kSensorText.choose(option, kSkins);
     else if (key == "hysteresis")
-      o.hysteresis = kText.number<double>(option);
+      o.hysteresis = kSensorText.number<double>(option);
     else if (key == "drift")
-      o.drift_per_min = kText.number<double>(option);
+      o.drift_per_min = kSensorText.number<double>(option);
     else if (!set_grip(o, option))
-      kText.refuse(option);
+      kSensorText.refuse(option);
   }
   return o;
 }

@@ -21,7 +21,7 @@ constexpr const char* kTissueKeys =
     "young=PA, cells=N, hand=N (presses by hand), tilt=DEG, turn=DEG, tremor=MM, slide=MM, texture=SHARE (of "
     "a hand)";
 
-constexpr OptionText kText("synthetic block", kTissueKeys);
+constexpr OptionText kTissueText("synthetic block", kTissueKeys);
 
 const std::map<std::string, InclusionShape> kShapes = {{"sphere", InclusionShape::Sphere},
                                                        {"ellipsoid", InclusionShape::Ellipsoid},
@@ -66,30 +66,30 @@ TissueOptions parse_tissue(const std::string& input) {
                                                     {"slide", &o.slide_mm},
                                                     {"texture", &o.texture}};
     if (const auto there = lengths.find(key); there != lengths.end()) {
-      *there->second = kText.number<double>(option);
+      *there->second = kTissueText.number<double>(option);
       force_given = force_given || key == "force";
     } else if (key == "size") {
-      std::tie(o.width, o.height) = kText.size(option.value);
+      std::tie(o.width, o.height) = kTissueText.size(option.value);
     } else if (key == "seed") {
-      o.seed = kText.number<uint64_t>(option);
+      o.seed = kTissueText.number<uint64_t>(option);
     } else if (key == "repeat") {
-      o.repeat = kText.number<uint32_t>(option);
+      o.repeat = kTissueText.number<uint32_t>(option);
     } else if (key == "loads") {
-      o.loads = kText.number<uint32_t>(option);
+      o.loads = kTissueText.number<uint32_t>(option);
     } else if (key == "hand") {
-      o.hand = kText.number<uint32_t>(option);
+      o.hand = kTissueText.number<uint32_t>(option);
     } else if (key == "cells") {
-      const auto cells = kText.number<uint32_t>(option);
+      const auto cells = kTissueText.number<uint32_t>(option);
       check_block(cells >= 16 && cells <= 64 && cells % 8 == 0,
                   "16 to 64 cells along its length, a multiple of 8", cells, "cells=40");
       o.scene.cells = {cells, cells, cells / 2};
     } else if (key == "noise") {
-      o.noise = kText.one_of(option, {"on", "off"}) == "on";
+      o.noise = kTissueText.one_of(option, {"on", "off"}) == "on";
     } else if (key == "lump") {
       has_lump = option.value != "none";
-      if (has_lump) lump.shape = kText.choose(option, kShapes);
+      if (has_lump) lump.shape = kTissueText.choose(option, kShapes);
     } else {
-      kText.refuse(option);
+      kTissueText.refuse(option);
     }
   }
   if (o.hand > 0 && !force_given) o.force_N = 3;

@@ -79,7 +79,7 @@ void simulate(gpu::Context& context, const Common& common, const Options& o, Mod
   if (o.pad_thickness_mm > 0) scene.sensor.pad_thickness_mm = o.pad_thickness_mm;
   const SimulatedPresses presses = simulate_presses(scene);
   set_pad(o, &presses.sensor, r.setup);
-  PressReader reader(context, presses.sensor, presses.background, r.setup.sample);
+  SampleReader reader(context, presses.sensor, presses.background, r.setup.sample);
   r.setup.depth_by_pressure = reader.depth_by_pressure();
   for (size_t i = 0; i < presses.frames.size(); ++i) {
     std::optional<PressFrame> p = reader.read(presses.frames[i]);

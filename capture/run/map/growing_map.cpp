@@ -21,14 +21,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Taken {
-  std::vector<float> depth_mm;
-  bool touched = false;
-  double depth_sd_mm = 0;
-  Pose pose;
-  uint64_t number = 0;
-};
-
 Pose pose_of(const ObjectPose& told, uint32_t track) {
   Pose pose;
   pose.state = told.state;
@@ -105,6 +97,14 @@ std::shared_ptr<const SeenMap> look_at(const MapSnapshot& map) {
 }  // namespace
 
 struct GrowingMap::Work {
+  struct Taken {
+    std::vector<float> depth_mm;
+    bool touched = false;
+    double depth_sd_mm = 0;
+    Pose pose;
+    uint64_t number = 0;
+  };
+
   Work(const FrameFormat& frame_format, double pitch)
       : format(frame_format), pitch_mm(pitch), depths(frame_format, pitch, kContactShare) {}
 
@@ -229,7 +229,7 @@ void GrowingMap::add(const Touch& touch, const FrameFormat& format, std::span<co
     work_->thread = std::jthread([w = work_.get()](const std::stop_token& stop) { w->run(stop); });
   }
   Work& w = *work_;
-  Taken frame;
+  Work::Taken frame;
   {
     const std::lock_guard lock(w.mutex);
     frame.depth_mm = std::move(w.spare);

@@ -172,8 +172,8 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
   return edge;
 }
 
-PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background,
-                         const Sample& sample, const std::string& series)
+SampleReader::SampleReader(gpu::Context& context, const Sensor& sensor, const Frame& background,
+                           const Sample& sample, const std::string& series)
     : sensor_(sensor),
       sample_(sample),
       background_(background),
@@ -186,7 +186,7 @@ PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Fram
   if (!series.empty()) look_ahead(series, sensor, pipeline_, {});
 }
 
-std::optional<PressFrame> PressReader::read(const Frame& frame) {
+std::optional<PressFrame> SampleReader::read(const Frame& frame) {
   pipeline_.submit(frame);
   const std::optional<Result> result = pipeline_.wait();
   const Touch& t = result->touch;

@@ -34,12 +34,12 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
                       bool flat);
 
 /// Reads single frames. Not thread safe.
-class PressReader {
+class SampleReader {
  public:
   /// Depths need a sensor with a reading of the surface. `background`: the untouched image. `series`: input
   /// of the frames where they are separate pictures (PipelineOptions); empty: they follow each other.
-  PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background, const Sample& sample,
-              const std::string& series = {});
+  SampleReader(gpu::Context& context, const Sensor& sensor, const Frame& background, const Sample& sample,
+               const std::string& series = {});
 
   /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not
   /// observed pressure gives a contact's radius by its area.

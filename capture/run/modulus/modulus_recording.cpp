@@ -93,7 +93,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
   const bool separate = separate_presses(*source, recording.one_sequence);
-  PressReader reader(context, input.sensor, background, sample, separate ? input.input : "");
+  SampleReader reader(context, input.sensor, background, sample, separate ? input.input : "");
   SamplePresses presses;
   presses.depth_by_pressure = reader.depth_by_pressure();
   std::map<std::string, size_t> left;
@@ -104,7 +104,7 @@ SamplePresses read_press_frames(gpu::Context& context, const PressRecording& rec
   for (Frame frame; !watch.stopped() && source->next(frame);) {
     const std::optional<PressFrame> p = reader.read(frame);
     if (gauge) readings.force_N.push_back(force_at(*gauge, frame));
-    readings.touched.push_back(p || reader.why_not() != PressReader::kUntouched);
+    readings.touched.push_back(p || reader.why_not() != SampleReader::kUntouched);
     progress(readings.touched.size());
     if (!p) {
       ++left[reader.why_not()];

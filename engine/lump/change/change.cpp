@@ -275,18 +275,20 @@ void fill(const Difference& d, LumpChange& change) {
     const double half = kNormal90 * std::sqrt(d.variance[p]);
     return Value{of(d.change[p]), of(d.change[p] - half), of(d.change[p] + half)};
   };
-  const auto told = [&](size_t p) { return std::abs(d.change[p]) > kTold * std::sqrt(d.chance[p]); };
+  const auto told = [&](size_t p, const Logs& variance) {
+    return std::abs(d.change[p]) > kTold * std::sqrt(variance[p]);
+  };
   const double size = std::exp(d.first[kSize]), depth = std::exp(d.first[kDepth]);
   change.size_mm = value(kSize, [&](double log) { return size * std::expm1(log); });
   change.depth_mm = value(kDepth, [&](double log) { return depth * std::expm1(log); });
   for (const Parameter p : {kSize, kDepth, kRatio})
     change.factor[p] = value(p, [](double log) { return std::exp(log); });
-  change.ratio_changed = told(kRatio);
+  change.ratio_changed = told(kRatio, d.variance);
   change.least_mm = size * std::expm1((kTold + kSeenPower) * std::sqrt(d.chance[kSize]));
   change.shape_probability = d.shape_probability;
-  change.verdict = !told(kSize)          ? ChangeVerdict::NoChange
-                   : d.change[kSize] > 0 ? ChangeVerdict::Grown
-                                         : ChangeVerdict::Shrunk;
+  change.verdict = !told(kSize, d.chance) ? ChangeVerdict::NoChange
+                   : d.change[kSize] > 0  ? ChangeVerdict::Grown
+                                          : ChangeVerdict::Shrunk;
 }
 
 /// The verdict of two days of which one has no lump whose change could be measured.

@@ -48,7 +48,7 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
   setup.pad_relative_sd = kPadSd;
   setup.force_relative_sd = kForceSd;
   setup.seed = seed;
-  PressReader reader(context, presses.sensor, presses.background, setup.sample);
+  SampleReader reader(context, presses.sensor, presses.background, setup.sample);
   setup.depth_by_pressure = reader.depth_by_pressure();
   std::vector<PressFrame> staged, blind;
   for (size_t i = 0; i < presses.frames.size(); ++i) {
