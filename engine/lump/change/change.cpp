@@ -244,7 +244,7 @@ void add_errors(const Model& model, const Pair& pair, const ErrorSources& source
                                      {Input::Thickness, sources.thickness},
                                      {Input::Pitch, sources.pitch}})
     if (share > 0)
-      errors.add([&](Pair& p) {
+      errors.add([input = input, share = share](Pair& p) {
         for (Observation* day : {&p.first, &p.second})
           *day = with_input(std::move(*day), input, 1 + share / kNormal90);
       });
