@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "capture/calibrate/photometric/presses.h"
-#include "capture/calibrate/workflow/workflow.h"
 #include "palpate/pipeline.h"
+#include "tests/recordings/mini_pads.h"
 #include "tests/support/pipelines.h"
 #include "tests/support/recordings.h"
 #include "tests/support/sphere.h"
@@ -22,8 +22,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kPitch_mm = 0.0634;
 
 /// Depth against spheres of the true radius, each level and upright.
 struct Spheres {
@@ -48,16 +46,6 @@ class MiniRecordings : public RecordingsTest {
     return halves;
   }
 
-  static CalibrationReport calibrated(const fs::path& presses, const fs::path& background, double ball_mm) {
-    PhotometricRequest request;
-    request.input = presses.string();
-    request.background = background;
-    request.ball.radius_mm = ball_mm;
-    request.pitch_mm_per_px = kPitch_mm;
-    const RunWatch watch;
-    return calibrate_photometric(request, {{}, watch});
-  }
-
   static Spheres judge(const fs::path& presses, const Sensor& sensor, double ball_mm) {
     constexpr double kInner = 0.7;
     PressSearch search;
@@ -79,7 +67,7 @@ class MiniRecordings : public RecordingsTest {
           const double dx = x - press.ball.center_x_px, dy = y - press.ball.center_y_px;
           if (std::hypot(dx, dy) > kInner * press.ball.radius_px) continue;
           depth.push_back(double{map[size_t{y} * format.width + x]});
-          at.push_back({dx * kPitch_mm, dy * kPitch_mm});
+          at.push_back({dx * kMiniPitch_mm, dy * kMiniPitch_mm});
         }
       const double square = std::pow(sphere_error_mm(depth, at, ball_mm), 2);
       all.error_mm += square;
@@ -103,7 +91,7 @@ TEST_F(MiniRecordings, TheOtherHalfAndABallNeverSeenAreRead) {
   constexpr double kBall_mm = 3.155, kOther_mm = 4.75;
   const auto half = halves(pad / "ball_6.31mm", folder);
   for (const size_t made : {size_t{0}, size_t{1}}) {
-    const Sensor sensor = calibrated(half[made], pad / "background.png", kBall_mm).sensor;
+    const Sensor sensor = calibrated_mini(half[made], pad / "background.png", kBall_mm).sensor;
     const Spheres own = judge(half[1 - made], sensor, kBall_mm);
     EXPECT_LT(own.error_mm, 0.016);
     EXPECT_LT(own.whole_mm, 0.015);
@@ -121,7 +109,7 @@ TEST_F(MiniRecordings, ADimEdgeIsNoOtherBall) {
   const fs::path pad = recordings_folder() / "gelsight_mini/pad_a", folder = test_folder("mini-mixed");
   const fs::path mixed = halves(pad / "ball_6.31mm", folder)[0];
   fs::copy(pad / "ball_9.5mm/press_10.png", mixed / "larger.png");
-  const std::string report = calibrated(mixed, pad / "background.png", 3.155).text;
+  const std::string report = calibrated_mini(mixed, pad / "background.png", 3.155).text;
   EXPECT_NE(report.find("not used: larger.png: reads"), std::string::npos) << report;
   EXPECT_EQ(report.find("not used: press_03.png"), std::string::npos) << report;
   fs::remove_all(folder);
@@ -132,7 +120,7 @@ TEST_F(MiniRecordings, TheOtherHalfIsReadBetweenMarkers) {
   constexpr double kBall_mm = 2.5;
   const auto half = halves(pad / "ball_5mm", folder);
   for (const size_t made : {size_t{0}, size_t{1}}) {
-    const Sensor sensor = calibrated(half[made], pad / "background.png", kBall_mm).sensor;
+    const Sensor sensor = calibrated_mini(half[made], pad / "background.png", kBall_mm).sensor;
     ASSERT_TRUE(sensor.skin);
     EXPECT_NEAR(sensor.skin->spacing_px, 31.3, 0.5);
     const Spheres own = judge(half[1 - made], sensor, kBall_mm);
