@@ -83,7 +83,7 @@ double median_of(const std::vector<double>& values) {
 double ninetieth_of(std::vector<double> values) {
   if (values.empty()) return kNaN;
   std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(0.9 * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<size_t>(std::lround(0.9 * static_cast<double>(values.size() - 1)))];
 }
 
 }  // namespace
