@@ -228,10 +228,9 @@ constexpr MeasuredQuantity<Touch> kSurface[] = {
         {.why = "the state of the depth says where it matters"}),
     field<Touch, &Touch::surface, &SurfaceSummary::clipped_px>(
         "clipped_px", G::Depth,
-        "Pixels steeper than `surface.max_slope`, clipped to it, or (colour gels) with one colour below a "
-        "tenth "
-        "of its untouched gray: its light's shadow; `depth_state` says so from 1 % of the contact's area on, "
-        "with reading `shading` beyond a rim of 4 px, which the filter always leaves dark.",
+        "Pixels steeper than `surface.max_slope`, clipped to it; `depth_state` says so from 1 % of the "
+        "contact's area on, with reading `shading` beyond a rim of 4 px, which the filter always leaves "
+        "dark.",
         {.in_table = seen, .none = true, .row = {.label = "clipped slopes", .only_if_some = true}}),
     made<Touch>("contacts", G::Contacts, Whole,
                 "Number of separate contacts; empty where there are more regions than there is room for.",

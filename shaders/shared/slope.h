@@ -26,9 +26,6 @@ struct SlopePush {
 // Photometric: weights of colours for changes of one gray level, each a polynomial of place. A colour's terms
 // are 1, X, Y, XX, XY, YY, ..., and kPlaceTerms apart, however many there are.
 const int kColours = 9, kPlaceTerms = 10;
-// A colour with less than one part in so many of its untouched gray is in its light's shadow: what leans
-// farther away from that light looks the same.
-const int kShadowParts = 10;
 
 #ifdef __cplusplus
 static_assert(sizeof(SlopePush) == 40);

@@ -1,7 +1,7 @@
 // Pixels to slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, one row of eight pixels at a time. Variants: READING_GIVEN
 // (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC. Included after `push` (SlopePush) and TILE_ROWS are declared;
 // bindings below FIRST_OUTPUT are taken. What is read from pixels leaves in clipped_px, one word for each invocation, how many of
-// its own pixels are steeper than max_slope or in the shadow of one of a gel's lights.
+// its own pixels are steeper than max_slope.
 
 #include "shaders/shared/texels.glsl"
 
@@ -158,21 +158,14 @@ uvec3 twelve(uint l, uvec2 c, uint r) {
 int word_at(int row, int tx) { return row * int(push.in_pitch) * 4 + 4 + 2 * tx; }
 #define twelve_at(pairs, words, at) twelve(texelFetch(words, (at) - 1).x, texelFetch(pairs, (at) / 2).xy, texelFetch(words, (at) + 2).x)
 
-uvec4 shadowed(vec4 image, vec4 rest) { return uvec4(lessThan(float(kShadowParts) * image, rest)); }
-
-// One plane's change from the background in twelve pixels, and which of the middle eight are in its light's shadow.
+// One plane's change from the background in twelve pixels.
 struct Twelve {
   vec4 a, b, c;
-  uvec4 dark_a, dark_b;
 };
 Twelve change_at(int plane, int row, int tx) {
   int at = word_at(plane * int(push.height) + row, tx);
   uvec3 image = twelve_at(frame_pairs, frame_words, at), rest = twelve_at(rest_pairs, rest_words, at);
-  vec4 image_a = unpack(image.x), image_b = unpack(image.y), image_c = unpack(image.z);
-  vec4 rest_a = unpack(rest.x), rest_b = unpack(rest.y), rest_c = unpack(rest.z);
-  return Twelve(image_a - rest_a, image_b - rest_b, image_c - rest_c,
-                shadowed(vec4(image_a.zw, image_b.xy), vec4(rest_a.zw, rest_b.xy)),
-                shadowed(vec4(image_b.zw, image_c.xy), vec4(rest_b.zw, rest_c.xy)));
+  return Twelve(unpack(image.x) - unpack(rest.x), unpack(image.y) - unpack(rest.y), unpack(image.z) - unpack(rest.z));
 }
 
 // A row's and a column's place, in -1 to 1.
@@ -299,10 +292,9 @@ Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   lean(normal_of(colours, r.b, g.b, b.b), across_b, result.p_b, q_b);
   lean(normal_of(colours, r.c, g.c, b.c), across_c, result.p_c, q_c);
   float steepest = push.max_slope * push.max_slope;
-  vec4 limit = vec4(steepest / (1.0 + steepest));
-  uvec4 own = uvec4(y >= clipped.first && y < clipped.end ? 1 : 0);
-  clipped.a += own & (uvec4(greaterThan(vec4(across_a.zw, across_b.xy), limit)) | r.dark_a | g.dark_a | b.dark_a);
-  clipped.b += own & (uvec4(greaterThan(vec4(across_b.zw, across_c.xy), limit)) | r.dark_b | g.dark_b | b.dark_b);
+  float limit = y >= clipped.first && y < clipped.end ? steepest / (1.0 + steepest) : 3.4e38;
+  clipped.a += uvec4(greaterThan(vec4(across_a.zw, across_b.xy), vec4(limit)));
+  clipped.b += uvec4(greaterThan(vec4(across_b.zw, across_c.xy), vec4(limit)));
   result.q_a = vec4(q_a.zw, q_b.xy);
   result.q_b = vec4(q_b.zw, q_c.xy);
   return result;

@@ -43,21 +43,17 @@ uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
 }
 #else
 // One plane's change from the background.
-vec4 four_at(int plane, int x, int y, inout uvec4 dark) {
+vec4 four_at(int plane, int x, int y) {
   int at = (plane * int(push.height) + y) * int(push.in_pitch) * 4 + 4 + x / 4;
-  vec4 image = unpack(texelFetch(frame_words, at).x), rest = unpack(texelFetch(rest_words, at).x);
-  dark |= shadowed(image, rest);
-  return image - rest;
+  return unpack(texelFetch(frame_words, at).x) - unpack(texelFetch(rest_words, at).x);
 }
 
 uvec4 four_slopes(int x, int y, out vec4 p, out vec4 q) {
   vec4 across2;
   ColourWeights colours = weights_from(window_from(x), place_y(y));
-  uvec4 dark = uvec4(0);
-  vec4 r = four_at(0, x, y, dark), g = four_at(1, x, y, dark), b = four_at(2, x, y, dark);
-  lean(normal_of(colours, r, g, b), across2, p, q);
+  lean(normal_of(colours, four_at(0, x, y), four_at(1, x, y), four_at(2, x, y)), across2, p, q);
   float steepest = push.max_slope * push.max_slope;
-  return uvec4(greaterThan(across2, vec4(steepest / (1.0 + steepest)))) | dark;
+  return uvec4(greaterThan(across2, vec4(steepest / (1.0 + steepest))));
 }
 #endif
 

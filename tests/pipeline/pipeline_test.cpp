@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
-#include "capture/synthetic/optics.h"
-#include "capture/synthetic/synthetic.h"
 #include "engine/calibrate/force/fit.h"
 #include "tests/pipeline/pipeline_fixture.h"
 #include "tests/scenes/synthetic_run.h"
@@ -263,60 +260,6 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
       const Touch few = pipeline.process(stray).touch;
       EXPECT_EQ(few.surface->clipped_px, 3u);
       EXPECT_EQ(few.surface->validity, Validity::Valid);
-    }
-  }
-}
-
-/// What a gel's camera shows of a bowed stamp, 0.5 mm high and 6 mm across, whose flanks fall by `degrees`;
-/// 0: of nothing.
-Frame stamp_in_gel(const FrameFormat& format, double pitch_mm, double degrees) {
-  constexpr double kTop_mm = 3, kBow_mm = 15, kHigh_mm = 0.5;
-  const double slope = std::tan(degrees * std::numbers::pi / 180),
-               foot_mm = kTop_mm + (kHigh_mm - kTop_mm * kTop_mm / (2 * kBow_mm)) / std::max(slope, 1e-9);
-  Frame frame;
-  frame.reshape(format);
-  for (uint32_t y = 0; y < format.height; ++y)
-    for (uint32_t x = 0; x < format.width; ++x) {
-      const double right = (x - 0.5 * (format.width - 1)) * pitch_mm,
-                   down = (y - 0.5 * (format.height - 1)) * pitch_mm, r = std::hypot(right, down);
-      const double falls = slope <= 0 || r > foot_mm ? 0 : r < kTop_mm ? 1 / kBow_mm : slope / r;
-      const double by_x = -falls * right, by_y = -falls * down,
-                   long_ = std::sqrt(1 + by_x * by_x + by_y * by_y);
-      for (uint32_t c = 0; c < 3; ++c) {
-        const auto from = optics::gel_light(static_cast<int>(c));
-        const double light = optics::gel_brightness(static_cast<int>(c), 2.0 * x / (format.width - 1) - 1,
-                                                    2.0 * y / (format.height - 1) - 1) *
-                             255 * std::max(0.0, (by_x * from[0] + by_y * from[1] + from[2]) / long_);
-        frame.set(c, x, y, static_cast<uint32_t>(std::lround(std::min(optics::kBlack_gray + light, 255.0))));
-      }
-    }
-  return frame;
-}
-
-// A flank in the shadow of one of the gel's lights looks the same however steep it is: the depth is too low,
-// and says so. A shallow one is right.
-TEST_F(PipelineTest, FlanksInALightsShadowAreTold) {
-  SyntheticOptions gel;
-  gel.width = 320;
-  gel.height = 240;
-  gel.mode = SyntheticMode::Gel;
-  const Sensor sensor = synthetic_sensor(gel);
-  const FrameFormat format{320, 240, 3, 8};
-  PipelineOptions options;
-  options.outputs = options.outputs | Output::Surface | Output::Contacts;
-  Pipeline pipeline(context(), sensor, format, options);
-  pipeline.set_background(stamp_in_gel(format, sensor.pitch_mm_per_px, 0));
-  for (const double degrees : {20.0, 30.0, 60.0, 70.0}) {
-    const Touch touch = pipeline.process(stamp_in_gel(format, sensor.pitch_mm_per_px, degrees)).touch;
-    std::printf("flanks of %.0f degrees: %.3f mm of 0.5, %llu px clipped of %llu touched, %s\n", degrees,
-                touch.surface->depth_max_mm, static_cast<unsigned long long>(touch.surface->clipped_px),
-                static_cast<unsigned long long>(touch.area_px), to_string(touch.surface->validity));
-    if (degrees < 45) {
-      EXPECT_EQ(touch.surface->validity, Validity::Valid);
-      EXPECT_NEAR(touch.surface->depth_max_mm, 0.5, 0.025);
-    } else {
-      EXPECT_EQ(touch.surface->validity, Validity::Clipped);
-      EXPECT_LT(touch.surface->depth_max_mm, 0.45);
     }
   }
 }

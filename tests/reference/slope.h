@@ -14,7 +14,7 @@ namespace palpate::reference {
 
 struct Slopes {
   std::vector<double> p, q;  ///< height x width: d(depth)/dx, d(depth)/dy
-  uint64_t clipped = 0;      ///< pixels steeper than max_slope, or in the shadow of one of a gel's lights
+  uint64_t clipped = 0;      ///< pixels steeper than max_slope
   uint64_t on_the_edge = 0;  ///< pixels for which that hangs on the rounding of single precision
 };
 
@@ -96,11 +96,8 @@ inline Slopes photometric_slopes(const Frame& image, const Frame& rest, const Se
         }
       const double across = std::hypot(nx, ny);
       const double excess = across * std::hypot(1, sensor.max_slope) / sensor.max_slope - 1;
-      bool shadowed = false;
-      for (uint32_t channel = 0; channel < 3; ++channel)
-        shadowed = shadowed || 10 * image.at(channel, x, y) < rest.at(channel, x, y);
-      s.clipped += shadowed || excess > 0;
-      s.on_the_edge += !shadowed && std::abs(excess) < 1e-5;
+      s.clipped += excess > 0;
+      s.on_the_edge += std::abs(excess) < 1e-5;
       const double slope =
           across < 1 ? std::min(across / std::sqrt(1 - across * across), sensor.max_slope) : sensor.max_slope;
       s.p.push_back(across > 0 ? slope * nx / across : 0);

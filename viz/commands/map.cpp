@@ -89,19 +89,12 @@ std::string words_of(const RecordingMap& found) {
     out += text("found again on what was mapped before: %u of %u tracks\n", map.found_again, found.tracks);
   if (map.ambiguous > 0)
     out += text("looked alike at several places, and joined to none: %u searches\n", map.ambiguous);
-  if (map.repeating > 0)
-    out += text("the relief repeats, and may go on so beyond the map: %u searches joined to none\n",
-                map.repeating);
   if (map.pieces.size() > 1)
     out += text("not connected: %zu pieces, each in its own axes\n", map.pieces.size());
   if (map.smooth > 0)
     out += text("%u key frames hang together with no other one: too smooth, or something else was touched\n",
                 map.smooth);
   if (map.missed > 0) out += text("%u key frames found no room (--most-keys)\n", map.missed);
-  if (found.steep > 0)
-    out += text(
-        "flanks too steep for the sensor in %llu frames: heights there are too low, by more than stated\n",
-        static_cast<unsigned long long>(found.steep));
   uint64_t sliding = 0;
   for (const auto& [name, frames] : found.surfaces) sliding += name == "none" ? 0 : frames;
   if (2 * sliding > found.tracked)

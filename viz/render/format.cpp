@@ -29,7 +29,7 @@ Verdict force_verdict(Validity validity) {
     case Validity::AtBorder:
       return {"contact reaches the BORDER: force is at least this", Meaning::Doubtful};
     case Validity::Clipped:
-      return {"flanks TOO STEEP to read: depth is too small", Meaning::Doubtful};
+      return {"slopes CLIPPED at max_slope: depth is too small", Meaning::Doubtful};
     case Validity::Extrapolated:
       return {"depth EXTRAPOLATED: calibration saw no such place or colour", Meaning::Doubtful};
     case Validity::OnsetUnseen:

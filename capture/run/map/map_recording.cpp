@@ -48,7 +48,6 @@ json::Value map_report(const RecordingMap& found) {
   report["frames_tracked"] = found.tracked;
   report["frames_lost"] = found.lost;
   report["frames_without_contact"] = found.no_contact;
-  report["frames_too_steep"] = found.steep;
   report["tracks"] = found.tracks;
   json::Value surfaces = json::Value::object();
   for (const auto& [name, frames] : found.surfaces) surfaces[name] = frames;
@@ -87,8 +86,8 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
   const RunWatch::Progress progress = watch.begin("mapping", source->frame_count().value_or(0));
   const auto take = [&](const Result& result, const Frame&) {
     const Touch& touch = result.touch;
-    const SurfaceSummary surface = touch.surface.value_or(SurfaceSummary{});
-    const HeightMap seen = depths.of(result.depth_mm(), touch.contact && touch.surface, surface.depth_sd_mm);
+    const HeightMap seen = depths.of(result.depth_mm(), touch.contact && touch.surface,
+                                     touch.surface.value_or(SurfaceSummary{}).depth_sd_mm);
     const Pose& pose = tracker.update(seen);
     map.add(seen, pose, touch.sequence);
     // Here, and not beside the frames: a recording gives the same map each time.
@@ -99,13 +98,7 @@ RecordingMap map_recording(gpu::Context& context, const MapRequest& request, con
     out.lost += pose.state == PoseState::Lost ? 1 : 0;
     out.tracks = pose.track;
     if (pose.state == PoseState::Tracked) ++out.surfaces[to_string(pose.surface)];
-    const bool tracked = pose.state == PoseState::Tracked || pose.state == PoseState::Begun;
-    if (tracked) ++out.tracked;
-    // Where the light is not known, or the like, that comes first in the depth's state.
-    const bool steep =
-        surface.validity == Validity::Clipped ||
-        (input.sensor.reading == SurfaceReading::Photometric && surface.clipped_px * 100 > touch.area_px);
-    if (tracked && steep) ++out.steep;
+    if (pose.state == PoseState::Tracked || pose.state == PoseState::Begun) ++out.tracked;
     progress(out.frames);
   };
   try {

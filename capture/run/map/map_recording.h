@@ -35,9 +35,6 @@ struct RecordingMap {
   uint64_t frames = 0;                     ///< measured
   uint64_t tracked = 0;                    ///< of them, with the object's motion known, or first of a track
   uint64_t no_contact = 0, lost = 0;
-  /// Tracked, with a hundredth of the contact or more beyond what can be read, as Validity::Clipped: heights
-  /// there are too low.
-  uint64_t steep = 0;
   uint32_t tracks = 0;
   std::map<std::string, uint64_t> surfaces;  ///< tracked frames by what their contact is (Slippage)
   double pitch_mm = 0;                       ///< of the recording's pixels

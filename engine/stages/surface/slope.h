@@ -56,8 +56,7 @@ class Slope {
   /// A word for each strip.
   uint64_t clipped_bytes() const { return uint64_t{strips()} * sizeof(uint32_t); }
   /// Pixels of the frame whose reading is steeper than max_slope: their slope keeps its direction and has
-  /// that size. In SurfaceReading::Shading those in contact: elsewhere nothing is read; in
-  /// SurfaceReading::Photometric also those in one light's shadow, whose reading stays as it is.
+  /// that size. In SurfaceReading::Shading those in contact: elsewhere nothing is read.
   uint64_t clipped_px(std::span<const uint32_t> clipped) const;
 
  private:
