@@ -2,57 +2,52 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <optional>
 
 #include "engine/base/text.h"
-#include "engine/motion/registration.h"
+#include "engine/motion/rigid_motion.h"
 #include "engine/numeric/dense.h"
+#include "engine/palpation/hand/skin_fit.h"
 #include "engine/palpation/hand/skin_overlap.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kLeastSignificance = 9;  // of a place that was searched without a guess
-constexpr double kLeastOverlap = 0.15, kLeastFitting = 0.6;
-constexpr double kMostMisfit = 4.5;     // standard errors of a pair, of its three numbers together
+constexpr double kLeastOverlap = 0.15;
+constexpr double kFarFromStart_mm = 1;  // of a fit from where it starts
+constexpr int kUnknowns = 5;            // of each press
+constexpr double kMostMisfit = 4.5;     // standard errors of a pair, of its four numbers together
 constexpr double kOverlapLooked = 0.3;  // of places that are known: from so much on a pair is looked at
 
 using Vector3 = Eigen::Vector3d;
+/// A pad's place and turn, and its tilts about the axes of the first one.
+using Pose = Eigen::Matrix<double, 5, 1>;
+using Misses = Eigen::Vector4d;
+using Plane = std::complex<double>;
 
 /// Where the second press lies, seen from the first, with the inverse covariance of that.
 struct Link {
   size_t first, second;
-  RigidMotion motion;  // of the skin from the first pad's frame to the second's
-  Eigen::Vector3d at_mm;
-  Eigen::Matrix3d information;
-  double overlap;
+  SkinFit fit;
+  Eigen::Matrix4d information;
 };
 
-RigidMotion pose_of(const Vector3& place) {
-  return {turn_of({0, 0, place(2)}), {place(0), place(1), 0}};
-}
-
-/// Three numbers of a small motion: along x and y, turn.
-Vector3 planar(const Vector6d& twist) {
-  return {twist(0), twist(1), twist(5)};
+RigidMotion pose_of(const Pose& pose) {
+  return {turn_of({0, 0, pose(2)}), {pose(0), pose(1), 0}};
 }
 
 /// Skin's motion between pads at two places.
-RigidMotion motion_between(const Vector3& first, const Vector3& second) {
+RigidMotion motion_between(const Pose& first, const Pose& second) {
   return pose_of(second).inverse() * pose_of(first);
-}
-
-/// The link's measured motion flattened: a pad lies on the skin, and tilt and depth are its own.
-Vector3 miss(const Link& link, const Vector3& first, const Vector3& second) {
-  return planar(twist_between(motion_between(first, second), link.motion, link.at_mm));
 }
 
 class Placement {
  public:
   Placement(const std::vector<HandPress>& presses, const HandPlaceOptions& options)
       : presses_(presses), options_(options) {
-    for (const HandPress& press : presses) surfaces_.emplace_back(press.relief.map());
+    for (const HandPress& press : presses) skins_.emplace_back(press.relief);
     out_.places.resize(presses.size());
   }
 
@@ -61,6 +56,8 @@ class Placement {
  private:
   std::optional<Link> link(size_t first, size_t second, const RigidMotion& start) const;
   std::optional<Link> search(size_t first, size_t second) const;
+  Misses miss(const Link& link, const Pose& first, const Pose& second) const;
+  double misfit(const Link& link) const;
   void place_each();
   void link_neighbours();
   double overlap(size_t first, size_t second) const;
@@ -70,64 +67,77 @@ class Placement {
 
   const std::vector<HandPress>& presses_;
   const HandPlaceOptions& options_;
-  std::vector<ContactSurface> surfaces_;
+  std::vector<SkinLevels> skins_;
   std::vector<Link> links_;
-  std::vector<Vector3> pose_ = std::vector<Vector3>(presses_.size(), Vector3::Zero());
+  std::vector<Pose> pose_ = std::vector<Pose>(presses_.size(), Pose::Zero());
   Eigen::MatrixXd inverse_;  // of the normal equations, the first press held
   HandPlaces out_;
 };
 
 std::optional<Link> Placement::link(size_t first, size_t second, const RigidMotion& start) const {
-  if (surfaces_[first].count() == 0 || surfaces_[second].count() == 0) return std::nullopt;
-  const Registration found = register_surface(surfaces_[first], surfaces_[second], start);
-  if (!found.found || !found.converged || found.overlap < kLeastOverlap || found.fitting < kLeastFitting)
-    return std::nullopt;
-  for (const int c : {0, 1, 5})
-    if (!found.freedom.determined(c)) return std::nullopt;
-  Link link{first, second, found.motion, found.at_mm, Eigen::Matrix3d::Zero(), found.overlap};
-  Eigen::MatrixXd covariance(3, 3);
-  constexpr int kAxes[] = {0, 1, 5};
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) covariance(a, b) = found.covariance(kAxes[a], kAxes[b]);
-  for (int c = 0; c < 3; ++c)
+  const std::optional<SkinFit> found = fit_skin(skins_[first], skins_[second], start);
+  if (!found || found->overlap < kLeastOverlap) return std::nullopt;
+  // A fit that ran off has found another place than the texture.
+  const Vector3 from(found->from_mm[0], found->from_mm[1], 0);
+  if ((found->motion() * from - start * from).norm() > kFarFromStart_mm) return std::nullopt;
+  Eigen::Matrix4d covariance = found->covariance;
+  for (int c = 0; c < 4; ++c)
     covariance(c, c) += std::pow(c < 2 ? options_.skin_sd_mm : options_.skin_sd_rad, 2);
-  link.information = dense::inverse(covariance);
-  return link;
+  return Link{first, second, *found, dense::inverse(covariance)};
 }
 
 std::optional<Link> Placement::search(size_t first, size_t second) const {
   const SkinOverlap seen =
       find_skin_overlap(presses_[first].relief, presses_[second].relief, options_.most_turn_rad);
-  if (seen.significance < kLeastSignificance) return std::nullopt;
-  const RigidMotion start =
-      motion_between(Vector3::Zero(), {seen.shift_mm[0], seen.shift_mm[1], seen.turn_rad});
-  std::optional<Link> found = link(first, second, start);
-  // A search that ran off has found another place than the texture.
-  if (found && planar(twist_between(start, found->motion, found->at_mm)).head<2>().norm() > 1.5)
-    found.reset();
-  return found;
+  if (!seen.sure()) return std::nullopt;
+  Pose there = Pose::Zero();
+  there.head<3>() << seen.shift_mm[0], seen.shift_mm[1], seen.turn_rad;
+  return link(first, second, motion_between(Pose::Zero(), there));
 }
 
-/// Each press where it fits one that is placed: the one before it, then the others.
+/// What the pair's fit has more than the pads' places and tilts say: shift, turn, stretch. A tilted plate
+/// bends the block as a column, and its end's skin is stretched as z - (a - ib) z^2 about the block's middle,
+/// a and b the tilts over four heights.
+Misses Placement::miss(const Link& link, const Pose& first, const Pose& second) const {
+  const Plane middle(options_.first_mm[0], options_.first_mm[1]);
+  const double four_mm = 4 * presses_[0].observation.block_mm[2];
+  const auto at = [&](const Pose& pose, const Eigen::Vector2d& seen) {
+    return middle + Plane(pose(0), pose(1)) + std::polar(1.0, pose(2)) * Plane(seen[0], seen[1]);
+  };
+  const auto bent = [&](const Pose& pose) { return Plane(pose(3), -pose(4)) / four_mm; };
+  const Plane z1 = at(first, link.fit.from_mm), z2 = at(second, link.fit.at_mm);
+  const Plane k1 = bent(first), k2 = bent(second);
+  const Plane shift = (z2 - k2 * z2 * z2 - z1 + k1 * z1 * z1) * std::polar(1.0, -second(2));
+  const Plane swell = std::log((1.0 - 2.0 * k2 * z2) / (1.0 - 2.0 * k1 * z1));
+  return {shift.real(), shift.imag(), swell.imag() + second(2) - first(2) + link.fit.turn_rad,
+          swell.real() + std::log(link.fit.stretch)};
+}
+
+double Placement::misfit(const Link& link) const {
+  const Misses off = miss(link, pose_[link.first], pose_[link.second]);
+  return std::sqrt(off.dot(link.information * off));
+}
+
+/// Each press where it fits one that is placed, from that before it to those farther in the row.
 void Placement::place_each() {
   std::vector<size_t> order = {0};
   out_.places[0].placed = true;
+  std::vector<size_t> asked(presses_.size(), 0);  // of those that are placed, by how many
   for (bool more = true; more;) {
     more = false;
     for (size_t p = 1; p < presses_.size(); ++p) {
       if (out_.places[p].placed) continue;
-      std::vector<size_t> from = order;
+      std::vector<size_t> from(order.begin() + std::ptrdiff_t(asked[p]), order.end());
+      asked[p] = order.size();
       std::stable_sort(from.begin(), from.end(), [p](size_t a, size_t b) {
         return std::abs(double(a) - double(p)) < std::abs(double(b) - double(p));
       });
-      if (from.size() > 4) from.resize(4);
-      if (from.back() != 0) from.push_back(0);  // the first one lies in the middle
       for (const size_t q : from) {
         const std::optional<Link> found = search(q, p);
         if (!found) continue;
         links_.push_back(*found);
-        const RigidMotion at = pose_of(pose_[q]) * found->motion.inverse();
-        pose_[p] = {at.shift_mm[0], at.shift_mm[1], turn_vector(at.turn)[2]};
+        const RigidMotion at = pose_of(pose_[q]) * found->fit.motion().inverse();
+        pose_[p].head<3>() << at.shift_mm[0], at.shift_mm[1], turn_vector(at.turn)[2];
         out_.places[p].placed = more = true;
         order.push_back(p);
         break;
@@ -160,40 +170,47 @@ void Placement::link_neighbours() {
         return std::minmax(l.first, l.second) == std::minmax(p, q);
       });
       if (known) continue;
-      const RigidMotion start = motion_between(pose_[p], pose_[q]);
-      const std::optional<Link> found = link(p, q, start);
-      if (found && planar(twist_between(start, found->motion, found->at_mm)).head<2>().norm() < 1)
-        links_.push_back(*found);
+      std::optional<Link> found = link(p, q, motion_between(pose_[p], pose_[q]));
+      if (!found) found = search(p, q);
+      if (found) links_.push_back(*found);
     }
 }
 
-/// Gauss-Newton on the pairs' misses; the first press stays.
+/// Gauss-Newton on the pairs' misses and on tilts, of which a hand makes small ones; the first press stays.
 void Placement::solve() {
-  const auto unknowns = static_cast<Eigen::Index>(3 * presses_.size());
+  const auto unknowns = static_cast<Eigen::Index>(kUnknowns * presses_.size());
   for (int round = 0; round < 6; ++round) {
     Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(unknowns, unknowns) * 1e-9;
     normal.topLeftCorner<3, 3>() += Eigen::Matrix3d::Identity() * 1e12;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
+    for (size_t p = 0; p < presses_.size(); ++p)
+      for (const Eigen::Index c : {3, 4}) {
+        normal.diagonal()[kUnknowns * Eigen::Index(p) + c] += std::pow(options_.tilt_sd_rad, -2);
+        right[kUnknowns * Eigen::Index(p) + c] -= pose_[p](c) * std::pow(options_.tilt_sd_rad, -2);
+      }
     for (const Link& l : links_) {
-      const Vector3 off = miss(l, pose_[l.first], pose_[l.second]);
-      Eigen::Matrix<double, 3, 6> slope;
+      const Misses off = miss(l, pose_[l.first], pose_[l.second]);
+      Eigen::Matrix<double, 4, 2 * kUnknowns> slope;
       constexpr double kStep = 1e-6;
-      for (int c = 0; c < 6; ++c) {
-        std::array<Vector3, 2> moved = {pose_[l.first], pose_[l.second]};
-        moved[size_t(c / 3)](c % 3) += kStep;
+      for (int c = 0; c < 2 * kUnknowns; ++c) {
+        std::array<Pose, 2> moved = {pose_[l.first], pose_[l.second]};
+        moved[size_t(c / kUnknowns)](c % kUnknowns) += kStep;
         slope.col(c) = (miss(l, moved[0], moved[1]) - off) / kStep;
       }
-      const Eigen::Matrix<double, 6, 3> weighted = slope.transpose() * l.information;
-      const Eigen::Matrix<double, 6, 6> square = weighted * slope;
-      const Eigen::Matrix<double, 6, 1> pull = weighted * off;
-      const Eigen::Index at[2] = {3 * Eigen::Index(l.first), 3 * Eigen::Index(l.second)};
+      const Eigen::Matrix<double, 2 * kUnknowns, 4> weighted = slope.transpose() * l.information;
+      const Eigen::Matrix<double, 2 * kUnknowns, 2 * kUnknowns> square = weighted * slope;
+      const Eigen::Matrix<double, 2 * kUnknowns, 1> pull = weighted * off;
+      const Eigen::Index at[2] = {kUnknowns * Eigen::Index(l.first), kUnknowns * Eigen::Index(l.second)};
       for (int a = 0; a < 2; ++a) {
-        right.segment<3>(at[a]) -= pull.segment<3>(3 * a);
-        for (int b = 0; b < 2; ++b) normal.block<3, 3>(at[a], at[b]) += square.block<3, 3>(3 * a, 3 * b);
+        right.segment<kUnknowns>(at[a]) -= pull.segment<kUnknowns>(kUnknowns * a);
+        for (int b = 0; b < 2; ++b)
+          normal.block<kUnknowns, kUnknowns>(at[a], at[b]) +=
+              square.block<kUnknowns, kUnknowns>(kUnknowns * a, kUnknowns * b);
       }
     }
     const Eigen::VectorXd step = dense::Ldlt(normal).solve(right);
-    for (size_t p = 0; p < presses_.size(); ++p) pose_[p] += step.segment<3>(3 * Eigen::Index(p));
+    for (size_t p = 0; p < presses_.size(); ++p)
+      pose_[p] += step.segment<kUnknowns>(kUnknowns * Eigen::Index(p));
     inverse_ = dense::inverse(normal);
     if (step.cwiseAbs().maxCoeff() < 1e-7) break;
   }
@@ -208,8 +225,7 @@ bool Placement::drop_worst() {
       return std::count_if(links_.begin(), links_.end(),
                            [p](const Link& k) { return k.first == p || k.second == p; });
     };
-    const Vector3 off = miss(links_[l], pose_[links_[l].first], pose_[links_[l].second]);
-    const double far = std::sqrt(off.dot(links_[l].information * off));
+    const double far = misfit(links_[l]);
     if (far > most && hangs_on(links_[l].first) > 1 && hangs_on(links_[l].second) > 1) {
       most = far;
       worst = l;
@@ -220,17 +236,16 @@ bool Placement::drop_worst() {
   return true;
 }
 
-/// Mean square of the pairs' misses in their errors, by what they have more than the places need; 1 or more.
+/// Mean square of the misses and tilts in their errors, by what they have more than the unknowns; 1 or more.
 double Placement::spread() const {
   size_t placed = 0;
-  for (const HandPlace& place : out_.places) placed += place.placed;
-  if (links_.size() < placed) return 1;
   double square = 0;
-  for (const Link& l : links_) {
-    const Vector3 off = miss(l, pose_[l.first], pose_[l.second]);
-    square += off.dot(l.information * off);
+  for (size_t p = 0; p < presses_.size(); ++p) {
+    placed += out_.places[p].placed;
+    square += (pose_[p].tail<2>() / options_.tilt_sd_rad).squaredNorm();
   }
-  return std::max(square / (3.0 * double(links_.size() - (placed - 1))), 1.0);
+  for (const Link& l : links_) square += std::pow(misfit(l), 2);
+  return std::max(square / (4.0 * double(links_.size()) - 3.0 * double(placed - 1)), 1.0);
 }
 
 HandPlaces Placement::run() {
@@ -245,28 +260,23 @@ HandPlaces Placement::run() {
   const auto unknowns = static_cast<Eigen::Index>(3 * presses_.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(unknowns, unknowns);
   const double wider = spread();
-  const RigidMotion first = pose_of({options_.first_mm[0], options_.first_mm[1], 0});
   for (size_t p = 0; p < presses_.size(); ++p) {
     HandPlace& place = out_.places[p];
     if (!place.placed) {
-      place.reason = surfaces_[p].count() == 0
+      place.reason = !(skins_[p].texture[0].power() > 0)
                          ? "the skin does not touch the pad"
                          : "its skin fits that of no other press: no texture or no overlap";
       continue;
     }
-    const RigidMotion at = first * pose_of(pose_[p]);
-    place.at_mm = {at.shift_mm[0], at.shift_mm[1]};
+    place.at_mm = {options_.first_mm[0] + pose_[p](0), options_.first_mm[1] + pose_[p](1)};
     place.turn_rad = pose_[p](2);
     for (size_t q = 0; q < presses_.size(); ++q)
       if (out_.places[q].placed)
         covariance.block<3, 3>(3 * Eigen::Index(p), 3 * Eigen::Index(q)) =
-            wider * inverse_.block<3, 3>(3 * Eigen::Index(p), 3 * Eigen::Index(q));
+            wider * inverse_.block<3, 3>(kUnknowns * Eigen::Index(p), kUnknowns * Eigen::Index(q));
   }
   out_.covariance.assign(covariance.data(), covariance.data() + covariance.size());
-  for (const Link& l : links_) {
-    const Vector3 off = miss(l, pose_[l.first], pose_[l.second]);
-    out_.pairs.push_back({l.first, l.second, l.overlap, std::sqrt(off.dot(l.information * off))});
-  }
+  for (const Link& l : links_) out_.pairs.push_back({l.first, l.second, l.fit.overlap, misfit(l)});
   return out_;
 }
 

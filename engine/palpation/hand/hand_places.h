@@ -15,9 +15,10 @@ struct HandPlaceOptions {
   double first_sd_mm = 1;  ///< along x and along y; and of its turn against the block's sides:
   double first_turn_sd_rad = 0.035;
   double most_turn_rad = 0.2;  ///< between two presses
-  /// Standard errors of a pair that its reliefs do not show: skin that is pressed a little more, or on one
-  /// side more, is stretched by so much.
-  double skin_sd_mm = 0.06, skin_sd_rad = 0.006;
+  /// Of each press about either axis: a tilted pad stretches the skin around the block's middle.
+  double tilt_sd_rad = 0.05;
+  /// Standard errors of a pair that its reliefs do not show: what else stretches the skin under one press.
+  double skin_sd_mm = 0.03, skin_sd_rad = 0.003;
 };
 
 struct HandPlace {
@@ -43,11 +44,11 @@ struct HandPlaces {
   std::vector<double> covariance;
 };
 
-/// Consecutive presses are looked for in each other (find_skin_overlap), the others where their places say
-/// that they overlap; register_surface() makes each pair exact, and least squares over all pairs the places.
-/// A pair far from what the others agree on is dropped. A press without texture, or that overlaps none that
-/// is placed, is left out. Throws Error(Failure::Input) on fewer than two presses, reliefs of unlike size or
-/// pitch, and where no two presses fit each other.
+/// Each press is looked for in those that are placed (find_skin_overlap) until one shows it, the other pairs
+/// where the places say that they overlap; fit_skin() makes each pair exact, and least squares over all pairs
+/// the places and the tilts that stretch the skin. A pair far from what the others agree on is dropped. A
+/// press without texture, or that overlaps none that is placed, is left out. Throws Error(Failure::Input) on
+/// fewer than two presses, reliefs of unlike size or pitch, and where no two presses fit each other.
 HandPlaces place_presses(const std::vector<HandPress>& presses, const HandPlaceOptions& options = {});
 
 }  // namespace palpate

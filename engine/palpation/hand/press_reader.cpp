@@ -20,7 +20,6 @@ constexpr double kStays_mm =
     1;  // what a pad moves from its highest force to the press's end: more is a slide
 constexpr double kStation = 0.25;   // of the window's smaller side, from one station of a slide to the next
 constexpr size_t kMostLooked = 60;  // frames of a slide that stations are chosen from
-constexpr double kSeenAgain = 9;    // significance of a skin that is found again
 constexpr double kFarthestLoad = 0.1;  // of the highest load: a frame that stands for another
 constexpr double kUsual = 0.5;         // of the median of the highest forces: a press that counts
 constexpr double kFirst = 0.25;        // the same of the first one, without which there is no map
@@ -121,7 +120,7 @@ HandPress PressReader::press_of(const PressPlan& plan, const Sums& sums) const {
 /// is pressed harder is wider.
 double PressReader::slid_mm(const Sums& sums) const {
   const SkinOverlap again = find_skin_overlap(relief_of(sums.held[0], 0), relief_of(sums.held[1], 0));
-  return again.significance < kSeenAgain ? 0 : std::hypot(again.shift_mm[0], again.shift_mm[1]);
+  return !again.sure() ? 0 : std::hypot(again.shift_mm[0], again.shift_mm[1]);
 }
 
 /// Places along a slide, each a press at one load: the first frame, and each that has gone by kStation since.
@@ -136,8 +135,7 @@ std::vector<HandPress> PressReader::stations_of(const PressPlan& slide,
       const SkinRelief& last = stations.back().relief;
       const SkinOverlap way = find_skin_overlap(last, relief_of(sums.relief, slide.force_N[i]));
       const double side_mm = last.pitch_mm * std::min(last.width, last.height);
-      if (way.significance < kSeenAgain || std::hypot(way.shift_mm[0], way.shift_mm[1]) < kStation * side_mm)
-        continue;
+      if (!way.sure() || std::hypot(way.shift_mm[0], way.shift_mm[1]) < kStation * side_mm) continue;
     }
     sums.loads[0].nodes.add(nodes_.read(frame(i)));
     sums.loads[0].force_N = slide.force_N[i];
