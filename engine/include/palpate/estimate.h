@@ -16,7 +16,7 @@ enum class Validity : uint8_t {
   AboveRange,     ///< larger than anything seen in calibration
   Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
   AtBorder,       ///< the contact reaches the frame's border: what presses outside is missing
-  Clipped,        ///< much of the contact is steeper than can be read (see clipped_px): depths are too low
+  Clipped,        ///< much of the contact is steeper than max_slope (see clipped_px): depths are too low
   Extrapolated,   ///< much of the contact has colours, or lies at places, that calibration never saw
   OnsetUnseen,    ///< the contact began while no frames came: shear counts from where it was first seen
   Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined

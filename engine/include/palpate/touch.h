@@ -118,7 +118,7 @@ struct SurfaceSummary {
   /// the area in contact (Touch::area_mm2) by what the object draws down around it. Of colour gels
   /// (has_gel_contacts()) with Output::Contacts; none where too little of the pad is at rest.
   std::optional<double> dented_mm2;
-  /// Pixels steeper than the sensor's max_slope, clipped to it, or (photometric) in the shadow of one light.
+  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it.
   uint64_t clipped_px = 0;
   /// Dented pixels whose place or colour calibration never saw (Result::extrapolated). Of colour gels whose
   /// sensor file says what it saw, as dented_mm2.
