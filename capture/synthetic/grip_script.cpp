@@ -1,4 +1,4 @@
-// What both fingers of the scene "grip" do to their object.
+// Script of the scene "grip": motions of both fingers and their object.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -20,7 +20,7 @@ class OptionText {
   /// `what` takes the options, as "synthetic object"; `keys`: "key=VALUE, key=VALUE, ...".
   constexpr OptionText(const char* what, const char* keys) : what_(what), keys_(keys) {}
 
-  /// What follows the input's '?'.
+  /// Text behind the input's '?'.
   static std::vector<Option> options_of(const std::string& input);
   /// The input is `prefix`, alone or followed by "?...".
   static bool names(const std::string& input, const std::string& prefix);

@@ -24,12 +24,6 @@ namespace fs = std::filesystem;
 using Json = json::Value;
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
-constexpr const char* kNotice = "For research use. This is not a diagnosis.";
-
-Json to_json(const lump::Value& v) {
-  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
-}
-
 /// Observations of one bump; `fit`: of the profile through it, may be null.
 Rows felt_rows(const lump::Outline& o, const lump::GaussianFit* fit) {
   Rows rows;
@@ -79,13 +73,13 @@ Json to_json(const lump::Outline& o) {
   Json value = {{"found", o.found}, {"closed", o.closed}, {"significance", o.significance}};
   if (!o.reason.empty()) value["reason"] = o.reason;
   if (o.found) {
-    value["x_mm"] = to_json(o.x_mm);
-    value["y_mm"] = to_json(o.y_mm);
-    value["height_Pa"] = to_json(o.height_Pa);
+    value["x_mm"] = interval_json(o.x_mm);
+    value["y_mm"] = interval_json(o.y_mm);
+    value["height_Pa"] = interval_json(o.height_Pa);
   }
   if (o.closed) {
-    value["area_mm2"] = to_json(o.area_mm2);
-    value["width_mm"] = to_json(o.width_mm);
+    value["area_mm2"] = interval_json(o.area_mm2);
+    value["width_mm"] = interval_json(o.width_mm);
     value["points_mm"] = o.points_mm;
   }
   return value;
@@ -99,11 +93,11 @@ Json to_json(const lump::Estimate& e) {
             {"reasons", e.reasons}};
   if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;
   if (!reports_numbers(e.verdict)) return v;
-  v["size_mm"] = to_json(e.size_mm);
-  v["depth_mm"] = to_json(e.depth_mm);
-  v["stiffness_ratio"] = to_json(e.stiffness_ratio);
-  v["x_mm"] = to_json(e.x_mm);
-  v["y_mm"] = to_json(e.y_mm);
+  v["size_mm"] = interval_json(e.size_mm);
+  v["depth_mm"] = interval_json(e.depth_mm);
+  v["stiffness_ratio"] = interval_json(e.stiffness_ratio);
+  v["x_mm"] = interval_json(e.x_mm);
+  v["y_mm"] = interval_json(e.y_mm);
   v["shape"] = to_string(e.shape);
   v["shape_probability"] = e.shape_probability;
   return v;
@@ -372,6 +366,10 @@ std::string html(const ScanReport& r, const fs::path& folder) {
 }
 
 }  // namespace
+
+json::Value interval_json(const lump::Value& v) {
+  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
+}
 
 std::string scan_text(const ScanReport& r) {
   const ScanAnswer& a = r.answer;

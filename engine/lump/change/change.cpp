@@ -44,12 +44,8 @@ struct Pressed {
   }
   /// Of the likeliest lump, mm from the block's middle.
   std::array<double, 2> place_mm() const {
-    const Fit& best =
-        *std::min_element(weighing.fits.begin(), weighing.fits.end(),
-                          [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
-    const PatchView& view = weighing.look.patch.view;
-    const auto move = view.to_block(best.at(3), best.at(4));
-    return {view.center_mm[0] + move[0], view.center_mm[1] + move[1]};
+    const Fit& best = best_of(weighing.fits);
+    return weighing.look.patch.view.place_mm(best.at(3), best.at(4));
   }
 };
 
@@ -91,12 +87,10 @@ struct Difference {
   Logs first{}, change{};
   Logs chance{};    ///< variance of the change if there were none
   Logs variance{};  ///< and as it is
-  std::array<double, 4> shape_probability{};
 };
 
 Difference difference_of(const Model& model, const Pressed& a, const Pressed& b) {
   struct One {
-    InclusionShape shape;
     Logs first, change, chance, variance;
     double energy;
   };
@@ -109,7 +103,7 @@ Difference difference_of(const Model& model, const Pressed& a, const Pressed& b)
     const Matrix5 press = press_covariance(model, a, fit_a) + press_covariance(model, b, fit_b);
     const Matrix5 shared = 0.5 * (dense::inverse(fit_a.normal) + dense::inverse(fit_b.normal));
     const double grown = fit_b.at(kSize) - fit_a.at(kSize);
-    One one{shape, {}, {}, {}, {}, (fit_a.chi_square + fit_b.chi_square) / (a.temperature + b.temperature)};
+    One one{{}, {}, {}, {}, (fit_a.chi_square + fit_b.chi_square) / (a.temperature + b.temperature)};
     for (size_t p = 0; p < kParameters; ++p) {
       const auto i = static_cast<Eigen::Index>(p);
       one.first[p] = fit_a.at(i);
@@ -129,7 +123,6 @@ Difference difference_of(const Model& model, const Pressed& a, const Pressed& b)
   Difference d;
   for (const One& one : all) {
     const double weight = std::exp(-0.5 * (one.energy - least)) / sum;
-    d.shape_probability[static_cast<size_t>(one.shape)] += weight;
     for (size_t p = 0; p < kParameters; ++p) {
       d.first[p] += weight * one.first[p];
       d.change[p] += weight * one.change[p];
@@ -175,13 +168,11 @@ std::optional<Pair> one_place(const Model& model, const Observation& first, cons
   return pair;
 }
 
-double load_of(const Observation& o) {
-  return o.force_N.back() / (o.block_mm[0] * o.block_mm[1] * o.young_Pa);
-}
-
+/// Force over area and modulus.
 std::vector<double> loads_of(const Observation& o) {
   std::vector<double> loads;
-  for (const double force_N : o.force_N) loads.push_back(load_of(o) * force_N / o.force_N.back());
+  for (const double force_N : o.force_N)
+    loads.push_back(force_N / (o.block_mm[0] * o.block_mm[1] * o.young_Pa));
   return loads;
 }
 
@@ -285,7 +276,6 @@ void fill(const Difference& d, LumpChange& change) {
     change.factor[p] = value(p, [](double log) { return std::exp(log); });
   change.ratio_changed = told(kRatio, d.variance);
   change.least_mm = size * std::expm1((kTold + kSeenPower) * std::sqrt(d.chance[kSize]));
-  change.shape_probability = d.shape_probability;
   change.verdict = !told(kSize, d.chance) ? ChangeVerdict::NoChange
                    : d.change[kSize] > 0  ? ChangeVerdict::Grown
                                           : ChangeVerdict::Shrunk;
@@ -326,7 +316,7 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
     without_numbers(first.estimate, second.estimate, change);
     return change;
   }
-  const double unlike = load_of(second.observation) / load_of(first.observation);
+  const double unlike = loads_of(second.observation).back() / loads_of(first.observation).back();
   if (std::max(unlike, 1 / unlike) > kUnlikeLoads) {
     change.reasons.push_back(
         text("the highest load is %.3g times the first day's, at most %.2g can be compared: press as hard",

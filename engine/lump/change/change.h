@@ -36,8 +36,7 @@ struct LumpChange {
   bool ratio_changed = false;        ///< beyond what chance makes
   double least_mm = 0;               ///< growth that would be told nine times in ten
   std::array<double, 2> moved_mm{};  ///< of the second day's window against the first's, beyond what was told
-  std::array<double, 4> shape_probability{};  ///< of both days together, in the order of InclusionShape
-  std::vector<std::string> reasons;           ///< one line each, for people
+  std::vector<std::string> reasons;  ///< one line each, for people
 };
 
 /// How far a change has to lie from none to be told, in standard errors that it would have if there were

@@ -57,7 +57,7 @@ Eigen::MatrixXd moved_by(const Patch& patch, const Fit& fit, const Eigen::Matrix
 Eigen::MatrixXd Fitter::factors(const Fit& fit, Eigen::MatrixXd* jacobian) const {
   const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
   std::array<Eigen::MatrixXd, 3> changes;
-  const Eigen::MatrixXd moved = moved_by(
+  Eigen::MatrixXd moved = moved_by(
       model_.patch, fit,
       bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, jacobian ? &changes : nullptr));
   if (jacobian != nullptr) {
@@ -246,11 +246,6 @@ std::vector<Fit> fits_of(const Model& model, const Fitter& fitter, const Answer&
   return fits;
 }
 
-const Fit& best_of(const std::vector<Fit>& fits) {
-  return *std::min_element(fits.begin(), fits.end(),
-                           [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
-}
-
 /// Residual of an observation with and without the best lump, as the sensor's pattern.
 void judge_pattern(const Model& model, const PressedNodes& nodes, const Fitter& fitter, const Fit& best,
                    Inference& found) {
@@ -270,6 +265,11 @@ void judge_pattern(const Model& model, const PressedNodes& nodes, const Fitter& 
 }
 
 }  // namespace
+
+const Fit& best_of(const std::vector<Fit>& fits) {
+  return *std::min_element(fits.begin(), fits.end(),
+                           [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
+}
 
 Weighing weigh(const Model& model, const PressedNodes& nodes, Method method) {
   Weighing w{look_for_lump(model, nodes), {}, {}};
@@ -328,11 +328,8 @@ Inference weigh_one(const Model& model, const PressedNodes& nodes, Method method
     sd = {sd_of(temperature * covariance(3, 3)), sd_of(temperature * covariance(4, 4))};
   }
   const PatchView& view = look.patch.view;
-  const auto move = view.to_block(shift[0], shift[1]);
-  for (size_t axis = 0; axis < 2; ++axis) {
-    found.place_mm[axis] = view.center_mm[axis] + move[axis];
-    found.place_sd_mm[axis] = sd[view.swapped ? 1 - axis : axis];
-  }
+  found.place_mm = view.place_mm(shift[0], shift[1]);
+  for (size_t axis = 0; axis < 2; ++axis) found.place_sd_mm[axis] = sd[view.swapped ? 1 - axis : axis];
   return found;
 }
 

@@ -69,6 +69,9 @@ struct Inference {
   double misfit = 0;  ///< pattern over the largest that a calibration or an unusual lump leaves
 };
 
+/// The one that explains its patch best, of one or more.
+const Fit& best_of(const std::vector<Fit>& fits);
+
 /// One patch with the fits of all shapes that were tried, weighed by the pattern that its best lump leaves.
 struct Weighing {
   Look look;

@@ -308,6 +308,11 @@ std::array<double, 2> PatchView::to_block(double u_mm, double v_mm) const {
   return {sign_x_ * u_mm, sign_y_ * v_mm};
 }
 
+std::array<double, 2> PatchView::place_mm(double u_mm, double v_mm) const {
+  const auto move = to_block(u_mm, v_mm);
+  return {center_mm[0] + move[0], center_mm[1] + move[1]};
+}
+
 PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view) {
   const double reach = patch.reach_mm() + 1e-6;
   std::vector<Eigen::Index> inside;

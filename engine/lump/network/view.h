@@ -51,6 +51,8 @@ struct PatchView {
 
   PatchView(const Model& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap);
   std::array<double, 2> to_patch(double x_mm, double y_mm) const;
+  /// A place in the patch's axes as the block has it, mm from its middle.
+  std::array<double, 2> place_mm(double u_mm, double v_mm) const;
   /// Turns a shift in the patch's axes into the block's.
   std::array<double, 2> to_block(double u_mm, double v_mm) const;
 

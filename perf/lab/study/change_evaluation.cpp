@@ -81,9 +81,7 @@ double median_of(const std::vector<double>& values) {
 }
 
 double ninetieth_of(std::vector<double> values) {
-  if (values.empty()) return kNaN;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(std::lround(0.9 * static_cast<double>(values.size() - 1)))];
+  return values.empty() ? kNaN : quantile_in_place(values, 0.9);
 }
 
 }  // namespace

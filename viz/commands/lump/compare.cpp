@@ -16,13 +16,12 @@
 #include "viz/commands/support/options.h"
 #include "viz/report/html.h"
 #include "viz/report/plot.h"
+#include "viz/report/scan_report.h"
 
 namespace palpate {
 namespace {
 
 using Rows = std::vector<std::pair<std::string, std::string>>;
-
-constexpr const char* kNotice = "For research use. This is not a diagnosis.";
 
 struct Options {
   std::vector<std::string> days;
@@ -68,18 +67,14 @@ std::string table(const std::string& title, const Rows& rows) {
   return text;
 }
 
-json::Value to_json(const lump::Value& v) {
-  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
-}
-
 json::Value to_json(const lump::LumpChange& c) {
   json::Value v = {{"verdict", to_string(c.verdict)}, {"sentence", sentence_of(c)}, {"reasons", c.reasons}};
   if (!has_numbers(c)) return v;
-  v["size_mm"] = to_json(c.size_mm);
-  v["depth_mm"] = to_json(c.depth_mm);
-  v["size_factor"] = to_json(c.factor[0]);
-  v["depth_factor"] = to_json(c.factor[1]);
-  v["ratio_factor"] = to_json(c.factor[2]);
+  v["size_mm"] = interval_json(c.size_mm);
+  v["depth_mm"] = interval_json(c.depth_mm);
+  v["size_factor"] = interval_json(c.factor[0]);
+  v["depth_factor"] = interval_json(c.factor[1]);
+  v["ratio_factor"] = interval_json(c.factor[2]);
   v["ratio_changed"] = c.ratio_changed;
   v["least_growth_mm"] = c.least_mm;
   v["moved_mm"] = c.moved_mm;
