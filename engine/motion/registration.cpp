@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "engine/motion/pad_error.h"
 #include "engine/motion/residual_noise.h"
 
 namespace palpate {
@@ -101,27 +101,6 @@ MotionGuess Search::coarse(size_t first, const MotionGuess& start) {
   return guesses[best];
 }
 
-/// What the pad's own errors add to the scores' noise: fields that share its slopes' error and do not move,
-/// seen from an object that has gone by way_mm.
-ScoreNoise noise_of_pad(const RegistrationOptions& options, double way_mm, double pitch_mm,
-                        double precision) {
-  ScoreNoise noise;
-  // Reaches of 3 px and more; a frame's filter leaves none of shorter ones.
-  size_t first = 2, end = ScoreNoise::kReaches;
-  if (options.pad_reach_mm > 0) {
-    while (first + 1 < end &&
-           std::numbers::sqrt2 * ScoreNoise::reach_px(first) * pitch_mm < options.pad_reach_mm)
-      ++first;
-    end = first + 1;
-  }
-  for (size_t k = first; k < end; ++k) {
-    const double reach_mm = ScoreNoise::reach_px(k) * pitch_mm, depth_sd_mm = options.pad_slope_sd * reach_mm;
-    const double changed = 2 * (1 - std::exp(-way_mm * way_mm / (2 * reach_mm * reach_mm)));
-    noise.variance[k] = changed * depth_sd_mm * depth_sd_mm * precision / double(end - first);
-  }
-  return noise;
-}
-
 /// Registration::disagreement. Noise of shorter reaches makes slopes that differ, too, and is left out.
 double slopes_disagree(const MotionSums& sums, const ScoreNoise& noise, double least_slope) {
   const double apart = sums.difference.diagonal().head<2>().sum() / 2;
@@ -140,8 +119,10 @@ double slopes_disagree(const MotionSums& sums, const ScoreNoise& noise, double l
 void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now, double radius_mm,
            const MotionGuess& guess, const RegistrationOptions& options, Registration& out) {
   const MotionSums sums = by.judged();
+  const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
+  const PadError pad(options.pad_slope_sd, options.pad_reach_mm, way_mm, now.pitch_mm, radius_mm);
   FreedomOptions freedom = options.freedom;
-  freedom.least_slope = options.least_slope();
+  freedom.least_slope = std::max(freedom.least_slope, pad.slope_of_place());
   const Solution solution = solve({.information = sums.square - sums.difference / 4,
                                    .noise = sums.difference / 2,
                                    .weight = sums.weight,
@@ -152,12 +133,9 @@ void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now
   out.residual_mm = left.residual_mm();
   const ReachSums reaches(field);
   const ScoreNoise noise = reaches.noise(solution.inverse, radius_mm / now.pitch_mm);
-  out.disagreement = slopes_disagree(sums, noise, freedom.least_slope);
+  out.disagreement = slopes_disagree(sums, noise, options.least_slope());
   Matrix6d scores = reaches.covariance(noise);
-  if (options.pad_slope_sd > 0) {
-    const double way_mm = std::hypot(guess.shift.norm(), turn_vector(guess.turn).norm() * radius_mm / 2);
-    scores += reaches.covariance(noise_of_pad(options, way_mm, now.pitch_mm, left.mean_precision));
-  }
+  if (options.pad_slope_sd > 0) scores += reaches.covariance(pad.noise(left.mean_precision));
   const Matrix6d turned = carried_by({guess.turn, Eigen::Vector3d::Zero()});
   const Matrix6d spread = turned * solution.inverse;
   out.covariance = spread * scores * spread.transpose();

@@ -175,7 +175,7 @@ Matrix6d ReachSums::covariance(const ScoreNoise& noise) const {
 // the noise's covariance and H = rows inverse rows^T, of K - H K - K H^T + H K H^T.
 std::vector<ReachSums::Left> ReachSums::left_over(const std::vector<uint32_t>& ways_px,
                                                   const Matrix6d& inverse) const {
-  constexpr size_t kSamples = 800;  // pixels that stand for all
+  constexpr size_t kSamples = 250;  // pixels that stand for all
   using Row = Eigen::Matrix<float, 6, 1>;
   std::vector<uint32_t> place(size_t{field_.width} * field_.height, UINT32_MAX);
   for (size_t i = 0; i < field_.pixel.size(); ++i) place[field_.pixel[i]] = static_cast<uint32_t>(i);

@@ -236,8 +236,8 @@ void Frames::follow_object(uint32_t index, bool after_gap) {
   const bool corrected = slots_[index].surface.was_corrected && rest_correction_;
   const double level_mm = corrected ? rest_correction_->rest_level_mm() : -summary.depth_offset_mm;
   const double level_sd_mm = std::hypot(summary.depth_sd_mm, corrected ? rest_correction_->error_mm() : 0.0);
-  parts_.object =
-      object_->follow(level_mm, level_sd_mm, parts_.touched(), gel_contacts_ ? &*gel_contacts_ : nullptr);
+  parts_.object = object_->follow(level_mm, level_sd_mm, parts_.touched(),
+                                  gel_contacts_ ? &*gel_contacts_ : nullptr, corrected);
 }
 
 void Frames::restart_motion() {

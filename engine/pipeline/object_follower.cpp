@@ -126,14 +126,14 @@ void ObjectFollower::look_at(const HeightRows& heights) {
 }
 
 ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touched,
-                                  const GelContacts* contacts) {
+                                  const GelContacts* contacts, bool by_depth) {
   if (!touched) {
     std::ranges::fill(followed_, 0);
     pose_ = tracker_.lift();
     return summary_of(pose_);
   }
   for (float& depth : depth_mm_) depth -= static_cast<float>(level_mm);
-  contacts ? mark_contact(*contacts) : mark_deep();
+  mark(contacts, by_depth);
   const HeightMap map{.width = width_,
                       .height = height_,
                       .pitch_mm_per_px = pitch_mm_per_px_,
@@ -146,7 +146,7 @@ ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touc
   if (contacts && pose_.state == PoseState::NoContact) {
     // What was followed has lifted, but something still touches.
     std::ranges::fill(followed_, 0);
-    mark_contact(*contacts);
+    mark(contacts, by_depth);
     pose_ = tracker_.update(map);
   }
   if (pose_.state == PoseState::Begun) begun_mm_ = pose_.at_mm[2];
@@ -176,10 +176,20 @@ void ObjectFollower::mark_contact(const GelContacts& contacts) {
           followed_[size_t{y / shared::kCellSide} * cells_x + x / shared::kCellSide];
 }
 
-void ObjectFollower::mark_deep() {
-  const auto level = static_cast<float>(kDeep * double{*std::ranges::max_element(depth_mm_)});
-  std::ranges::transform(depth_mm_, contact_.begin(),
-                         [level](float depth) { return static_cast<uint8_t>(depth > level); });
+void ObjectFollower::mark(const GelContacts* contacts, bool by_depth) {
+  if (contacts)
+    mark_contact(*contacts);
+  else
+    std::ranges::fill(contact_, 1);
+  if (!contacts || !by_depth) keep_deep();
+}
+
+void ObjectFollower::keep_deep() {
+  float deepest = 0;
+  for (size_t i = 0; i < contact_.size(); ++i)
+    if (contact_[i] != 0) deepest = std::max(deepest, depth_mm_[i]);
+  const auto level = static_cast<float>(kDeep * double{deepest});
+  for (size_t i = 0; i < contact_.size(); ++i) contact_[i] = contact_[i] != 0 && depth_mm_[i] > level ? 1 : 0;
 }
 
 }  // namespace palpate

@@ -30,8 +30,10 @@ class ObjectFollower {
   void look_at(const HeightRows& heights);
   /// The same frame, frames in order, as it was measured. `level_mm`: height of the pad at rest in that copy.
   /// `touched`: whether something touches at all. `contacts`: those of a colour gel; null: what is deeper
-  /// than half of the deepest point is in contact.
-  ObjectPose follow(double level_mm, double level_sd_mm, bool touched, const GelContacts* contacts);
+  /// than half of the deepest point is in contact. `by_depth`: they are what is in contact by its depth;
+  /// outlines, which skin that spans from the object to the pad is in, are not.
+  ObjectPose follow(double level_mm, double level_sd_mm, bool touched, const GelContacts* contacts,
+                    bool by_depth);
   /// Of the frame that was followed last, once its skin is: what the object does on it.
   void follow_skin(Touch& touch) { slip_.follow(pose_, touch); }
   /// The next frame begins a new track.
@@ -39,8 +41,9 @@ class ObjectFollower {
   uint64_t memory_bytes() const { return tracker_.memory_bytes(); }  ///< on a device
 
  private:
+  void mark(const GelContacts* contacts, bool by_depth);
   void mark_contact(const GelContacts& contacts);
-  void mark_deep();
+  void keep_deep();
 
   uint32_t width_, height_;
   double pitch_mm_per_px_;

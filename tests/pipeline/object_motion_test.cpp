@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "capture/files/npy.h"
 #include "capture/synthetic/object.h"
 #include "engine/motion/rigid_motion.h"
 #include "engine/pipeline/object_follower.h"
@@ -15,6 +18,7 @@
 #include "palpate/pipeline.h"
 #include "tests/scenes/synthetic_run.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/test_folder.h"
 
 namespace palpate {
 namespace {
@@ -141,6 +145,57 @@ void measure_object(Device& device, const std::string& keys, const PipelineOptio
   Pipeline pipeline(device, object_sensor(scene), source.format(), options);
   pipeline.set_background(*source.own_background());
   for (Frame frame; source.next(frame);) see(pipeline.process(frame).touch, *source.truth(frame.sequence));
+}
+
+/// Two domes, 5.5 mm to the left and to the right, the left one larger and higher; it lifts step by step
+/// while the other one stays. The scene's keys.
+std::string rocking_domes() {
+  constexpr uint32_t kWide = 101, kHigh = 45;
+  constexpr double kPitch_mm = 0.2, kApart_mm = 11, kDeep_mm = 0.5, kDegree = M_PI / 180;
+  const std::filesystem::path folder = test_folder("pipeline");
+  std::vector<float> height(size_t{kWide} * kHigh);
+  for (uint32_t i = 0; i < height.size(); ++i) {
+    const double x = (double(i % kWide) - (kWide - 1) / 2.0) * kPitch_mm,
+                 y = (double(i / kWide) - (kHigh - 1) / 2.0) * kPitch_mm;
+    const auto dome = [&](double middle_mm, double radius_mm) {
+      return -(std::pow(x - middle_mm, 2) + y * y) / (2 * radius_mm);
+    };
+    const double texture = 0.02 * std::cos(5 * x + 2 * y) + 0.02 * std::cos(5 * y - x);
+    height[i] =
+        static_cast<float>(std::max(dome(-kApart_mm / 2, 9), dome(kApart_mm / 2, 7) - 0.06) + texture);
+  }
+  write_npy(folder / "domes.npy", height, {kHigh, kWide});
+  std::ofstream path(folder / "path.csv");
+  path << "t_s,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n";
+  const auto row = [&](double time_s, double deep_mm, double lift_mm) {
+    const double angle = std::asin(lift_mm / kApart_mm);
+    path << time_s << ",0,0," << deep_mm - lift_mm / 2 << ",0," << -angle / kDegree << ",0\n";
+  };
+  row(0, -0.3, 0);
+  double time_s = 0.05;
+  for (const double left_mm : {0.5, 0.5, 0.5, 0.3, 0.2, 0.14, 0.11, 0.09, 0.07, 0.05, -0.3, -0.3})
+    row(time_s, kDeep_mm, kDeep_mm - left_mm), time_s += 0.05;
+  return "file=" + (folder / "domes.npy").string() + "&path=" + (folder / "path.csv").string() +
+         "&pitch_mm=0.2&size=320x240&rate=20";
+}
+
+// Where too little is left of the contact that is followed and another one stays, the next track begins on
+// that one in the same frame.
+TEST_F(ObjectMotion, BeginsAtOnceOnWhatStillTouches) {
+  std::vector<ObjectPose> begun;
+  size_t touched = 0, told = 0;
+  measure_object(context(), rocking_domes(), {.outputs = kMoving}, [&](const Touch& touch, const Truth&) {
+    const ObjectPose& pose = *touch.object;
+    touched += touch.contact;
+    told += pose.state == PoseState::Begun || pose.state == PoseState::Tracked;
+    if (pose.state == PoseState::Begun) begun.push_back(pose);
+  });
+  EXPECT_GT(touched, 7u);
+  EXPECT_EQ(told, touched) << "no frame is lost between the two";
+  ASSERT_EQ(begun.size(), 2u);
+  EXPECT_EQ(begun[1].track, 2u);
+  EXPECT_LT(begun[0].at_mm[0], -4);
+  EXPECT_GT(begun[1].at_mm[0], 4);
 }
 
 // What a frame's noise makes of slopes is nothing that stays with the pad.
