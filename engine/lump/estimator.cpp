@@ -67,6 +67,7 @@ Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads)
   return [network = std::move(network), threads](const Observation& observation) {
     DirectInversionOptions options;
     options.model.threads = threads;
+    options.emulator = network->shared_model();
     Estimate first = network->estimate(observation);
     if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated ||
         first.verdict == Status::Inconsistent)

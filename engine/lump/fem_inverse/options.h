@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/lump/fem_inverse/response.h"
 
 namespace palpate::lump {
+
+struct Model;
 
 struct DirectInversionOptions {
   ResponseOptions model;
@@ -18,6 +21,8 @@ struct DirectInversionOptions {
   /// Each is searched from: shapes that fit as well widen the best one's intervals. Empty: a sphere at the
   /// place of the bump.
   std::vector<Start> starts;
+  /// Slopes of lumps that it knows, in place of the finite elements' own; null: theirs alone.
+  std::shared_ptr<const Model> emulator;
   uint32_t most_rounds = 16;
   double gauge_fraction = 0.001;   ///< standard deviation of a force of the observation
   double young_fraction = 0.01;    ///< of the tissue's modulus

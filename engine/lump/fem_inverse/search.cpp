@@ -24,7 +24,11 @@ constexpr double kLower = 1;            // of chi2: a better lump than the best
 constexpr double kGridDoubt = 2;        // standard deviations of the change that fewer grids would make
 // Gaussians whose sum is the elements' error.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
+constexpr double kPlainlyThere =
+    1000;  // of chi2, that a lump gains where the emulator's tissue is near enough
 const LumpStep kLongestLumpStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
+/// Way of a lump on which the grids' correction stays the same.
+const LumpStep kSameGrids{{0.03, 0.06, 0.15, 0.3, 0.3}};
 
 LumpStep shortened(const LumpStep& step) {
   return step / std::max(1.0, step.cwiseAbs().cwiseQuotient(kLongestLumpStep).maxCoeff());
@@ -67,6 +71,7 @@ DirectSearch::DirectSearch(const Observation& observation, const DirectInversion
     : observation_(observation),
       options_(options),
       nodes_(observation, options.model.rim_mm),
+      slopes_(options.emulator, nodes_),
       wanted_(nodes_.values()),
       doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
   const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
@@ -78,9 +83,11 @@ void DirectSearch::judge(State& state) const {
 }
 
 std::optional<DirectSearch::State> DirectSearch::moved_to(const Case::Lump& lump, const State& from) const {
-  State state{lump, from.cells, from.grids,
-              predict(nodes_, FittedLump{lump, from.cells}, options_.model, true)};
+  const bool emulated = slopes_.knows(lump);
+  State state{lump, from.cells, from.grids, from.corrected,
+              predict(nodes_, FittedLump{lump, from.cells}, options_.model, !emulated)};
   if (!state.prediction.converged) return std::nullopt;
+  if (emulated) slopes_.fill(lump, state.prediction);
   state.prediction.pressure_Pa += state.grids->add_Pa;
   judge(state);
   return state;
@@ -93,6 +100,7 @@ std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump
       grid_correction(nodes_, FittedLump{lump, first.cells}, options_.model));
   if (!grids->converged) return std::nullopt;
   first.grids = std::move(grids);
+  first.corrected = lump;
   return moved_to(lump, first);
 }
 
@@ -102,6 +110,7 @@ bool DirectSearch::correct(State& state) const {
   if (!grids->converged) return false;
   state.prediction.pressure_Pa += grids->add_Pa - state.grids->add_Pa;
   state.grids = std::move(grids);
+  state.corrected = state.lump;
   judge(state);
   return true;
 }
@@ -111,14 +120,19 @@ bool DirectSearch::cells_match(const State& state) const {
 }
 
 std::optional<double> DirectSearch::without_lump(const State& with_lump) {
+  State tissue = with_lump;
+  if (tissue_Pa_.size() == 0 && slopes_.knows_block()) {
+    tissue.prediction.pressure_Pa = slopes_.tissue_Pa();
+    const double chi2 = solve(tissue, 0, Sought::Nothing).chi2;
+    if (chi2 > with_lump.chi2 + kPlainlyThere) return chi2;
+  }
   if (tissue_Pa_.size() == 0) {
-    const Prediction tissue = predict(nodes_, std::nullopt, options_.model, false);
-    if (!tissue.converged) return std::nullopt;
+    const Prediction alone = predict(nodes_, std::nullopt, options_.model, false);
+    if (!alone.converged) return std::nullopt;
     const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
     if (!grids.converged) return std::nullopt;
-    tissue_Pa_ = tissue.pressure_Pa + grids.add_Pa;
+    tissue_Pa_ = alone.pressure_Pa + grids.add_Pa;
   }
-  State tissue = with_lump;
   tissue.prediction.pressure_Pa = tissue_Pa_;
   return solve(tissue, 0, Sought::Nothing).chi2;
 }
@@ -229,7 +243,9 @@ bool DirectSearch::settle(State& best) const {
   bool settled = descend(best, rounds);
   for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
     const Case::Lump from = best.lump;
-    if (!correct(best)) break;
+    if (difference(from, best.corrected).cwiseAbs().cwiseQuotient(kSameGrids).maxCoeff() < 1 ||
+        !correct(best))
+      break;
     settled = descend(best, rounds);
     const LumpStep sd = solve(best, 0, Sought::Lump).sd;
     if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;

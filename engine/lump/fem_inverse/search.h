@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "engine/lump/fem_inverse/emulated_slopes.h"
 #include "engine/lump/fem_inverse/options.h"
 
 namespace palpate::lump {
@@ -32,6 +33,7 @@ class DirectSearch {
     Case::Lump lump;
     fem::InclusionCells cells;
     std::shared_ptr<const GridCorrection> grids;
+    Case::Lump corrected;   ///< lump that the grids were asked for
     Prediction prediction;  ///< with the correction
     double chi2 = HUGE_VAL;
   };
@@ -80,6 +82,7 @@ class DirectSearch {
   const Observation& observation_;
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
+  EmulatedSlopes slopes_;
   Eigen::VectorXd wanted_;
   Eigen::MatrixXd doubt_;      // nodes x fields
   Eigen::VectorXd tissue_Pa_;  // of tissue alone, once it was asked for

@@ -50,6 +50,7 @@ class Network {
   Estimate estimate(const Observation& observation, Method method = Method::Refined) const;
 
   const Model& model() const { return *model_; }
+  std::shared_ptr<const Model> shared_model() const { return model_; }
   /// One line for people: data, cases, seed.
   std::string made_from() const;
   std::vector<CalibrationRow> calibration() const;
