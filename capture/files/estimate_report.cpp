@@ -13,7 +13,7 @@ using Json = json::Value;
 Json to_json(const lump::Value& v) {
   const bool known =
       std::isfinite(v.value) && v.high > 0 - 1e300 && (v.value != 0 || v.low != 0 || v.high != 0);
-  return known ? Json{{"value", v.value}, {"low", v.low}, {"high", v.high}} : Json(nullptr);
+  return known ? interval_json(v) : Json(nullptr);
 }
 
 Json to_json(const lump::InputEffect& effect) {
@@ -25,6 +25,15 @@ Json to_json(const lump::InputEffect& effect) {
           {"error", effect.error},
           {"lower", changes(effect.lower)},
           {"higher", changes(effect.higher)}};
+}
+
+Json to_json(const std::vector<lump::DetectionLimit>& limits) {
+  Json all = Json::array();
+  for (const lump::DetectionLimit& limit : limits)
+    all.push_back({{"depth_mm", limit.depth_mm},
+                   {"stiffness_ratio", limit.stiffness_ratio},
+                   {"size_mm", std::isnan(limit.size_mm) ? Json(nullptr) : Json(limit.size_mm)}});
+  return all;
 }
 
 void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
@@ -40,6 +49,10 @@ void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
 }
 
 }  // namespace
+
+Json interval_json(const lump::Value& v) {
+  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
+}
 
 std::array<EstimateQuantity, 5> quantities_of(const lump::Estimate& e) {
   constexpr const char* kFromMiddle = "mm from the block's middle";
@@ -75,6 +88,7 @@ Facts facts_of(const lump::Estimate& e) {
   std::string notes, effects;
   for (const std::string& reason : e.reasons) notes += "note: " + reason + "\n";
   facts.add("reasons", e.reasons, notes);
+  facts.add("detection_limits", to_json(e.detection_limits));
   Json changes = Json::array();
   for (const lump::InputEffect& effect : e.input_effects) {
     changes.push_back(to_json(effect));

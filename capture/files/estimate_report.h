@@ -21,6 +21,9 @@ struct EstimateQuantity {
 };
 std::array<EstimateQuantity, 5> quantities_of(const lump::Estimate& estimate);
 
+/// An object of value, low and high.
+json::Value interval_json(const lump::Value& value);
+
 /// Verdict, quantities, shape, notes, effects of errors of the inputs, method.
 Facts facts_of(const lump::Estimate& estimate);
 

@@ -9,6 +9,7 @@
 #include "engine/lump/network/network.h"
 #include "engine/lump/observation/fixed_pattern.h"
 #include "engine/tissue/map_sampling.h"
+#include "tests/lump/emulated_ball.h"
 
 namespace palpate {
 namespace {
@@ -24,11 +25,6 @@ PressureMap empty_map(double width_mm, double height_mm) {
   map.height = window_nodes(height_mm, 1.25);
   map.values.resize(size_t{map.width} * map.height);
   return map;
-}
-
-std::array<double, 2> place_of(const PressureMap& map, size_t n) {
-  return {(static_cast<double>(n % map.width) - (map.width - 1) / 2.0) * map.pitch_mm[0],
-          (static_cast<double>(n / map.width) - (map.height - 1) / 2.0) * map.pitch_mm[1]};
 }
 
 /// Tissue alone, as the network's own model of it has it, at the last so many loads.
@@ -99,27 +95,8 @@ TEST(LumpVerdict, TissueAloneIsNoLumpUnderAnyNoiseAndPattern) {
 
 /// A ball as the network's emulator has it, off the middle.
 lump::Observation ball(double size_mm, double depth_mm, double ratio, std::array<double, 2> offset_mm) {
-  const lump::Model& model = lump::Network::built_in().model();
   lump::Observation observation = tissue(20, 4);
-  lump::Setting setting;
-  setting.cell_mm = model.cell_mm;
-  setting.x_mm = std::abs(offset_mm[0]);
-  setting.y_mm = std::abs(offset_mm[1]);
-  const lump::Guess guess{InclusionShape::Sphere, std::log(size_mm), std::log(depth_mm), std::log(ratio)};
-  const Eigen::MatrixXd factors = bump_factors(model, guess, setting, {kLoads.begin(), kLoads.end()}, -1);
-  Eigen::VectorXf fields(model.patch.count());
-  for (size_t k = 0; k < kLoads.size(); ++k) {
-    PressureMap& map = observation.pressure_Pa[k];
-    for (size_t n = 0; n < map.values.size(); ++n) {
-      const auto [x, y] = place_of(map, n);
-      const double u = (offset_mm[0] < 0 ? -1 : 1) * (x - offset_mm[0]),
-                   v = (offset_mm[1] < 0 ? -1 : 1) * (y - offset_mm[1]);
-      if (std::max(std::abs(u), std::abs(v)) > model.patch.reach_mm()) continue;
-      model.patch.at(u, v, fields.data());
-      map.values[n] += static_cast<float>(
-          kYoung_Pa * fields.cast<double>().dot(factors.col(static_cast<Eigen::Index>(k))));
-    }
-  }
+  add_emulated_ball(size_mm, depth_mm, ratio, offset_mm, observation);
   return observation;
 }
 

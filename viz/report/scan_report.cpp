@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "capture/files/estimate_report.h"
 #include "capture/files/lump_maps.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
@@ -366,10 +367,6 @@ std::string html(const ScanReport& r, const fs::path& folder) {
 }
 
 }  // namespace
-
-json::Value interval_json(const lump::Value& v) {
-  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
-}
 
 std::string scan_text(const ScanReport& r) {
   const ScanAnswer& a = r.answer;

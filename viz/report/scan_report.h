@@ -36,7 +36,6 @@ ScanReport report_of(const SeenScan& scan, const std::string& input);
 
 /// Said on all that is reported of a lump.
 inline constexpr const char* kNotice = "For research use. This is not a diagnosis.";
-json::Value interval_json(const lump::Value& value);
 
 /// Tables for people.
 std::string scan_text(const ScanReport& report);

@@ -6,7 +6,9 @@
 
 #include "engine/base/normal.h"
 #include "engine/base/text.h"
+#include "engine/lump/network/detection_limit.h"
 #include "engine/lump/network/fit.h"
+#include "engine/lump/network/limit_search.h"
 
 namespace palpate::lump {
 namespace {
@@ -69,6 +71,9 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
     estimate.reasons.push_back(
         text("no lump: evidence %.3g, where 1 is reached by %.3g %% of observations without a lump",
              estimate.detection_statistic, 100 * model.false_alarm_rate));
+    estimate.detection_limits = detection_limits(model, nodes, method);
+    if (const std::string seen = sentence_of(estimate.detection_limits); !seen.empty())
+      estimate.reasons.push_back(seen);
     return;
   }
   estimate.size_mm = value(kSize, model.size_mm, "a size in mm");

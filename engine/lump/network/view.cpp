@@ -6,7 +6,6 @@
 
 #include "engine/base/text.h"
 #include "engine/lump/observation/saturated_loads.h"
-#include "engine/numeric/dense.h"
 #include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
@@ -403,16 +402,23 @@ Eigen::MatrixXd PatchErrors::of_one_press() const {
   return dense::from_lower(own);
 }
 
+PatternCovariance::PatternCovariance(const PatchErrors& errors, double peak, double pattern_fraction)
+    : root_(errors.covariance(pattern_fraction * peak)) {
+  const double beyond = std::max(0.0, std::log(pattern_fraction / kLargestPattern));
+  cost_ = 2 * root_.lower().diagonal().array().log().sum() + kPatternCost * beyond * beyond;
+}
+
+Eigen::RowVectorXd PatternCovariance::squares(const Eigen::MatrixXd& numbers) const {
+  return root_.solve_lower(numbers).colwise().squaredNorm();
+}
+
 std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedNodes& nodes,
                                        const Eigen::MatrixXd& remainders) {
   const Eigen::Index count = remainders.cols();
   Eigen::MatrixXd energy(static_cast<Eigen::Index>(kPatterns.size()), count);
   for (size_t p = 0; p < kPatterns.size(); ++p) {
-    const dense::Cholesky root(errors.covariance(kPatterns[p] * nodes.peak));
-    const double beyond = std::max(0.0, std::log(kPatterns[p] / kLargestPattern));
-    const double common = 2 * root.lower().diagonal().array().log().sum() + kPatternCost * beyond * beyond;
-    energy.row(static_cast<Eigen::Index>(p)) =
-        root.solve_lower(remainders).colwise().squaredNorm().array() + common;
+    const PatternCovariance at(errors, nodes.peak, kPatterns[p]);
+    energy.row(static_cast<Eigen::Index>(p)) = at.squares(remainders).array() + at.cost();
   }
   std::vector<PatternSize> sizes;
   for (Eigen::Index c = 0; c < count; ++c) {

@@ -10,6 +10,7 @@
 
 #include "engine/lump/network/model.h"
 #include "engine/lump/observation/observation.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate::lump {
 
@@ -96,6 +97,20 @@ class PatchErrors {
   Eigen::MatrixXd gauge_;  // a column each load, and one of the modulus
   Eigen::VectorXd observation_;
   double rest_ = 0, noise_ = 0;
+};
+
+/// A sensor's pattern of one size among kPatterns, and what PatchErrors' numbers cost under it.
+class PatternCovariance {
+ public:
+  PatternCovariance(const PatchErrors& errors, double peak, double pattern_fraction);
+  /// Squares of unit variance, a row of each column's.
+  Eigen::RowVectorXd squares(const Eigen::MatrixXd& numbers) const;
+  /// What is added to squares for -2 log likelihood, with what large patterns cost.
+  double cost() const { return cost_; }
+
+ private:
+  dense::Cholesky root_;
+  double cost_ = 0;
 };
 
 /// How large the pattern is that is left of numbers of PatchErrors (the observation less what explains it).

@@ -76,6 +76,12 @@ struct InputEffect {
   std::array<double, 3> lower{}, higher{};
 };
 
+/// The smallest ball that would be seen nine times in ten, by depth of its top and stiffness ratio.
+struct DetectionLimit {
+  double depth_mm = 0, stiffness_ratio = 0;
+  double size_mm = 0;  ///< diameter; NaN: no ball that fits
+};
+
 struct Estimate {
   Status verdict = Status::Unusable;
   double detection_statistic = 0;  ///< for a lump; at 1 and above there is one
@@ -91,8 +97,9 @@ struct Estimate {
   /// Where the observation has several bumps: their tops from the block's middle, the highest first. Else
   /// empty.
   std::vector<std::array<double, 2>> bumps_mm;
-  std::vector<std::string> reasons;        ///< one line each, for people
-  std::vector<InputEffect> input_effects;  ///< of the sources that were covered, see error_sources.h
+  std::vector<DetectionLimit> detection_limits;  ///< where there is NoLump
+  std::vector<std::string> reasons;              ///< one line each, for people
+  std::vector<InputEffect> input_effects;        ///< of the sources that were covered, see error_sources.h
 };
 
 /// A map's noise by its roughness: mixed second differences of neighbours, of which smooth pressure has next

@@ -10,6 +10,7 @@ class CommandLine;
 /// Each adds one command to the group `lump`.
 void add_lump_estimate(CommandLine& group, Common& common, Command& chosen);
 void add_lump_compare(CommandLine& group, Common& common, Command& chosen);
+void add_lump_limit(CommandLine& group, Common& common, Command& chosen);
 void add_lump_scan(CommandLine& group, Common& common, Command& chosen);
 
 }  // namespace palpate

@@ -20,6 +20,7 @@ void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   add_evaluate_force(*group, common, chosen);
   add_evaluate_lump(*group, common, chosen);
   add_evaluate_change(*group, common, chosen);
+  add_evaluate_limit(*group, common, chosen);
 }
 
 }  // namespace palpate
