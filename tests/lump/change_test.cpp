@@ -114,7 +114,11 @@ TEST_F(ChangeOfLump, NoiseIsInTheInterval) {
 
 TEST_F(ChangeOfLump, LumpsComeAndGo) {
   const lump::Day with = ball().day(1), without = plain().day(2);
-  EXPECT_EQ(compared(without, with).verdict, ChangeVerdict::Appeared);
+  const LumpChange appeared = compared(without, with);
+  EXPECT_EQ(appeared.verdict, ChangeVerdict::Appeared);
+  ASSERT_FALSE(appeared.reasons.empty());
+  EXPECT_NE(appeared.reasons.front().find("on the first day a ball 4 times as stiff"), std::string::npos)
+      << appeared.reasons.front();
   EXPECT_EQ(compared(with, without).verdict, ChangeVerdict::Gone);
   EXPECT_EQ(compared(without, plain().day(3)).verdict, ChangeVerdict::NoLump);
 }
@@ -131,6 +135,13 @@ TEST_F(ChangeOfLump, UnlikeDaysAreRefused) {
   lump::Day sure = first;
   sure.observation.place_sd_mm = 0.2;
   EXPECT_NE(sentence_of(compared(sure, elsewhere)).find("another lump"), std::string::npos);
+  lump::Day over = first, turned = ball().day(2);
+  over.observation.window_mm = {3, 1};
+  turned.observation.window_mm = {-3, -1};
+  over.observation.place_sd_mm = turned.observation.place_sd_mm = 0.2;
+  const LumpChange around = compared(over, turned);
+  EXPECT_EQ(around.verdict, ChangeVerdict::NotComparable);
+  EXPECT_NE(around.reasons.back().find("turned by 180 degrees"), std::string::npos) << around.reasons.back();
   lump::Day nothing = ball().day(3);
   nothing.estimate.verdict = lump::Status::Saturated;
   EXPECT_NE(sentence_of(compared(first, nothing)).find("second day"), std::string::npos);

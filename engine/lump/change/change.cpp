@@ -8,6 +8,7 @@
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
+#include "engine/lump/network/detection_limit.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/observation/saturated_loads.h"
 #include "engine/numeric/dense.h"
@@ -29,7 +30,9 @@ constexpr double kUnlikeLoads =
 constexpr double kJudgedLoads = 1.16;  // and up to which intervals have been judged
 constexpr double kLowestLoad = 0.7;    // of a day's own lowest one, down to which it is read below that
 constexpr double kElsewhere = 4;       // standard errors of the places beyond which it is another lump
-constexpr double kSeenPower = 1.28;    // standard errors to be beyond a bound nine times in ten
+constexpr double kTurnedCloser =
+    0.3;                             // of the way between places, if the second day is turned by 180 degrees
+constexpr double kSeenPower = 1.28;  // standard errors to be beyond a bound nine times in ten
 
 /// One day's maps, and the lumps that explain them.
 struct Pressed {
@@ -141,6 +144,7 @@ Difference difference_of(const Model& model, const Pressed& a, const Pressed& b)
 struct Pair {
   Observation first, second;
   std::array<double, 2> moved_mm{};  ///< of the second window against the first
+  double turned_mm = kNaN;  ///< how far apart the places lie if the second day is turned by 180 degrees
 };
 
 std::optional<Difference> difference_of(const Model& model, const Pair& pair) {
@@ -157,6 +161,7 @@ std::optional<Pair> one_place(const Model& model, const Observation& first, cons
     const auto a = pressed(model, pair.first), b = pressed(model, pair.second);
     if (!a || !b) return std::nullopt;
     const auto from = a->place_mm(), to = b->place_mm();
+    if (round == 0) pair.turned_mm = std::hypot(from[0] + to[0], from[1] + to[1]);
     for (size_t axis = 0; axis < 2; ++axis) {
       const double apart = to[axis] - from[axis];
       pair.moved_mm[axis] -= apart;
@@ -290,6 +295,11 @@ void without_numbers(const Estimate& first, const Estimate& second, LumpChange& 
     change.verdict = ChangeVerdict::Appeared;
   } else if (followed(first) && none_now) {
     change.verdict = ChangeVerdict::Gone;
+  }
+  if (change.verdict != ChangeVerdict::NotComparable) {
+    for (const auto& [name, e] : {std::pair{"first", &first}, {"second", &second}})
+      if (const std::string limit = sentence_of(e->detection_limits); !limit.empty())
+        change.reasons.push_back(std::string("on the ") + name + " day " + limit);
   } else {
     for (const auto& [name, e] : {std::pair{"first", &first}, {"second", &second}})
       if (!followed(*e) && e->verdict != Status::NoLump) {
@@ -343,6 +353,12 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
         "the lump lies %.3g mm from where the first day has it, places are known to %.2g mm: another lump, "
         "or the place or turn of the window is another one than told",
         moved, places_sd));
+    if (pair->turned_mm < kTurnedCloser * moved)
+      change.reasons.push_back(
+          text("turned by 180 degrees the second day's lump would lie %.2g mm from there: was the pad or the "
+               "block "
+               "turned?",
+               pair->turned_mm));
     return change;
   }
   add_errors(model, *pair, sources, *difference);

@@ -7,6 +7,7 @@
 #include <random>
 #include <thread>
 
+#include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
@@ -72,6 +73,45 @@ Summary summary_of(const std::vector<JudgedChange>& judged) {
   return s;
 }
 
+/// How far readings of one pair differ, beside the errors that are stated: RMS over pairs, of logarithms.
+struct Repeats {
+  std::array<double, 3> spread{}, stated{};
+  size_t readings = 0;
+};
+
+bool same_pair(const JudgedChange& a, const JudgedChange& b) {
+  return truth_of(a.first) == truth_of(b.first) && truth_of(a.second) == truth_of(b.second) &&
+         a.first.offset_mm == b.first.offset_mm;
+}
+
+Repeats repeats_of(const std::vector<JudgedChange>& judged) {
+  Repeats r;
+  double freedom = 0;
+  for (size_t from = 0, to = 0; from < judged.size(); from = to) {
+    std::vector<const JudgedChange*> readings;
+    for (to = from; to < judged.size() && same_pair(judged[from], judged[to]); ++to)
+      if (std::isfinite(judged[to].change.factor[0].value)) readings.push_back(&judged[to]);
+    if (readings.size() < 2) continue;
+    const auto count = static_cast<double>(readings.size());
+    r.readings += readings.size();
+    freedom += count - 1;
+    for (size_t p = 0; p < 3; ++p) {
+      double mean = 0;
+      for (const JudgedChange* one : readings) mean += std::log(one->change.factor[p].value) / count;
+      for (const JudgedChange* one : readings) {
+        const Value& v = one->change.factor[p];
+        r.spread[p] += std::pow(std::log(v.value) - mean, 2);
+        r.stated[p] += std::pow(std::log(v.high / v.low) / (2 * kNormal90), 2);
+      }
+    }
+  }
+  for (size_t p = 0; p < 3; ++p) {
+    r.spread[p] = std::sqrt(r.spread[p] / freedom);
+    r.stated[p] = std::sqrt(r.stated[p] / static_cast<double>(r.readings));
+  }
+  return r;
+}
+
 double share_of(size_t part, size_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : kNaN;
 }
@@ -133,6 +173,7 @@ std::vector<JudgedChange> judge_changes(const std::vector<Example>& first, const
 
 std::string changes_text(const std::vector<JudgedChange>& judged) {
   const Summary s = summary_of(judged);
+  const Repeats r = repeats_of(judged);
   const auto all = [](const auto& of, double scale) {
     return text("%.2g, %.2g, %.2g", scale * of(0), scale * of(1), scale * of(2));
   };
@@ -150,7 +191,11 @@ std::string changes_text(const std::vector<JudgedChange>& judged) {
          all([&](size_t p) { return median_of(s.separate_error[p]); }, 100) + " %, nine in ten below " +
          all([&](size_t p) { return ninetieth_of(s.separate_error[p]); }, 100) +
          text(" %%\ngrowth that would be told, median: %.2g %% of the diameter, nine in ten below %.2g %%\n",
-              100 * median_of(s.least_share), 100 * ninetieth_of(s.least_share));
+              100 * median_of(s.least_share), 100 * ninetieth_of(s.least_share)) +
+         (r.readings == 0
+              ? std::string()
+              : "readings of one pair spread by " + all([&](size_t p) { return r.spread[p]; }, 100) +
+                    " %, errors stated " + all([&](size_t p) { return r.stated[p]; }, 100) + " %\n");
 }
 
 json::Value changes_json(const std::vector<JudgedChange>& judged) {
@@ -161,13 +206,16 @@ json::Value changes_json(const std::vector<JudgedChange>& judged) {
                    {"shrunk", s.shrunk},
                    {"ratio_changed", s.ratio_changed},
                    {"least_growth_share", median_of(s.least_share)}};
+  const Repeats r = repeats_of(judged);
   constexpr const char* kNames[] = {"size", "depth", "ratio"};
   for (size_t p = 0; p < 3; ++p)
     v[kNames[p]] = {{"hold", share_of(s.hold[p], s.compared)},
                     {"median_error", median_of(s.error[p])},
                     {"ninetieth_error", ninetieth_of(s.error[p])},
                     {"separate_median_error", median_of(s.separate_error[p])},
-                    {"separate_ninetieth_error", ninetieth_of(s.separate_error[p])}};
+                    {"separate_ninetieth_error", ninetieth_of(s.separate_error[p])},
+                    {"spread", r.spread[p]},
+                    {"stated_sd", r.stated[p]}};
   return v;
 }
 
