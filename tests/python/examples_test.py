@@ -1,5 +1,6 @@
 """The lines by which the module is introduced, each run on recordings made here."""
 
+import json
 import os
 import re
 import subprocess
@@ -156,6 +157,32 @@ def test_a_lump():
         [np.full((33, 33), 600.0) + rng.normal(0, 5, r2.shape)], force_N=[1], young_Pa=4000, pitch_mm=1.25
     )
     assert not nothing.found
+
+
+def test_a_lump_on_two_days(tmp_path):
+    x = (np.arange(23) - 11) * 1.25
+    r2 = x[:, None] ** 2 + x[None, :] ** 2
+    for day, seed in ("may", 1), ("june", 2):
+        folder = tmp_path / day
+        folder.mkdir()
+        rng = np.random.default_rng(seed)
+        maps = [load * (600 + 250 * np.exp(-r2 / 50)) + rng.normal(0, 5, r2.shape) for load in (1, 2)]
+        np.save(folder / "pressure_Pa.npy", np.array(maps, np.float32))
+        about = {
+            "format": "palpate pressure observation 1", "force_N": [1, 2], "pitch_mm": [1.25, 1.25], "window_mm": [0, 0],
+            "place_sd_mm": 0.5, "noise_Pa": 5, "uneven_sd": 0.01, "saturated_share": 0, "block_mm": [40, 40, 20],
+            "young_Pa": 4000,
+        }
+        (folder / "observation.json").write_text(json.dumps(about))
+    (change,) = pp.lump.compare(tmp_path / "may", tmp_path / "june", pitch_error=0)
+    assert change.day.endswith("june") and change.sentence == str(change)
+    assert change.verdict in ("no change", "not comparable")
+    if change.size_mm is not None:
+        assert change.size_mm.low <= change.size_mm.value <= change.size_mm.high
+    with pytest.raises(pp.ArgumentError, match="two days"):
+        pp.lump.compare(tmp_path / "may")
+    with pytest.raises(pp.Error, match="observation"):
+        pp.lump.compare(tmp_path / "may", tmp_path / "never")
 
 
 def test_light_in_a_stack():

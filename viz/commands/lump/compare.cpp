@@ -2,12 +2,9 @@
 #include <cmath>
 #include <utility>
 
-#include "capture/files/estimate_report.h"
-#include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
+#include "capture/run/palpation/compared_days.h"
 #include "engine/base/text.h"
-#include "engine/lump/change/change.h"
-#include "engine/lump/estimator.h"
 #include "engine/palpation/scan.h"
 #include "palpate/error.h"
 #include "palpate/version.h"
@@ -29,17 +26,6 @@ struct Options {
   std::string network;
 };
 
-/// A day as it was given, and its change from the first.
-struct ComparedDay {
-  std::string name;
-  lump::Day day;
-  lump::LumpChange change;  ///< of the first day: not set
-};
-
-bool has_numbers(const lump::LumpChange& change) {
-  return std::isfinite(change.factor[0].value);
-}
-
 std::string ratio_words(const lump::LumpChange& c) {
   return palpate::text("%.3g to %.3g times the first day's%s", c.factor[2].low, c.factor[2].high,
                        c.ratio_changed ? "" : ", which may be no change");
@@ -56,8 +42,9 @@ Rows change_rows(const lump::LumpChange& c) {
           "window against the first day's",
           palpate::text("%+.2g, %+.2g mm beside where it was told", c.moved_mm[0], c.moved_mm[1]));
   }
-  for (const std::string& reason : c.reasons)
-    if (has_numbers(c)) rows.emplace_back("note", reason);
+  // The first reason of days that cannot be compared is in the sentence.
+  for (size_t i = c.verdict == lump::ChangeVerdict::NotComparable ? 1 : 0; i < c.reasons.size(); ++i)
+    rows.emplace_back("note", c.reasons[i]);
   return rows;
 }
 
@@ -65,20 +52,6 @@ std::string table(const std::string& title, const Rows& rows) {
   std::string text = title + "\n";
   for (const auto& [name, value] : rows) text += palpate::text("  %-30s ", name.c_str()) + value + "\n";
   return text;
-}
-
-json::Value to_json(const lump::LumpChange& c) {
-  json::Value v = {{"verdict", to_string(c.verdict)}, {"sentence", sentence_of(c)}, {"reasons", c.reasons}};
-  if (!has_numbers(c)) return v;
-  v["size_mm"] = interval_json(c.size_mm);
-  v["depth_mm"] = interval_json(c.depth_mm);
-  v["size_factor"] = interval_json(c.factor[0]);
-  v["depth_factor"] = interval_json(c.factor[1]);
-  v["ratio_factor"] = interval_json(c.factor[2]);
-  v["ratio_changed"] = c.ratio_changed;
-  v["least_growth_mm"] = c.least_mm;
-  v["moved_mm"] = c.moved_mm;
-  return v;
 }
 
 /// Changes from the first day, with their intervals; what has none is left out.
@@ -157,25 +130,10 @@ std::string csv_of(const std::vector<ComparedDay>& days) {
 }
 
 Report run(const Common& common, const Options& o) {
-  if (o.days.size() < 2)
-    throw Error(Failure::Usage, "two days or more", "one", "palpate lump compare out/may out/june");
-  const auto network = lump::load_network(o.network);
-  const lump::Estimator estimator = lump::named_estimator("refined", network, o.errors);
-  std::vector<ComparedDay> days;
-  for (const std::string& path : o.days) {
-    ComparedDay one{path, {read_observation(path), {}}, {}};
-    one.day.estimate = estimator(one.day.observation);
-    if (!days.empty()) one.change = compare(*network, days.front().day, one.day, o.errors);
-    days.push_back(std::move(one));
-  }
+  const std::vector<ComparedDay> days = compare_days({o.days.begin(), o.days.end()}, o.errors, o.network);
   Report report;
-  report.json = {{"days", json::Value::array()}};
-  for (const ComparedDay& one : days) {
-    report.text += table(one.name, estimate_rows(one.day.estimate));
-    json::Value v = {{"day", one.name}, {"estimate", facts_of(one.day.estimate).json}};
-    if (&one != &days.front()) v["change"] = to_json(one.change);
-    report.json["days"].push_back(v);
-  }
+  report.json = days_json(days);
+  for (const ComparedDay& one : days) report.text += table(one.name, estimate_rows(one.day.estimate));
   for (size_t d = 1; d < days.size(); ++d)
     report.text += table("from " + days[0].name + " to " + days[d].name, change_rows(days[d].change));
   report.text += std::string(kNotice) + "\n";

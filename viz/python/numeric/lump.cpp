@@ -2,6 +2,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "capture/files/estimate_report.h"
+#include "capture/run/palpation/compared_days.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "viz/python/arrays.h"
@@ -50,6 +51,15 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
   return py::make_tuple(facts.json.dump(2), facts.text);
 }
 
+/// All days as JSON.
+std::string compare(const std::vector<std::filesystem::path>& folders,
+                    const std::array<double, 3>& input_errors, const std::filesystem::path& network) {
+  const lump::ErrorSources errors{input_errors[0], input_errors[1], input_errors[2]};
+  const auto days =
+      run_apart([=](const std::atomic<bool>&) { return compare_days(folders, errors, network); });
+  return days_json(days).dump(2, json::Utf8::Replace);
+}
+
 }  // namespace
 
 void bind_lump(py::module_& module) {
@@ -57,6 +67,7 @@ void bind_lump(py::module_& module) {
       module, "lump_estimate", &estimate,
       "maps force_N young_Pa block_mm pitch_mm window_mm noise_Pa input_errors uneven_sd place_sd_mm "
       "network method");
+  bind_function(module, "lump_compare", &compare, "folders input_errors network");
 }
 
 }  // namespace palpate::python

@@ -15,7 +15,7 @@ from ._core import _palpate, path_text
 from ._errors import ArgumentError
 from ._live import Path
 
-__all__ = ["Interval", "Lump", "estimate"]
+__all__ = ["Change", "DetectionLimit", "Interval", "Lump", "compare", "estimate"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,15 @@ class Interval:
 
     def __str__(self) -> str:
         return f"{self.value:.3g} ({self.low:.3g} to {self.high:.3g})"
+
+
+@dataclass(frozen=True)
+class DetectionLimit:
+    """The smallest ball that would be seen nine times in ten; ``size_mm`` is None where none that fits would be."""
+
+    depth_mm: float
+    stiffness_ratio: float
+    size_mm: float | None
 
 
 @dataclass(frozen=True)
@@ -50,6 +59,8 @@ class Lump:
     method: str
     reasons: tuple[str, ...]
     text: str
+    detection_limits: tuple[DetectionLimit, ...] = ()
+    """Where there is no lump: what would have been seen."""
 
     @property
     def found(self) -> bool:
@@ -61,6 +72,74 @@ class Lump:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(self.text)}</pre>"
+
+
+@dataclass(frozen=True)
+class Change:
+    """A lump's change from the first day; values are None where the days cannot be compared."""
+
+    day: str
+    verdict: str
+    sentence: str
+    size_mm: Interval | None
+    """Of the diameter."""
+    depth_mm: Interval | None
+    """Of the depth of its top."""
+    size_factor: Interval | None
+    depth_factor: Interval | None
+    ratio_factor: Interval | None
+    """Stiffness ratio over the first day's."""
+    least_growth_mm: float | None
+    """Growth that would have been told nine times in ten."""
+    reasons: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def compare(
+    first: Path,
+    *later: Path,
+    young_error: float = 0.1,
+    thickness_error: float = 0.05,
+    pitch_error: float = 0.01,
+    network: Path | None = None,
+) -> list[Change]:
+    """How one lump has changed since the first day, each later day by itself.
+
+    Args:
+        first, later: folders that ``palpate lump estimate`` or ``palpate lump scan`` wrote with ``--out``.
+        young_error, thickness_error, pitch_error: relative errors of the tissue's modulus and thickness and of
+            the pitch (90 % intervals), alike on all days.
+        network: a file of ``palpate-lab train``; by default the built-in one.
+    """
+    answer = json.loads(
+        _palpate.lump_compare(
+            [path_text(day, "a day") for day in (first, *later)], (young_error, thickness_error, pitch_error),
+            path_text(network or "", "network"),
+        )
+    )
+
+    def change(day: dict[str, Any]) -> Change:
+        c = day["change"]
+
+        def interval(name: str) -> Interval | None:
+            return Interval(**c[name]) if name in c else None
+
+        return Change(
+            day=day["day"],
+            verdict=c["verdict"],
+            sentence=c["sentence"],
+            size_mm=interval("size_mm"),
+            depth_mm=interval("depth_mm"),
+            size_factor=interval("size_factor"),
+            depth_factor=interval("depth_factor"),
+            ratio_factor=interval("ratio_factor"),
+            least_growth_mm=c.get("least_growth_mm"),
+            reasons=tuple(c["reasons"]),
+        )
+
+    return [change(day) for day in answer["days"][1:]]
 
 
 def estimate(
@@ -130,4 +209,5 @@ def estimate(
         method=found["method"],
         reasons=tuple(found["reasons"]),
         text=text.rstrip(),
+        detection_limits=tuple(DetectionLimit(**limit) for limit in found["detection_limits"]),
     )
