@@ -27,15 +27,6 @@ Json to_json(const lump::InputEffect& effect) {
           {"higher", changes(effect.higher)}};
 }
 
-Json to_json(const std::vector<lump::DetectionLimit>& limits) {
-  Json all = Json::array();
-  for (const lump::DetectionLimit& limit : limits)
-    all.push_back({{"depth_mm", limit.depth_mm},
-                   {"stiffness_ratio", limit.stiffness_ratio},
-                   {"size_mm", std::isnan(limit.size_mm) ? Json(nullptr) : Json(limit.size_mm)}});
-  return all;
-}
-
 void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
   facts.add("shape", to_string(e.shape));
   Json chances = Json::object();
@@ -52,6 +43,12 @@ void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
 
 Json interval_json(const lump::Value& v) {
   return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
+}
+
+Json limit_json(const lump::DetectionLimit& limit) {
+  return {{"depth_mm", limit.depth_mm},
+          {"stiffness_ratio", limit.stiffness_ratio},
+          {"size_mm", std::isnan(limit.size_mm) ? Json(nullptr) : Json(limit.size_mm)}};
 }
 
 std::array<EstimateQuantity, 5> quantities_of(const lump::Estimate& e) {
@@ -88,7 +85,9 @@ Facts facts_of(const lump::Estimate& e) {
   std::string notes, effects;
   for (const std::string& reason : e.reasons) notes += "note: " + reason + "\n";
   facts.add("reasons", e.reasons, notes);
-  facts.add("detection_limits", to_json(e.detection_limits));
+  Json limits = Json::array();
+  for (const lump::DetectionLimit& limit : e.detection_limits) limits.push_back(limit_json(limit));
+  facts.add("detection_limits", limits);
   Json changes = Json::array();
   for (const lump::InputEffect& effect : e.input_effects) {
     changes.push_back(to_json(effect));

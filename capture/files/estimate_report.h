@@ -24,6 +24,9 @@ std::array<EstimateQuantity, 5> quantities_of(const lump::Estimate& estimate);
 /// An object of value, low and high.
 json::Value interval_json(const lump::Value& value);
 
+/// An object of depth_mm, stiffness_ratio and size_mm, which is null where none is seen.
+json::Value limit_json(const lump::DetectionLimit& limit);
+
 /// Verdict, quantities, shape, notes, effects of errors of the inputs, method.
 Facts facts_of(const lump::Estimate& estimate);
 

@@ -22,10 +22,7 @@ inline void add_emulated_ball(double size_mm, double depth_mm, double ratio, std
   setting.thickness_mm = observation.block_mm[2];
   setting.x_mm = std::abs(offset_mm[0]);
   setting.y_mm = std::abs(offset_mm[1]);
-  std::vector<double> loads;
-  for (const double force_N : observation.force_N)
-    loads.push_back(force_N /
-                    (1e-6 * observation.block_mm[0] * observation.block_mm[1] * observation.young_Pa));
+  const std::vector<double> loads = loads_of(observation);
   const lump::Guess guess{InclusionShape::Sphere, std::log(size_mm), std::log(depth_mm), std::log(ratio)};
   const Eigen::MatrixXd factors = bump_factors(model, guess, setting, loads, -1);
   Eigen::VectorXf fields(model.patch.count());

@@ -22,7 +22,7 @@ struct ComparedDay {
 std::vector<ComparedDay> compare_days(const std::vector<std::filesystem::path>& folders,
                                       const lump::ErrorSources& errors, const std::filesystem::path& network);
 
-/// Whether a change has intervals.
+/// A change has intervals.
 bool has_numbers(const lump::LumpChange& change);
 
 /// An object with an array of days, each with its estimate and all but the first with its change.

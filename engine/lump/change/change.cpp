@@ -31,8 +31,7 @@ constexpr double kJudgedLoads = 1.16;  // and up to which intervals have been ju
 constexpr double kLowestLoad = 0.7;    // of a day's own lowest one, down to which it is read below that
 constexpr double kElsewhere = 4;       // standard errors of the places beyond which it is another lump
 constexpr double kTurnedCloser =
-    0.3;                             // of the way between places, if the second day is turned by 180 degrees
-constexpr double kSeenPower = 1.28;  // standard errors to be beyond a bound nine times in ten
+    0.3;  // of the way between places, if the second day is turned by 180 degrees
 
 /// One day's maps, and the lumps that explain them.
 struct Pressed {
@@ -173,14 +172,6 @@ std::optional<Pair> one_place(const Model& model, const Observation& first, cons
   return pair;
 }
 
-/// Force over area and modulus.
-std::vector<double> loads_of(const Observation& o) {
-  std::vector<double> loads;
-  for (const double force_N : o.force_N)
-    loads.push_back(force_N / (o.block_mm[0] * o.block_mm[1] * o.young_Pa));
-  return loads;
-}
-
 /// The same press at other loads, by the cubic through the nearest ones: pressure over load is smooth in the
 /// load. As it is where those loads lie beyond its own.
 Observation at_loads(const Observation& observation, const std::vector<double>& loads) {
@@ -280,7 +271,7 @@ void fill(const Difference& d, LumpChange& change) {
   for (const Parameter p : {kSize, kDepth, kRatio})
     change.factor[p] = value(p, [](double log) { return std::exp(log); });
   change.ratio_changed = told(kRatio, d.variance);
-  change.least_mm = size * std::expm1((kTold + kSeenPower) * std::sqrt(d.chance[kSize]));
+  change.least_mm = size * std::expm1((kTold + kNineInTen) * std::sqrt(d.chance[kSize]));
   change.verdict = !told(kSize, d.chance) ? ChangeVerdict::NoChange
                    : d.change[kSize] > 0  ? ChangeVerdict::Grown
                                           : ChangeVerdict::Shrunk;
@@ -356,8 +347,7 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
     if (pair->turned_mm < kTurnedCloser * moved)
       change.reasons.push_back(
           text("turned by 180 degrees the second day's lump would lie %.2g mm from there: was the pad or the "
-               "block "
-               "turned?",
+               "block turned?",
                pair->turned_mm));
     return change;
   }

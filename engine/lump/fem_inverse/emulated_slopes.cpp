@@ -18,30 +18,12 @@ bool within(double value, const std::array<double, 2>& range) {
   return value >= range[0] * (1 - kPastRange) && value <= range[1] * (1 + kPastRange);
 }
 
-Case::Lump changed(Case::Lump lump, size_t unknown, double by) {
-  switch (unknown) {
-    case kLnSize:
-      lump.diameter_mm *= std::exp(by);
-      break;
-    case kLnDepth:
-      lump.depth_mm *= std::exp(by);
-      break;
-    case kLnRatio:
-      lump.stiffness_ratio *= std::exp(by);
-      break;
-    default:
-      lump.offset_mm[unknown - kPlaceX] += by;
-  }
-  return lump;
-}
-
 }  // namespace
 
 EmulatedSlopes::EmulatedSlopes(std::shared_ptr<const Model> model, const ComparedNodes& nodes)
     : model_(std::move(model)), nodes_(nodes) {
   const Observation& o = nodes.observation();
-  for (const double force_N : o.force_N)
-    loads_.push_back(force_N / (1e-6 * o.block_mm[0] * o.block_mm[1] * o.young_Pa));
+  loads_ = loads_of(o);
   knows_block_ = model_ && std::abs(o.block_mm[0] / model_->block_mm[0] - 1) < 0.02 &&
                  std::abs(o.block_mm[1] / model_->block_mm[1] - 1) < 0.02 &&
                  within(o.block_mm[2], model_->thickness_mm) && !loads_.empty() &&
@@ -55,39 +37,39 @@ bool EmulatedSlopes::knows(const Case::Lump& lump) const {
          std::max(std::abs(lump.offset_mm[0]), std::abs(lump.offset_mm[1])) < model_->offset_mm + 2;
 }
 
-Eigen::VectorXd EmulatedSlopes::values_Pa(const Case::Lump* lump, double force_factor) const {
-  std::vector<double> loads = loads_;
-  for (double& load : loads) load *= force_factor;
-  const double young_Pa = nodes_.observation().young_Pa, thickness_mm = nodes_.observation().block_mm[2];
-  const auto count = static_cast<Eigen::Index>(nodes_.count());
-  Eigen::MatrixXd values(count, static_cast<Eigen::Index>(loads.size()));
-  for (Eigen::Index l = 0; l < values.cols(); ++l) {
-    const Eigen::VectorXf quarter = model_->base.quarter(thickness_mm, loads[static_cast<size_t>(l)]);
-    for (Eigen::Index n = 0; n < count; ++n)
-      values(n, l) =
-          model_->base.at(quarter, nodes_.x_mm(static_cast<size_t>(n)), nodes_.y_mm(static_cast<size_t>(n)));
+Eigen::MatrixXd EmulatedSlopes::tissue_Pa(const std::vector<double>& loads) const {
+  const Observation& o = nodes_.observation();
+  Eigen::MatrixXd values(nodes_.count(), loads.size());
+  for (size_t l = 0; l < loads.size(); ++l) {
+    const Eigen::VectorXf quarter = model_->base.quarter(o.block_mm[2], loads[l]);
+    for (size_t n = 0; n < nodes_.count(); ++n)
+      values(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(l)) =
+          o.young_Pa * model_->base.at(quarter, nodes_.x_mm(n), nodes_.y_mm(n));
   }
-  if (lump != nullptr) {
-    PressedNodes block;
-    block.thickness_mm = thickness_mm;
-    const PatchView view(*model_, block, lump->offset_mm, lump->along_y);
-    const Guess guess{lump->shape, std::log(lump->diameter_mm), std::log(lump->depth_mm),
-                      std::log(lump->stiffness_ratio)};
-    const Eigen::MatrixXd factors = bump_factors(*model_, guess, view.setting, loads, -1);
-    Eigen::VectorXf fields(model_->patch.count());
-    for (Eigen::Index n = 0; n < count; ++n) {
-      const auto [u, v] =
-          view.to_patch(nodes_.x_mm(static_cast<size_t>(n)), nodes_.y_mm(static_cast<size_t>(n)));
-      if (std::max(std::abs(u), std::abs(v)) > model_->patch.reach_mm()) continue;
-      model_->patch.at(u, v, fields.data());
-      values.row(n) += fields.cast<double>().transpose() * factors;
-    }
+  return values;
+}
+
+Eigen::MatrixXd EmulatedSlopes::bump_Pa(const Case::Lump& lump, const std::vector<double>& loads) const {
+  const Observation& o = nodes_.observation();
+  PressedNodes block;
+  block.thickness_mm = o.block_mm[2];
+  const PatchView view(*model_, block, lump.offset_mm, lump.along_y);
+  const Guess guess{lump.shape, std::log(lump.diameter_mm), std::log(lump.depth_mm),
+                    std::log(lump.stiffness_ratio)};
+  const Eigen::MatrixXd factors = o.young_Pa * bump_factors(*model_, guess, view.setting, loads, -1);
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(nodes_.count(), loads.size());
+  Eigen::VectorXf fields(model_->patch.count());
+  for (size_t n = 0; n < nodes_.count(); ++n) {
+    const auto [u, v] = view.to_patch(nodes_.x_mm(n), nodes_.y_mm(n));
+    if (std::max(std::abs(u), std::abs(v)) > model_->patch.reach_mm()) continue;
+    model_->patch.at(u, v, fields.data());
+    values.row(static_cast<Eigen::Index>(n)) = fields.cast<double>().transpose() * factors;
   }
-  return young_Pa * values.reshaped();
+  return values;
 }
 
 Eigen::VectorXd EmulatedSlopes::tissue_Pa() const {
-  return values_Pa(nullptr, 1);
+  return tissue_Pa(loads_).reshaped();
 }
 
 void EmulatedSlopes::fill(const Case::Lump& lump, Prediction& prediction) const {
@@ -95,17 +77,22 @@ void EmulatedSlopes::fill(const Case::Lump& lump, Prediction& prediction) const 
              loads = static_cast<Eigen::Index>(loads_.size());
   prediction.by_unknown.resize(count * loads, kLumpUnknowns);
   for (size_t p = 0; p < kLumpUnknowns; ++p) {
-    const Case::Lump above = changed(lump, p, kHalfSlope[p]), below = changed(lump, p, -kHalfSlope[p]);
+    const double half = kHalfSlope[p];
     prediction.by_unknown.col(static_cast<Eigen::Index>(p)) =
-        (values_Pa(&above, 1) - values_Pa(&below, 1)) / (2 * kHalfSlope[p]);
+        (bump_Pa(changed(lump, p, half), loads_) - bump_Pa(changed(lump, p, -half), loads_)).reshaped() /
+        (2 * half);
   }
+  const auto forced_Pa = [&](double log_factor) -> Eigen::MatrixXd {
+    std::vector<double> forced = loads_;
+    for (double& load : forced) load *= std::exp(log_factor);
+    return tissue_Pa(forced) + bump_Pa(lump, forced);
+  };
   // A force alone changes its own load's pressure alone; modulus and forces together scale everything.
-  const Eigen::VectorXd by_force =
-      (values_Pa(&lump, std::exp(kHalfForce)) - values_Pa(&lump, std::exp(-kHalfForce))) / (2 * kHalfForce);
+  const Eigen::MatrixXd by_force = (forced_Pa(kHalfForce) - forced_Pa(-kHalfForce)) / (2 * kHalfForce);
   prediction.by_force = Eigen::MatrixXd::Zero(count * loads, loads);
   for (Eigen::Index l = 0; l < loads; ++l)
-    prediction.by_force.col(l).segment(l * count, count) = by_force.segment(l * count, count);
-  prediction.by_modulus = prediction.pressure_Pa - by_force;
+    prediction.by_force.col(l).segment(l * count, count) = by_force.col(l);
+  prediction.by_modulus = prediction.pressure_Pa - by_force.reshaped();
 }
 
 }  // namespace palpate::lump

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "engine/lump/fem_inverse/response.h"
 #include "engine/lump/network/model.h"
@@ -14,17 +15,19 @@ class EmulatedSlopes {
   /// Keeps both. `model` may be null: no lump is known.
   EmulatedSlopes(std::shared_ptr<const Model> model, const ComparedNodes& nodes);
 
-  /// Whether block, loads and lump are such as the emulator was taught.
+  /// Block, loads and lump are such as the emulator was taught.
   bool knows(const Case::Lump& lump) const;
   /// Fills by_unknown, by_force and by_modulus of a prediction for a lump that it knows.
   void fill(const Case::Lump& lump, Prediction& prediction) const;
   /// Pressure of tissue alone, Pa, load after load; of a block and loads that it knows.
   Eigen::VectorXd tissue_Pa() const;
-  /// Whether block and loads are such as the emulator was taught.
+  /// Block and loads are such as the emulator was taught.
   bool knows_block() const { return knows_block_; }
 
  private:
-  Eigen::VectorXd values_Pa(const Case::Lump* lump, double force_factor) const;
+  // Nodes x loads.
+  Eigen::MatrixXd tissue_Pa(const std::vector<double>& loads) const;
+  Eigen::MatrixXd bump_Pa(const Case::Lump& lump, const std::vector<double>& loads) const;
 
   std::shared_ptr<const Model> model_;
   const ComparedNodes& nodes_;

@@ -40,20 +40,7 @@ struct Pressing {
   std::optional<fem::CellGrid> changed(size_t unknown, double by, const fem::InclusionCells& of_lump,
                                        bool quarter) const {
     Pressing other = *this;
-    Case::Lump& lump = *other.block.lump;
-    switch (unknown) {
-      case kLnSize:
-        lump.diameter_mm *= std::exp(by);
-        break;
-      case kLnDepth:
-        lump.depth_mm *= std::exp(by);
-        break;
-      case kLnRatio:
-        lump.stiffness_ratio *= std::exp(by);
-        break;
-      default:
-        lump.offset_mm[unknown - kPlaceX] += by;
-    }
+    other.block.lump = lump::changed(*block.lump, unknown, by);
     return fit(other.scene(), of_lump, quarter);
   }
 };
@@ -179,6 +166,23 @@ std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
 }
 
 }  // namespace
+
+Case::Lump changed(Case::Lump lump, size_t unknown, double by) {
+  switch (unknown) {
+    case kLnSize:
+      lump.diameter_mm *= std::exp(by);
+      break;
+    case kLnDepth:
+      lump.depth_mm *= std::exp(by);
+      break;
+    case kLnRatio:
+      lump.stiffness_ratio *= std::exp(by);
+      break;
+    default:
+      lump.offset_mm[unknown - kPlaceX] += by;
+  }
+  return lump;
+}
 
 ComparedNodes::ComparedNodes(const Observation& observation, double rim_mm) : observation_(observation) {
   const PressureMap& first = observation.pressure_Pa.front();

@@ -17,6 +17,9 @@ namespace palpate::lump {
 /// Unknowns. Logarithms, so that no step makes them negative, and places from the block's middle.
 enum Unknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
 
+/// A lump with one unknown changed.
+Case::Lump changed(Case::Lump lump, size_t unknown, double by);
+
 struct ResponseOptions {
   /// Which follow the lump is chosen on these.
   std::array<uint32_t, 3> cells = {16, 16, 8};

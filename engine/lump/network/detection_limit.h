@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/lump/network/least_seen.h"
 #include "engine/lump/network/network.h"
 
 namespace palpate::lump {

@@ -5,12 +5,12 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kNineInTen = 1.28;  // standard errors of a signal that it exceeds nine times in ten
 constexpr int kHalvings = 12;
 constexpr std::array<double, 3> kRatiosShown = {2, 4, 10};
 constexpr double kFirstDepth_mm = 2, kDepthStep_mm = 2, kLastDepth_mm = 10;

@@ -5,7 +5,6 @@
 #include <array>
 #include <vector>
 
-#include "engine/lump/network/least_seen.h"
 #include "engine/lump/network/view.h"
 #include "engine/lump/observation/sensor_model.h"
 
@@ -39,8 +38,8 @@ class DetectionLimits {
   double needed_ = 0;
 };
 
-/// Of balls in the middle of what is seen, at depths from 2 mm on that leave room for a lump and at stiffness
-/// ratios of 2, 4 and 10; ratios are the outer order.
+/// Limits of balls in the middle of what is seen, at depths from 2 mm on that leave room for a lump and at
+/// stiffness ratios of 2, 4 and 10; ratios are the outer order.
 std::vector<DetectionLimit> detection_limits(const Model& model, const PressedNodes& nodes, Method method);
 
 /// Tissue alone as a sensor would read it, pressed as the model has it, at rising forces.

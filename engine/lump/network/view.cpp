@@ -103,9 +103,9 @@ class NodeChoice {
     double always = 1;
     for (const PressureMap& map : observation_.pressure_Pa) always = std::min(always, unseen_fraction(map));
     bool saturated = false;
-    for (size_t k = 0; k < observation_.pressure_Pa.size(); ++k) {
-      const double load = observation_.force_N[k] / (observation_.block_mm[0] * observation_.block_mm[1] *
-                                                     1e-6 * observation_.young_Pa);
+    const std::vector<double> loads = loads_of(observation_);
+    for (size_t k = 0; k < loads.size(); ++k) {
+      const double load = loads[k];
       const std::string name = "the load of " + quantity_text(observation_.force_N[k], "N");
       const double unseen = unseen_fraction(observation_.pressure_Pa[k]);
       if (unseen > always + kUnseenFraction) {

@@ -105,7 +105,7 @@ class PatternCovariance {
   PatternCovariance(const PatchErrors& errors, double peak, double pattern_fraction);
   /// Squares of unit variance, a row of each column's.
   Eigen::RowVectorXd squares(const Eigen::MatrixXd& numbers) const;
-  /// What is added to squares for -2 log likelihood, with what large patterns cost.
+  /// Sum to add to squares for -2 log likelihood, with what large patterns cost.
   double cost() const { return cost_; }
 
  private:

@@ -8,6 +8,13 @@
 
 namespace palpate::lump {
 
+std::vector<double> loads_of(const Observation& o) {
+  std::vector<double> loads;
+  for (const double force_N : o.force_N)
+    loads.push_back(force_N / (o.block_mm[0] * o.block_mm[1] * 1e-6 * o.young_Pa));
+  return loads;
+}
+
 double roughness(const PressureMap& map) {
   std::vector<double> sizes;
   for (uint32_t y = 1; y + 1 < map.height; ++y)

@@ -33,6 +33,9 @@ struct Observation {
   double young_Pa = 4000;                         ///< of the tissue, known from a place without a lump
 };
 
+/// Each load as force over the block's area and the tissue's modulus.
+std::vector<double> loads_of(const Observation& observation);
+
 /// How a trained model answers.
 enum class Method : uint8_t {
   Network,  ///< the network from observations to lumps alone
@@ -75,6 +78,10 @@ struct InputEffect {
   double error = 0;  ///< share; of a place mm
   std::array<double, 3> lower{}, higher{};
 };
+
+/// Diameter down to which limits of detection are followed: below a model's smallest lump bumps fall with its
+/// volume.
+inline constexpr double kLeastSeen_mm = 2;
 
 /// The smallest ball that would be seen nine times in ten, by depth of its top and stiffness ratio.
 struct DetectionLimit {

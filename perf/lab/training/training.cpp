@@ -21,11 +21,6 @@ namespace {
 constexpr size_t kFewestPlain = 6, kFewestLumps = 24, kFewestAside = 4;
 constexpr double kShift_mm = 0.7;  // of copies that teach the fields how bumps move
 
-double load_of(const Observation& observation, size_t k) {
-  return observation.force_N[k] /
-         (observation.block_mm[0] * observation.block_mm[1] * 1e-6 * observation.young_Pa);
-}
-
 void widen(std::array<double, 2>& range, double value) {
   range = {std::min(range[0], value), std::max(range[1], value)};
 }
@@ -39,8 +34,7 @@ void find_ranges(Model& model, const Examples& all) {
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const Example& e = all.examples[i];
     widen(model.thickness_mm, e.block_mm[2]);
-    for (size_t k = 0; k < all.observations[i].force_N.size(); ++k)
-      widen(model.load, load_of(all.observations[i], k));
+    for (const double load : loads_of(all.observations[i])) widen(model.load, load);
     model.cell_mm = std::min(model.cell_mm, e.cell_mm);
     if (!e.lump) continue;
     widen(model.size_mm, e.size_mm);
@@ -140,9 +134,10 @@ Base fit_base(const Model& model, const Examples& all, const std::function<bool(
   for (size_t i = 0; i < all.examples.size(); ++i) {
     if (all.examples[i].lump || !used(i)) continue;
     const Observation& observation = all.observations[i];
-    for (size_t k = 0; k < observation.force_N.size(); ++k) {
+    const std::vector<double> loads = loads_of(observation);
+    for (size_t k = 0; k < loads.size(); ++k) {
       const PressureMap& map = observation.pressure_Pa[k];
-      const double load = load_of(observation, k);
+      const double load = loads[k];
       // All eight images of the quarter's node: the block looks the same from every side.
       Eigen::VectorXd value(n * n);
       const auto middle = static_cast<int>(base.side) - 1;
@@ -196,8 +191,9 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
     const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
     const bool round = e.shape == InclusionShape::Sphere || e.shape == InclusionShape::Cylinder;
     // Neighbouring loads look alike: every second is enough.
-    for (size_t k = (observation.force_N.size() + 1) % 2; k < observation.force_N.size(); k += 2) {
-      const Eigen::VectorXf quarter = model.base.quarter(observation.block_mm[2], load_of(observation, k));
+    const std::vector<double> loads = loads_of(observation);
+    for (size_t k = (loads.size() + 1) % 2; k < loads.size(); k += 2) {
+      const Eigen::VectorXf quarter = model.base.quarter(observation.block_mm[2], loads[k]);
       for (const bool swapped : {false, true}) {
         if (!round && swapped != e.along_y) continue;
         for (const bool moved : {false, true}) {

@@ -1,7 +1,9 @@
 // palpate lump limit: the smallest lump that a sensor would show.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "capture/files/estimate_report.h"
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
@@ -109,14 +111,12 @@ Report run(const Common& common, const Options& o) {
   std::string csv = "noise_Pa,stiffness_ratio,depth_mm,size_mm\n";
   for (const Row& row : rows)
     for (const lump::DetectionLimit& limit : row.limits) {
-      const bool none = std::isnan(limit.size_mm);
-      report.json["limits"].push_back(
-          {{"noise_Pa", row.noise_Pa},
-           {"stiffness_ratio", limit.stiffness_ratio},
-           {"depth_mm", limit.depth_mm},
-           {"size_mm", none ? json::Value(nullptr) : json::Value(limit.size_mm)}});
+      json::Value told = {{"noise_Pa", row.noise_Pa}};
+      told.update(limit_json(limit));
+      report.json["limits"].push_back(std::move(told));
       csv += plot_number(row.noise_Pa) + "," + plot_number(limit.stiffness_ratio) + "," +
-             plot_number(limit.depth_mm) + "," + (none ? "" : plot_number(limit.size_mm)) + "\n";
+             plot_number(limit.depth_mm) + "," +
+             (std::isnan(limit.size_mm) ? "" : plot_number(limit.size_mm)) + "\n";
     }
   if (!common.out.empty()) {
     make_output_folder(common.out);
