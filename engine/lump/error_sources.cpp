@@ -3,14 +3,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
+#include "engine/lump/tissue/found_tissue.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
 namespace {
+
+constexpr int kTissueRounds = 3;         // of lump and tissue in turn
+constexpr double kTissueSettled = 1e-3;  // change of the modulus
+constexpr double kMostShare = 0.5;       // of an input's error
 
 constexpr const char *kLight = "light", *kAlongX = "place along x", *kAlongY = "place along y";
 
@@ -95,11 +102,68 @@ std::string side_text(const std::array<double, 3>& changes) {
 Estimator::Estimator(Inverse inverse, const ErrorSources& sources, Inverse moves)
     : inverse_(std::move(inverse)), moves_(std::move(moves)), sources_(sources) {
   for (const double share : {sources.young, sources.thickness, sources.pitch})
-    if (!(share >= 0 && share <= 0.5))
+    if (!(share >= 0 && share <= kMostShare))
       throw Error(Failure::Usage, "input errors from 0 to 0.5", text("%g", share), "0.1, which is 10 %");
 }
 
 Estimate Estimator::operator()(const Observation& observation, const UnevenLight& uneven) const {
+  return observation.press_mm.empty() ? widened(observation, sources_, uneven)
+                                      : in_found_tissue(observation, uneven);
+}
+
+Estimate Estimator::in_found_tissue(const Observation& observation, const UnevenLight& uneven) const {
+  const bool told = observation.young_Pa > 0;
+  const TissuePrior prior{told ? sources_.young / kNormal90 : std::numeric_limits<double>::infinity(),
+                          sources_.thickness / kNormal90};
+  Observation pressed = observation;
+  Estimate lump;
+  FoundTissue tissue = find_tissue(observation, prior, lump);
+  for (int round = 0; tissue.unusable.empty() && round < kTissueRounds; ++round) {
+    pressed.young_Pa = tissue.young_Pa;
+    pressed.block_mm[2] = tissue.thickness_mm;
+    lump = (moves_ ? moves_ : inverse_)(pressed);
+    const double before_Pa = tissue.young_Pa;
+    tissue = find_tissue(observation, prior, lump);
+    if (std::abs(tissue.young_Pa / before_Pa - 1) < kTissueSettled) break;
+  }
+  if (!tissue.unusable.empty()) {
+    Estimate estimate;
+    estimate.method = "none";
+    if (told) estimate = widened(observation, sources_, uneven);
+    estimate.reasons.insert(estimate.reasons.begin(), tissue.unusable);
+    return estimate;
+  }
+  pressed.young_Pa = tissue.young_Pa;
+  pressed.block_mm[2] = tissue.thickness_mm;
+  ErrorSources sources = sources_;
+  sources.young = kNormal90 * tissue.young_sd_at_thickness;
+  sources.thickness = kNormal90 * tissue.thickness_sd;
+  sources.young_by_thickness = tissue.young_by_thickness;
+  const bool open = !(sources.young <= kMostShare && sources.thickness <= kMostShare);
+  const auto lit = [&](double fraction) {
+    Observation other = uneven(fraction);
+    other.young_Pa = pressed.young_Pa;
+    other.block_mm = pressed.block_mm;
+    return other;
+  };
+  Estimate estimate =
+      widened(pressed, open ? ErrorSources::none() : sources, uneven ? UnevenLight(lit) : uneven);
+  if (!open) estimate.tissue = tissue.tissue();
+  std::string reason = tissue.contradiction;
+  if (!reason.empty()) {
+    estimate.verdict = Status::Inconsistent;
+  } else if (open) {
+    estimate.verdict = Status::Unusable;
+    reason =
+        text("the way of the plate, known to %.2g mm, tells the modulus to no better than a factor of %.2g",
+             observation.press_sd_mm, std::exp(kNormal90 * tissue.young_sd));
+  }
+  if (!reason.empty()) estimate.reasons.insert(estimate.reasons.begin(), reason);
+  return estimate;
+}
+
+Estimate Estimator::widened(const Observation& observation, const ErrorSources& sources,
+                            const UnevenLight& uneven) const {
   Estimate estimate = inverse_(observation);
   if (!reports_numbers(estimate.verdict)) return estimate;
   Widening widening(estimate);
@@ -121,13 +185,17 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
     estimate.input_effects.push_back({input, error, changes(*reference, lower), changes(*reference, higher)});
     return lower.verdict != Status::NoLump && higher.verdict != Status::NoLump;
   };
-  for (const auto& [input, share] : {std::pair{Input::Modulus, sources_.young},
-                                     {Input::Thickness, sources_.thickness},
-                                     {Input::Pitch, sources_.pitch}})
-    if (share > 0)
-      add(to_string(input), share, with_input(observation, input, 1 - share),
-          with_input(observation, input, 1 + share));
-  if (sources_.light && observation.uneven_sd > 0) {
+  const auto with = [&](Input input, double factor) {
+    Observation other = with_input(observation, input, factor);
+    if (input == Input::Thickness && sources.young_by_thickness != 0)
+      other = with_input(std::move(other), Input::Modulus, std::pow(factor, sources.young_by_thickness));
+    return other;
+  };
+  for (const auto& [input, share] : {std::pair{Input::Modulus, sources.young},
+                                     {Input::Thickness, sources.thickness},
+                                     {Input::Pitch, sources.pitch}})
+    if (share > 0) add(to_string(input), share, with(input, 1 - share), with(input, 1 + share));
+  if (sources.light && observation.uneven_sd > 0) {
     const auto lit = [&](double fraction) {
       return uneven ? uneven(fraction) : with_uneven_light(observation, fraction);
     };
@@ -140,7 +208,7 @@ Estimate Estimator::operator()(const Observation& observation, const UnevenLight
       return estimate;
     }
   }
-  if (sources_.place) {
+  if (sources.place) {
     widening.add_place(observation.place_sd_mm);
     // What a stage is off by moves none of the others.
     if (observation.place_sd_mm > kPlaceSd_mm)

@@ -16,11 +16,12 @@ namespace palpate::lump {
 /// within which the true value lies nine times out of ten; 0: exact.
 struct ErrorSources {
   double young = 0.1, thickness = 0.05, pitch = 0.01;
-  bool light = true;  ///< slow errors across the window, Observation::uneven_sd
-  bool place = true;  ///< of the window in the block, Observation::place_sd_mm
+  double young_by_thickness = 0;  ///< the logarithm of the modulus changes so much with the thickness's
+  bool light = true;              ///< slow errors across the window, Observation::uneven_sd
+  bool place = true;              ///< of the window in the block, Observation::place_sd_mm
 
   /// All inputs are exact, as of a synthetic block.
-  static constexpr ErrorSources none() { return {0, 0, 0, false, false}; }
+  static constexpr ErrorSources none() { return {0, 0, 0, 0, false, false}; }
 };
 
 /// An estimate from the maps alone.
@@ -41,6 +42,11 @@ class Estimator {
 
   explicit operator bool() const { return static_cast<bool>(inverse_); }
 
+  /// Where the observation has Observation::press_mm the tissue is found first: its stated modulus and
+  /// thickness are as near as the sources say (a modulus of 0: not known), and what is left open of both
+  /// takes the place of these sources. What contradicts itself is Inconsistent, a modulus that is known to no
+  /// better than a half Unusable.
+  ///
   /// Estimates, and again with each source at both ends of its range; fills Estimate::input_effects and
   /// widens the intervals: distances to a value's interval and its moves add as squares, of size, depth and
   /// ratio in logarithms. An end where there are no numbers counts as the other end does. A lump that goes
@@ -49,6 +55,10 @@ class Estimator {
   Estimate operator()(const Observation& observation, const UnevenLight& uneven = {}) const;
 
  private:
+  Estimate in_found_tissue(const Observation& observation, const UnevenLight& uneven) const;
+  Estimate widened(const Observation& observation, const ErrorSources& sources,
+                   const UnevenLight& uneven) const;
+
   Inverse inverse_, moves_;
   ErrorSources sources_ = ErrorSources::none();
 };

@@ -1,5 +1,7 @@
 // Scores over noise, exposure and loads: each row is of its own setting.
 #include "perf/lab/study/evaluation_table.h"
+
+#include "engine/lump/tissue/block_stiffness.h"
 #include "tests/support/json.h"
 
 #include <gtest/gtest.h>
@@ -111,6 +113,36 @@ TEST(LumpEvaluation, SomeOfTheBlocksAreJudgedAsAmongAll) {
   job.first = 7;
   EXPECT_EQ(count_judged(examples.size(), job), 0u);
   EXPECT_TRUE(judge_lumps(examples, job).empty());
+}
+
+TEST(LumpEvaluation, TheWayOfThePlateIsToldInPlaceOfTheModulus) {
+  lump::EvaluationJob job;
+  job.sensor.size_px = {64, 48};
+  job.press_sd_mm = 0.1;
+  job.repeats = 400;
+  lump::Example e = example(false);
+  e.young_Pa = 5000;
+  e.press_mm = {1, 2, 3, 4};
+  for (size_t k = 0; k < e.press_mm.size(); ++k)
+    e.force_N[k] =
+        1600e-6 * e.young_Pa *
+        lump::BlockStiffness::built_in().load(e.block_mm, std::nullopt, e.press_mm[k] / e.block_mm[2]);
+  double calls = 0, squares = 0, together = 0;
+  job.estimator = [&](const lump::Observation& o) {
+    EXPECT_EQ(o.press_sd_mm, 0.1);
+    ++calls;
+    squares += std::pow(o.press_mm.at(3) - 4, 2);
+    together += (o.press_mm.at(0) - 1) * (o.press_mm.at(3) - 4);
+    return lump::Estimate{};
+  };
+  const lump::Score score = score_of(judge_lumps({e}, job));
+  EXPECT_EQ(score.tissues, 400u);
+  EXPECT_GT(score.young_median, 0.005);
+  EXPECT_LT(score.young_median, 0.03);
+  EXPECT_GT(score.young_coverage, 0.86);
+  EXPECT_LT(score.young_coverage, 0.97);
+  EXPECT_NEAR(squares / calls / 0.01, 1, 0.25);
+  EXPECT_NEAR(together / squares, 0.5, 0.15) << "half of the variance is alike at all loads";
 }
 
 TEST(LumpEvaluation, WhatWasJudgedBeforeAStopIsKept) {

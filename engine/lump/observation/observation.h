@@ -23,6 +23,9 @@ struct Observation {
   std::array<double, 2> window_mm = {0, 0};
   double place_sd_mm = kPlaceSd_mm;  ///< of window_mm, along each axis
   std::vector<double> force_N;       ///< on the whole block at each load, of the gauge
+  /// Way of the plate at each load from where it touches, by which the modulus is found; empty: not measured.
+  std::vector<double> press_mm;
+  double press_sd_mm = 0.05;  ///< standard error of each way, half of it where the plate touches
   /// Standard deviation of a map's value, independent from node to node. Where the maps are rougher than it
   /// says (roughness()), that counts.
   double noise_Pa = 0;
@@ -30,7 +33,8 @@ struct Observation {
   double saturated_fraction = 0;  ///< of the window's values at the highest load, at the sensor's limit
 
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
-  double young_Pa = 4000;                         ///< of the tissue, known from a place without a lump
+  /// Of the tissue, known from a place without a lump; with press_mm 0: not known.
+  double young_Pa = 4000;
 };
 
 /// Each load as force over the block's area and the tissue's modulus.
@@ -89,6 +93,11 @@ struct DetectionLimit {
   double size_mm = 0;  ///< diameter; NaN: no ball that fits
 };
 
+/// Tissue as the way of the plate tells it.
+struct Tissue {
+  Value young_Pa, thickness_mm;
+};
+
 struct Estimate {
   Status verdict = Status::Unusable;
   double detection_statistic = 0;  ///< for a lump; at 1 and above there is one
@@ -107,6 +116,7 @@ struct Estimate {
   std::vector<DetectionLimit> detection_limits;  ///< where there is NoLump
   std::vector<std::string> reasons;              ///< one line each, for people
   std::vector<InputEffect> input_effects;        ///< of the sources that were covered, see error_sources.h
+  std::optional<Tissue> tissue;                  ///< where Observation::press_mm is given and told it
 };
 
 /// A map's noise by its roughness: mixed second differences of neighbours, of which smooth pressure has next

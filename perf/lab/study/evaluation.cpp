@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <random>
 #include <thread>
 
 #include "engine/base/json.h"
@@ -23,6 +24,20 @@ double quantile(std::vector<double> values, double fraction) {
   const auto place = static_cast<size_t>(std::floor(fraction * static_cast<double>(values.size() - 1) + 0.5));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
   return values[place];
+}
+
+/// The observation as it is without its modulus, with the plate's way instead.
+void untell(const EvaluationJob& job, const std::vector<double>& press_mm, uint64_t seed, Observation& o) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  o.block_mm[2] *= std::exp(job.thickness_sd * normal(random));
+  if (job.press_sd_mm == 0) return;
+  const double zero_mm = std::sqrt(job.press_sd_alike) * job.press_sd_mm * normal(random);
+  if (job.modulus_error == 0) o.young_Pa = 0;
+  o.press_sd_mm = job.press_sd_mm;
+  for (const double press : press_mm)
+    o.press_mm.push_back(press + zero_mm +
+                         std::sqrt(1 - job.press_sd_alike) * job.press_sd_mm * normal(random));
 }
 
 std::vector<std::array<double, 2>> roc_of(const std::vector<Judged>& judged) {
@@ -67,19 +82,21 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
       const uint64_t repeat = n % job.repeats;
       const Example& e = examples[i];
       std::vector<PressureMap> maps;
-      std::vector<double> forces;
+      std::vector<double> forces, press_mm;
       const size_t all = e.force_N.size(), count = job.loads == 0 ? all : std::min<size_t>(job.loads, all);
       for (size_t k = 0; k < count; ++k) {
         const size_t load = all - 1 - (count - 1 - k) * all / count;
         maps.push_back(e.pressure_Pa[load]);
         forces.push_back(e.force_N[load]);
+        if (job.press_sd_mm > 0) press_mm.push_back(e.press_mm.at(load));
       }
-      Observation observation = sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor,
-                                                   job.seed * 1000003 + i + repeat * 0x9e3779b1ULL);
+      const uint64_t seed = job.seed * 1000003 + i + repeat * 0x9e3779b1ULL;
+      Observation observation = sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor, seed);
       observation.young_Pa *= 1 + job.modulus_error;
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)
         observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
+      untell(job, press_mm, seed ^ 0x5851f42dULL, observation);
       Judged judged{i, e, job.estimator(observation), observation.saturated_fraction};
       judged.truth.pressure_Pa.clear();
       found[n] = std::move(judged);
@@ -100,12 +117,18 @@ Score score_of(const std::vector<Judged>& judged) {
   Score score;
   std::array<std::vector<double>, 3> errors, determined;
   std::array<size_t, 3> covered{};
-  std::vector<double> walls;
+  std::vector<double> walls, young_errors;
+  size_t young_covered = 0;
   size_t shapes_right = 0, found = 0, goal_found = 0, plain_right = 0;
   std::array<std::array<std::vector<double>, 3>, kRatioEdges.size() - 1> by_ratio;
   for (const Judged& j : judged) {
     const Estimate& e = j.estimate;
     walls.push_back(1e3 * e.wall_s);
+    if (e.tissue) {
+      const Value& young = e.tissue->young_Pa;
+      young_errors.push_back(std::abs(young.value / j.truth.young_Pa - 1));
+      young_covered += j.truth.young_Pa >= young.low && j.truth.young_Pa <= young.high;
+    }
     const bool seen = e.detection_statistic >= 1;
     if (!j.truth.lump) {
       ++score.plain;
@@ -159,6 +182,10 @@ Score score_of(const std::vector<Judged>& judged) {
   score.goal_sensitivity = fraction(goal_found, score.goal_lumps);
   score.specificity = fraction(plain_right, score.plain);
   score.roc = roc_of(judged);
+  score.tissues = young_errors.size();
+  score.young_median = quantile(young_errors, 0.5);
+  score.young_ninetieth = quantile(young_errors, 0.9);
+  score.young_coverage = fraction(young_covered, score.tissues);
   score.wall_ms = quantile(walls, 0.5);
   score.wall_p95_ms = quantile(walls, 0.95);
   return score;
@@ -175,6 +202,12 @@ std::string score_text(const Score& s) {
   row("90 % of errors below", s.ninetieth);
   row("median, where found", s.determined_median);
   row("intervals hold", s.coverage);
+  if (s.tissues > 0)
+    text += palpate::text(
+        "\nmodulus by the way of the plate: median error %.1f %%, 90 %% of errors below %.1f %%, intervals "
+        "hold "
+        "%.0f %% of %zu\n",
+        100 * s.young_median, 100 * s.young_ninetieth, 100 * s.young_coverage, s.tissues);
   text += "\ntrue ratio     lumps   median error of size, depth, ratio\n";
   for (const ErrorRange& r : s.by_ratio)
     text += palpate::text("%3.0f to %-7s %5zu   %5.1f %%  %5.1f %%  %5.1f %%\n", r.low,
@@ -202,29 +235,35 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
   const auto three = [](const std::array<double, 3>& v) {
     return Json{{"size", v[0]}, {"depth", v[1]}, {"stiffness_ratio", v[2]}};
   };
-  Json json{{"method", method},
-            {"noise_share", job.sensor.noise_fraction},
-            {"gauge_share", job.sensor.gauge_fraction},
-            {"loads", job.loads},
-            {"modulus_error", job.modulus_error},
-            {"first", job.first},
-            {"every", job.every},
-            {"seed", job.seed},
-            {"lumps", s.lumps},
-            {"without_lump", s.plain},
-            {"judged", s.judged},
-            {"median_error", three(s.median)},
-            {"p90_error", three(s.ninetieth)},
-            {"median_error_where_found", three(s.determined_median)},
-            {"coverage", three(s.coverage)},
-            {"shape_rate", s.shape_rate},
-            {"shapes", s.shapes},
-            {"sensitivity", s.sensitivity},
-            {"goal_lumps", s.goal_lumps},
-            {"goal_sensitivity", s.goal_sensitivity},
-            {"specificity", s.specificity},
-            {"wall_ms", s.wall_ms},
-            {"wall_p95_ms", s.wall_p95_ms}};
+  Json json{
+      {"method", method},
+      {"noise_share", job.sensor.noise_fraction},
+      {"gauge_share", job.sensor.gauge_fraction},
+      {"loads", job.loads},
+      {"modulus_error", job.modulus_error},
+      {"press_sd_mm", job.press_sd_mm},
+      {"thickness_sd", job.thickness_sd},
+      {"tissues", s.tissues},
+      {"young",
+       {{"median_error", s.young_median}, {"p90_error", s.young_ninetieth}, {"coverage", s.young_coverage}}},
+      {"first", job.first},
+      {"every", job.every},
+      {"seed", job.seed},
+      {"lumps", s.lumps},
+      {"without_lump", s.plain},
+      {"judged", s.judged},
+      {"median_error", three(s.median)},
+      {"p90_error", three(s.ninetieth)},
+      {"median_error_where_found", three(s.determined_median)},
+      {"coverage", three(s.coverage)},
+      {"shape_rate", s.shape_rate},
+      {"shapes", s.shapes},
+      {"sensitivity", s.sensitivity},
+      {"goal_lumps", s.goal_lumps},
+      {"goal_sensitivity", s.goal_sensitivity},
+      {"specificity", s.specificity},
+      {"wall_ms", s.wall_ms},
+      {"wall_p95_ms", s.wall_p95_ms}};
   json["by_ratio"] = Json::array();
   for (const ErrorRange& r : s.by_ratio)
     json["by_ratio"].push_back({{"low", r.low},

@@ -17,8 +17,13 @@ namespace palpate::lump {
 struct EvaluationJob {
   Estimator estimator;
   PalpationSensor sensor;
-  uint32_t loads = 0;           ///< the highest so many of each example, evenly; 0: all
-  double modulus_error = 0;     ///< share by which the tissue's modulus is told wrong
+  uint32_t loads = 0;        ///< the highest so many of each example, evenly; 0: all
+  double modulus_error = 0;  ///< share by which the tissue's modulus is told wrong
+  /// The plate's way is told, with errors of this standard deviation (mm), and the modulus is not, unless it
+  /// is told wrong. 0: no way is told.
+  double press_sd_mm = 0;
+  double press_sd_alike = 0.5;  ///< share of that variance that is alike at all loads
+  double thickness_sd = 0;  ///< of the thickness as stated, share; the estimator's sources have to cover it
   size_t first = 0, every = 1;  ///< of the examples: that one, and each so many after it
   uint32_t repeats = 1;         ///< of each, with other noise, patterns and errors of the gauge
   uint64_t seed = 1;
@@ -56,6 +61,8 @@ struct Score {
   std::vector<std::array<double, 2>>
       roc;  ///< false alarms, detections of the goal's lumps; by falling evidence
   double wall_ms = 0, wall_p95_ms = 0;
+  size_t tissues = 0;  ///< estimates that found the tissue's modulus; its errors (share) and coverage
+  double young_median = 0, young_ninetieth = 0, young_coverage = 0;
 };
 
 /// Size, depth, ratio.

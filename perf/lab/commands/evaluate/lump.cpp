@@ -5,6 +5,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/normal.h"
 #include "palpate/error.h"
 #include "perf/lab/commands/commands.h"
 #include "perf/lab/commands/evaluate/evaluate.h"
@@ -57,8 +58,10 @@ void add_cells(const Common& common, const Options& o, const std::vector<lump::J
 }
 
 Report run(const Common& common, Options& o) {
-  o.job.estimator =
-      lump::named_estimator(o.method, lump::load_network(o.network), lump::ErrorSources::none());
+  lump::ErrorSources sources = lump::ErrorSources::none();
+  if (o.job.press_sd_mm > 0 && o.job.modulus_error != 0) sources.young = lump::ErrorSources{}.young;
+  sources.thickness = kNormal90 * o.job.thickness_sd;
+  o.job.estimator = lump::named_estimator(o.method, lump::load_network(o.network), sources);
   std::vector<lump::Example> examples;
   for (const std::string& file : o.files) {
     std::vector<lump::Example> more = lump::lump_examples(lump::read_lump_file(file));
@@ -150,6 +153,13 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
                        "Relative error of each force");
   command->add_setting("--modulus-error", o->job.modulus_error, Check::range(-0.9, 10.0),
                        "Relative error of the tissue's modulus as stated to the estimate");
+  command->add_setting(
+      "--press-sd-mm", o->job.press_sd_mm, Check::range(0.0, 10.0),
+      "Standard error of the plate's way, by which the modulus is found, if it is not told wrong; 0: no way");
+  command->add_setting("--press-sd-alike", o->job.press_sd_alike, Check::range(0.0, 1.0),
+                       "Share of that variance that is alike at all loads");
+  command->add_setting("--thickness-sd", o->job.thickness_sd, Check::range(0.0, 0.3),
+                       "Relative standard error of the thickness as stated, which intervals cover");
   command->add_setting("--full-scale-Pa", o->job.sensor.full_scale_Pa, Check::range(0.0, 1e9),
                        "Of gray level 255; 0: the highest peak at 90 % of it");
   command->add_option("--window-mm", o->job.sensor.window_mm,
