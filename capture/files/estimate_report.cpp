@@ -78,6 +78,14 @@ Facts facts_of(const lump::Estimate& e) {
     facts.add(std::string(q.name) + (*q.unit ? "_" : "") + q.unit,
               consistent ? to_json(q.value) : Json(nullptr), shown ? row : "");
   }
+  if (e.tissue) {
+    const auto& [young, thickness] = *e.tissue;
+    facts.add(
+        "tissue", {{"young_Pa", interval_json(young)}, {"thickness_mm", interval_json(thickness)}},
+        text("tissue by the way of the plate: modulus %.4g Pa (%.4g to %.4g), thickness %.3g mm (%.3g to "
+             "%.3g)\n",
+             young.value, young.low, young.high, thickness.value, thickness.low, thickness.high));
+  }
   add_shape(e, shown, facts);
   facts.add("method", e.method);
   facts.add("wall_s", e.wall_s);

@@ -75,11 +75,15 @@ void write_observation(const std::filesystem::path& folder, const lump::Observat
     values.insert(values.end(), map.values.begin(), map.values.end());
   const PressureMap& top = o.pressure_Pa.back();
   write_npy(folder / kPressureFile, values, {o.pressure_Pa.size(), top.height, top.width});
-  const json::Value about = {{"format", kObservationFormat}, {"force_N", o.force_N},
-                             {"pitch_mm", top.pitch_mm},     {"window_mm", o.window_mm},
-                             {"place_sd_mm", o.place_sd_mm}, {"noise_Pa", o.noise_Pa},
-                             {"uneven_sd", o.uneven_sd},     {"saturated_share", o.saturated_fraction},
-                             {"block_mm", o.block_mm},       {"young_Pa", o.young_Pa}};
+  json::Value about = {{"format", kObservationFormat}, {"force_N", o.force_N},
+                       {"pitch_mm", top.pitch_mm},     {"window_mm", o.window_mm},
+                       {"place_sd_mm", o.place_sd_mm}, {"noise_Pa", o.noise_Pa},
+                       {"uneven_sd", o.uneven_sd},     {"saturated_share", o.saturated_fraction},
+                       {"block_mm", o.block_mm},       {"young_Pa", o.young_Pa}};
+  if (!o.press_mm.empty()) {
+    about["press_mm"] = o.press_mm;
+    about["press_sd_mm"] = o.press_sd_mm;
+  }
   write_whole(folder / kObservationFile, std::string_view(about.dump(2) + "\n"));
 }
 
@@ -106,6 +110,10 @@ lump::Observation read_observation(const std::filesystem::path& path) {
     v.at("saturated_share").get_to(o.saturated_fraction);
     v.at("block_mm").get_to(o.block_mm);
     v.at("young_Pa").get_to(o.young_Pa);
+    if (v.contains("press_mm")) {
+      v.at("press_mm").get_to(o.press_mm);
+      v.at("press_sd_mm").get_to(o.press_sd_mm);
+    }
   } catch (const json::Error& error) {
     refuse(file.string() + ": " + error.what());
   }

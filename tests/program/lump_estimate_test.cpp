@@ -83,6 +83,49 @@ TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
   expect_refusal({"lump", "estimate", map, "--force-N", "1", "--young-Pa", "nothing"}, 2, {"--young-Pa"});
 }
 
+TEST_F(LumpEstimateCommand, TheWayOfThePlateFindsTheModulus) {
+  const std::string block = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
+  const auto about = parse_json(slurp(block + ".json"));
+  std::string forces, ways;
+  for (const auto& load : about["loads"]) {
+    forces += (forces.empty() ? "" : ",") + load["force_N"].dump();
+    ways += (ways.empty() ? "" : ",") + load["press_mm"].dump();
+  }
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"lump",           "estimate",  block + "_1.csv",
+                                      block + "_2.csv", "--force-N", forces};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  const Ended ended = run(with({"--press-mm", ways, "--noise-Pa", "4", "--json"}));
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const auto young = parse_json(ended.out)["tissue"]["young_Pa"];
+  EXPECT_NEAR(young["value"].get<double>() / about["young_Pa"].get<double>(), 1, 0.02);
+  EXPECT_LE(young["low"], about["young_Pa"]);
+  EXPECT_GE(young["high"], about["young_Pa"]);
+
+  const Ended wrong = run(with({"--press-mm", ways, "--young-Pa", "5600+-300"}));
+  EXPECT_TRUE(contains(wrong.out, "verdict: inconsistent")) << wrong.out;
+  EXPECT_TRUE(contains(wrong.out, "by the way of the plate the tissue's modulus is")) << wrong.out;
+
+  // Two days of tissue that nobody told are told one.
+  for (const char* day : {"may", "june"}) {
+    const Ended kept = run(with({"--press-mm", ways, "--noise-Pa", "4", "--out", folder_ / day}));
+    ASSERT_EQ(kept.exit_code, 0) << kept.err;
+  }
+  const Ended compared = run({"lump", "compare", folder_ / "may", folder_ / "june", "--json"});
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_TRUE(contains(compared.out, "\"no change\"")) << compared.out;
+
+  expect_refusal(with({}), 2, {"the tissue's modulus, or the way of the plate", "--press-mm"});
+  expect_refusal(with({"--press-mm", "2"}), 2, {"a way of the plate for each of 2 forces"});
+  expect_refusal(with({"--press-mm", "3,2"}), 2, {"rise with the force"});
+  expect_refusal(with({"--press-mm", "2,nan"}), 2, {"nan"});
+  expect_refusal(with({"--young-Pa", "4000+-4000"}), 2, {"--young-Pa", "at most 30 %"});
+  expect_refusal(with({"--young-Pa", "4kPa"}), 2, {"--young-Pa", "'4kPa'"});
+  expect_refusal(with({"--young-Pa", "4000", "--thickness-mm", "-1+-0.1"}), 2, {"--thickness-mm"});
+}
+
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
   PressureMap map;
   map.width = 60;

@@ -67,6 +67,7 @@ BAD = {
     "a text for a number": (lambda: pp.contact(young_kPa="60", force_N=1), pp.ArgumentError, r"young_kPa as a number, or one for each layer; found '60'"),
     "two of three": (lambda: pp.forward(block_mm=(1, 2)), pp.ArgumentError, r"block_mm as a list of 3.*found \[1.0, 2.0\]"),
     "a text for frames": (lambda: pp.strain(PRESS, frames="ab"), pp.ArgumentError, r"frames as a list of 2.*found 'ab'"),
+    "no modulus and no way": (lambda: pp.lump.estimate([GOOD], force_N=[1]), pp.ArgumentError, r"young_Pa, or press_mm"),
     "a number for maps": (lambda: pp.lump.estimate(5.0, force_N=1, young_Pa=4000), pp.ArgumentError, r"found 5.0"),
     "no maps": (lambda: pp.lump.estimate([], force_N=[], young_Pa=4000), pp.ArgumentError, r"found \[\]"),
     "ragged maps": (lambda: pp.lump.estimate([[[1, 2], [3]]], force_N=1, young_Pa=4000), pp.ArgumentError, r"maps of rows x columns"),

@@ -159,6 +159,20 @@ def test_a_lump():
     assert not nothing.found
 
 
+def test_a_lump_in_tissue_that_nobody_measured():
+    folder = Path(__file__).parent.parent / "data" / "calculix"
+    about = json.loads((folder / "deep_ellipsoid.json").read_text())
+    lump = pp.lump.estimate(
+        [np.loadtxt(folder / load["file"], delimiter=",") for load in about["loads"]],
+        force_N=[load["force_N"] for load in about["loads"]],
+        press_mm=[load["press_mm"] for load in about["loads"]],
+        noise_Pa=4,
+    )
+    assert lump.young_Pa is not None
+    assert lump.young_Pa.low < about["young_Pa"] < lump.young_Pa.high
+    assert abs(lump.young_Pa.value / about["young_Pa"] - 1) < 0.02
+
+
 def test_a_lump_on_two_days(tmp_path):
     x = (np.arange(23) - 11) * 1.25
     r2 = x[:, None] ** 2 + x[None, :] ** 2

@@ -1,6 +1,8 @@
 // Options for the errors of inputs that an estimate's intervals cover.
 #pragma once
 
+#include <string>
+
 #include "engine/lump/error_sources.h"
 #include "viz/commands/support/options.h"
 
@@ -20,5 +22,11 @@ inline void add_error_sources(CommandLine& command, lump::ErrorSources& sources)
       ->capture_default_str()
       ->check(Check::range(0.0, 0.5));
 }
+
+/// A value as it is stated: "4000", or "4000+-400" with its standard deviation, of which `share`, the error
+/// of a 90 % interval relative to it, is set. Throws Error(Failure::Usage) for another text, a value outside
+/// of `least` to `most` or an error above a half.
+double stated_value(const std::string& option, const std::string& text, double least, double most,
+                    double& share);
 
 }  // namespace palpate

@@ -22,24 +22,37 @@ namespace {
 
 struct Options {
   std::vector<std::string> maps;
-  std::vector<double> force_N, window_mm, block_mm;
-  double pitch_mm = 1.25, young_Pa = 0, thickness_mm = 20, noise_Pa = -1;
+  std::vector<double> force_N, press_mm, window_mm, block_mm;
+  std::string young_Pa, thickness_mm = "20";
+  double pitch_mm = 1.25, noise_Pa = -1, press_sd_mm = lump::Observation{}.press_sd_mm;
   double uneven_sd = lump::Observation{}.uneven_sd, place_sd_mm = lump::kPlaceSd_mm;
   lump::ErrorSources errors;
   std::string network, method = "refined";
 };
 
-lump::Observation reading_of(const Options& o) {
+/// Tissue as it is stated; its errors go to the sources of `o`.
+void set_tissue(Options& o, lump::Observation& observation) {
+  if (o.young_Pa.empty() && o.press_mm.empty())
+    throw Error(Failure::Usage, "the tissue's modulus, or the way of the plate by which it is found",
+                "neither", "--young-Pa 4000, or --press-mm P1,P2,... from where the plate touches");
+  observation.young_Pa =
+      o.young_Pa.empty() ? 0 : stated_value("--young-Pa", o.young_Pa, 1, 1e9, o.errors.young);
+  observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
+                          o.block_mm.empty() ? 40 : o.block_mm.back(),
+                          stated_value("--thickness-mm", o.thickness_mm, 1, 1000, o.errors.thickness)};
+  observation.press_mm = o.press_mm;
+  observation.press_sd_mm = o.press_sd_mm;
+}
+
+lump::Observation reading_of(Options& o) {
   if (o.force_N.size() != o.maps.size())
     throw Error(Failure::Usage, "a force for each of " + std::to_string(o.maps.size()) + " maps",
                 std::to_string(o.force_N.size()), "--force-N F1,F2,...");
   std::vector<PressureMap> maps;
   for (const std::string& file : o.maps) maps.push_back(read_pressure_map(file, o.pitch_mm));
   lump::Observation observation = lump::observe(std::move(maps), o.force_N);
-  observation.young_Pa = o.young_Pa;
+  set_tissue(o, observation);
   if (o.window_mm.size() == 2) observation.window_mm = {o.window_mm[0], o.window_mm[1]};
-  observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
-                          o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
   if (o.noise_Pa >= 0) observation.noise_Pa = o.noise_Pa;
   observation.uneven_sd = o.uneven_sd;
   observation.place_sd_mm = o.place_sd_mm;
@@ -66,7 +79,7 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
   return {.panels = {panel}, .width_px = 760, .height_px = 600};
 }
 
-Report run(const Common& common, const Options& o) {
+Report run(const Common& common, Options& o) {
   const lump::Observation observation = reading_of(o);
   const lump::Estimate estimate =
       lump::named_estimator(o.method, lump::load_network(o.network), o.errors)(observation);
@@ -98,11 +111,16 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("MAPS", o->maps, "Pressure in Pa, a file per load: .npy (height x width) or .csv")
       ->required();
   command->add_option("--force-N", o->force_N, "On the whole block, one per map")->delimiter(',')->required();
-  command->add_option("--young-Pa", o->young_Pa, "Of the tissue, from a place without a lump")
-      ->required()
-      ->check(Check::range(1.0, 1e9));
+  command->add_option("--young-Pa", o->young_Pa,
+                      "Of the tissue, from a place without a lump; 4000+-400: known to 400 Pa (sd)");
+  command
+      ->add_option("--press-mm", o->press_mm,
+                   "Way of the plate at each load from where it touches; finds the modulus")
+      ->delimiter(',');
+  command->add_setting("--press-sd-mm", o->press_sd_mm, Check::range(0.0, 10.0), "Standard error of the way");
   command->add_setting("--pitch-mm", o->pitch_mm, Check::range(0.01, 10.0), "Between a map's nodes");
-  command->add_setting("--thickness-mm", o->thickness_mm, Check::range(1.0, 1000.0), "Of the tissue");
+  command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue; 20+-0.5: known to 0.5 mm (sd)")
+      ->option_text("MM [20]");
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);
   command
@@ -123,10 +141,12 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command->add_option("--out", common.out,
                       "Folder for lump.json, lump.csv, a plot, and the observation for palpate lump compare");
-  add_common(*command, common,
-             "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 \\\n"
-             "      --thickness-mm 20\n"
-             "  palpate lump estimate press.csv --pitch-mm 1 --force-N 2 --young-Pa 5200 --out out/lump\n");
+  add_common(
+      *command, common,
+      "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 \\\n"
+      "      --thickness-mm 20\n"
+      "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --press-mm 1,1.8,2.5,3.1\n"
+      "  palpate lump estimate press.csv --pitch-mm 1 --force-N 2 --young-Pa 5200 --out out/lump\n");
   command->runs(chosen, [o, &common] { return run(common, *o); });
 }
 

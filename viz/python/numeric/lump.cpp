@@ -23,13 +23,17 @@ PressureMap map_of(const py::handle& given, double pitch_mm) {
 }
 
 /// The estimate as JSON and as lines for people.
-py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, double young_Pa,
+py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, std::optional<double> young_Pa,
+                   const std::vector<double>& press_mm, double press_sd_mm,
                    const std::array<double, 3>& block_mm, double pitch_mm,
                    const std::array<double, 2>& window_mm, std::optional<double> noise_Pa,
                    const std::array<double, 3>& input_errors, double uneven_sd, double place_sd_mm,
                    const std::string& network, const std::string& method) {
-  if (!(young_Pa > 0))
-    throw bad_argument("young_Pa above 0", std::to_string(young_Pa), "the tissue's modulus in Pa");
+  if (young_Pa && !(*young_Pa > 0))
+    throw bad_argument("young_Pa above 0", std::to_string(*young_Pa), "the tissue's modulus in Pa");
+  if (!young_Pa && press_mm.empty())
+    throw bad_argument("young_Pa, or press_mm by which it is found", "neither",
+                       "the way of the plate at each load, mm");
   if (!(uneven_sd >= 0 && uneven_sd <= 0.5))
     throw bad_argument("uneven_sd from 0 to 0.5", std::to_string(uneven_sd), "0.01, which is 1 %");
   if (!(place_sd_mm >= 0)) throw bad_argument("place_sd_mm of 0 or more", std::to_string(place_sd_mm), "0.2");
@@ -37,7 +41,9 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, dou
   std::vector<PressureMap> all;
   for (const py::handle& map : maps) all.push_back(map_of(map, pitch_mm));
   lump::Observation observation = lump::observe(std::move(all), force_N);
-  observation.young_Pa = young_Pa;
+  observation.young_Pa = young_Pa.value_or(0);
+  observation.press_mm = press_mm;
+  observation.press_sd_mm = press_sd_mm;
   observation.block_mm = block_mm;
   observation.window_mm = window_mm;
   if (noise_Pa) observation.noise_Pa = *noise_Pa;
@@ -63,10 +69,10 @@ std::string compare(const std::vector<std::filesystem::path>& folders,
 }  // namespace
 
 void bind_lump(py::module_& module) {
-  bind_function(
-      module, "lump_estimate", &estimate,
-      "maps force_N young_Pa block_mm pitch_mm window_mm noise_Pa input_errors uneven_sd place_sd_mm "
-      "network method");
+  bind_function(module, "lump_estimate", &estimate,
+                "maps force_N young_Pa press_mm press_sd_mm block_mm pitch_mm window_mm noise_Pa "
+                "input_errors uneven_sd place_sd_mm "
+                "network method");
   bind_function(module, "lump_compare", &compare, "folders input_errors network");
 }
 

@@ -61,6 +61,8 @@ class Lump:
     text: str
     detection_limits: tuple[DetectionLimit, ...] = ()
     """Where there is no lump: what would have been seen."""
+    young_Pa: Interval | None = None
+    """Of the tissue, where ``press_mm`` told it."""
 
     @property
     def found(self) -> bool:
@@ -146,7 +148,9 @@ def estimate(
     pressure_Pa: Sequence[ArrayLike],
     *,
     force_N: float | Sequence[float],
-    young_Pa: float,
+    young_Pa: float | None = None,
+    press_mm: float | Sequence[float] = (),
+    press_sd_mm: float = 0.05,
     thickness_mm: float = 20.0,
     block_mm: tuple[float, float] = (40.0, 40.0),
     pitch_mm: float = 1.25,
@@ -165,7 +169,9 @@ def estimate(
     Args:
         pressure_Pa: a map (rows x columns, Pa; NaN: not seen) for each load, or one map alone.
         force_N: on the whole block at each load.
-        young_Pa: of the tissue, from a place without a lump.
+        young_Pa: of the tissue, from a place without a lump; not needed with ``press_mm``.
+        press_mm: way of the plate at each load from where it touches; finds the modulus.
+        press_sd_mm: its standard error.
         thickness_mm: of the tissue.
         block_mm: its length and width.
         pitch_mm: between a map's nodes.
@@ -181,12 +187,13 @@ def estimate(
     try:
         maps: list[Any] = list(pressure_Pa) if np.ndim(pressure_Pa[0]) > 1 else [pressure_Pa]
         forces = [float(f) for f in np.atleast_1d(force_N)]
+        ways = [float(way) for way in np.atleast_1d(press_mm)]
     except (TypeError, ValueError, IndexError):
         raise ArgumentError(
             "pressure maps of rows x columns, a force each", repr(pressure_Pa)[:80], "estimate([map_Pa], force_N=[1], ...)"
         ) from None
     answer, text = _palpate.lump_estimate(
-        maps, forces, young_Pa, (*map(float, block_mm), float(thickness_mm)), pitch_mm,
+        maps, forces, young_Pa, ways, float(press_sd_mm), (*map(float, block_mm), float(thickness_mm)), pitch_mm,
         tuple(map(float, window_mm)), noise_Pa, (young_error, thickness_error, pitch_error), float(uneven_sd),
         float(place_sd_mm), path_text(network or "", "network"), method,
     )
@@ -210,4 +217,5 @@ def estimate(
         reasons=tuple(found["reasons"]),
         text=text.rstrip(),
         detection_limits=tuple(DetectionLimit(**limit) for limit in found["detection_limits"]),
+        young_Pa=Interval(**found["tissue"]["young_Pa"]) if "tissue" in found else None,
     )
