@@ -17,10 +17,11 @@ struct ComparedDay {
   lump::LumpChange change;  ///< of the first day: not set
 };
 
-/// Folders of `write_observation`, the first day first. `network`: a file, or empty for the built-in one.
-/// Throws Error(Failure::Usage) for fewer than two, Error(Failure::Input) for what is no observation.
+/// Folders of `write_observation`, the first day first. Where days found their tissue by the way of the
+/// plate, all are told one tissue. `network`: a file, or empty for the built-in one. Throws
+/// Error(Failure::Usage) for fewer than two, Error(Failure::Input) for what is no observation.
 std::vector<ComparedDay> compare_days(const std::vector<std::filesystem::path>& folders,
-                                      const lump::ErrorSources& errors, const std::filesystem::path& network);
+                                      lump::ErrorSources errors, const std::filesystem::path& network);
 
 /// A change has intervals.
 bool has_numbers(const lump::LumpChange& change);
