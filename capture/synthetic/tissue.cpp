@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <span>
+#include <vector>
 
 #include "capture/synthetic/optics.h"
 #include "capture/synthetic/scene.h"
@@ -79,7 +81,7 @@ struct TissueSensor::Impl {
   std::shared_ptr<const fem::LargeStrainResult> press;
   PressedTissue tissue;  // of a hand
   double pitch_mm, gray_per_Pa;
-  optics::Field field;
+  std::vector<double> untouched_gray, touch_light;  // of each pixel, the same in every frame
   optics::NormalNoise normal;
 
   explicit Impl(const TissueOptions& o)
@@ -90,8 +92,8 @@ struct TissueSensor::Impl {
         frames(static_cast<uint64_t>(std::round(script.back().time_s * o.rate_Hz))),
         press(solved(o)),
         pitch_mm(optics::pitch_mm(optics_options)),
-        gray_per_Pa(1e-6 * tissue_gray_per_MPa(o)),
-        field(optics_options) {
+        gray_per_Pa(1e-6 * tissue_gray_per_MPa(o)) {
+    light_pixels();
     if (!hand) return;
     tissue.block_mm = o.scene.block_mm;
     tissue.young_Pa = o.scene.young_Pa;
@@ -99,6 +101,25 @@ struct TissueSensor::Impl {
       tissue.pressure_Pa.push_back(load.pressure_Pa);
       tissue.force_N.push_back(load.force_N);
       tissue.press_mm.push_back(load.press_mm);
+    }
+  }
+
+  double x_mm(uint32_t x) const { return (x - (options.width - 1) / 2.0) * pitch_mm; }
+  double y_mm(uint32_t y) const { return (y - (options.height - 1) / 2.0) * pitch_mm; }
+
+  void light_pixels() {
+    const optics::Field field(optics_options);
+    std::vector<float> pattern(options.width);
+    untouched_gray.reserve(size_t{options.width} * options.height);
+    touch_light.reserve(untouched_gray.capacity());
+    for (uint32_t y = 0; y < options.height; ++y) {
+      normal.row(options.seed * 2 + 1, 0, y, options.width, pattern.data());
+      for (uint32_t x = 0; x < options.width; ++x) {
+        untouched_gray.push_back(
+            field.stray_gray(x_mm(x), y_mm(y)) +
+            (options.noise ? optics::kPattern_gray * static_cast<double>(pattern[x]) : 0));
+        touch_light.push_back(gray_per_Pa * field.touch(x_mm(x), y_mm(y)));
+      }
     }
   }
 
@@ -140,37 +161,73 @@ struct TissueSensor::Impl {
     s.map = hand ? pressure_under(tissue, s.pose, s.force_N, window_mm) : map_at_force(s.force_N);
     return s;
   }
-  /// 0 beside the block.
-  double pressure_Pa(const Seen& s, double x_mm, double y_mm) const {
-    const auto [x, y] = s.pose.block(x_mm, y_mm);
-    if (std::abs(x) > options.scene.block_mm[0] / 2 || std::abs(y) > options.scene.block_mm[1] / 2) return 0;
-    if (!hand) return std::max(0.0, map_at(s.map, x, y));
-    return std::max(0.0, map_at(s.map, x_mm, y_mm)) *
-           hand->share_at(skin_place(tissue, s.pose, s.force_N, x, y));
+  /// What the window feels at a place of the block whose map says `map_Pa`; 0 beside the block.
+  double felt_Pa(const Seen& s, double x_mm, double y_mm, double map_Pa) const {
+    if (std::abs(x_mm) > options.scene.block_mm[0] / 2 || std::abs(y_mm) > options.scene.block_mm[1] / 2)
+      return 0;
+    const double level_Pa = std::max(0.0, map_Pa);
+    return hand ? level_Pa * hand->share_at(skin_place(tissue, s.pose, s.force_N, x_mm, y_mm)) : level_Pa;
   }
+  double pressure_Pa(const Seen& s, double u_mm, double v_mm) const {
+    const auto [x, y] = s.pose.block(u_mm, v_mm);
+    return felt_Pa(s, x, y, hand ? map_at(s.map, u_mm, v_mm) : map_at(s.map, x, y));
+  }
+
+  /// pressure_Pa of the pixels of a frame, row by row.
+  class PixelPressure {
+   public:
+    PixelPressure(const Impl& impl, const Seen& now)
+        : impl_(impl), now_(now), along_(now.pose.block(1, 0)), rows_(now.map, columns(impl, now)) {
+      for (size_t c = 0; c < 2; ++c) along_[c] -= now.pose.at_mm[c];
+    }
+    void read(uint32_t y, std::span<double> out_Pa) {
+      const double v = impl_.y_mm(y);
+      const auto row = now_.pose.block(0, v);
+      rows_.read(impl_.hand ? v : row[1], out_Pa);
+      for (uint32_t x = 0; x < out_Pa.size(); ++x) {
+        const double u = impl_.x_mm(x);
+        out_Pa[x] = impl_.felt_Pa(now_, row[0] + u * along_[0], row[1] + u * along_[1], out_Pa[x]);
+      }
+    }
+
+   private:
+    /// Of a hand's map, under the window; or of the block's, to which a window without a hand is never
+    /// turned.
+    static std::vector<double> columns(const Impl& impl, const Seen& now) {
+      std::vector<double> out(impl.options.width);
+      for (uint32_t x = 0; x < out.size(); ++x) out[x] = impl.x_mm(x) + (impl.hand ? 0 : now.pose.at_mm[0]);
+      return out;
+    }
+    const Impl& impl_;
+    const Seen& now_;
+    std::array<double, 2> along_;  // over the block, by one mm along a row
+    MapRows rows_;
+  };
 
   /// `sequence`: none: untouched, without noise.
   void render(std::optional<uint64_t> sequence, Frame& frame) const {
     const uint32_t w = options.width, h = options.height;
     const Seen now = sequence ? seen(*sequence) : Seen{};
+    std::optional<PixelPressure> pressure;
+    if (now.force_N > 0) pressure.emplace(*this, now);
     const double per_e = 255 / optics::kFullWell_e, read_gray = per_e * optics::kReadNoise_e;
-    std::vector<float> noise(w, 0.0f), pattern(w);
+    std::vector<float> noise(w, 0.0f);
+    std::vector<double> gray(w), pressed_Pa(w);
     for (uint32_t y = 0; y < h; ++y) {
-      normal.row(options.seed * 2 + 1, 0, y, w, pattern.data());
-      const bool noisy = options.noise && sequence;
-      if (noisy) normal.row(options.seed * 2, *sequence, y, w, noise.data());
-      const double y_mm = (y - (h - 1) / 2.0) * pitch_mm;
-      uint8_t* row = frame.row(0, y);
-      for (uint32_t x = 0; x < w; ++x) {
-        const double x_mm = (x - (w - 1) / 2.0) * pitch_mm;
-        double gray = field.stray_gray(x_mm, y_mm);
-        if (options.noise) gray += optics::kPattern_gray * static_cast<double>(pattern[x]);
-        if (now.force_N > 0) gray += gray_per_Pa * pressure_Pa(now, x_mm, y_mm) * field.touch(x_mm, y_mm);
-        if (noisy)
-          gray += static_cast<double>(noise[x]) *
-                  std::sqrt(read_gray * read_gray + per_e * std::max(0.0, gray - optics::kBlack_gray));
-        row[x] = static_cast<uint8_t>(std::clamp(std::lround(gray), 0L, 255L));
+      const size_t first = size_t{y} * w;
+      std::copy_n(untouched_gray.begin() + static_cast<std::ptrdiff_t>(first), w, gray.begin());
+      if (pressure) {
+        pressure->read(y, pressed_Pa);
+        for (uint32_t x = 0; x < w; ++x) gray[x] += pressed_Pa[x] * touch_light[first + x];
       }
+      if (options.noise && sequence) {
+        normal.row(options.seed * 2, *sequence, y, w, noise.data());
+        for (uint32_t x = 0; x < w; ++x)
+          gray[x] += static_cast<double>(noise[x]) *
+                     std::sqrt(read_gray * read_gray + per_e * std::max(0.0, gray[x] - optics::kBlack_gray));
+      }
+      uint8_t* row = frame.row(0, y);
+      for (uint32_t x = 0; x < w; ++x) row[x] = static_cast<uint8_t>(std::clamp(gray[x], 0.0, 255.0) + 0.5);
     }
   }
 };
@@ -269,8 +326,7 @@ std::optional<Truth> TissueSensor::truth(uint64_t sequence) const {
   double sum = 0, x_sum = 0, y_sum = 0;
   for (uint32_t y = kEvery / 2; y < h; y += kEvery)
     for (uint32_t x = kEvery / 2; x < w; x += kEvery) {
-      const double p = impl_->pressure_Pa(now, (x - (w - 1) / 2.0) * impl_->pitch_mm,
-                                          (y - (h - 1) / 2.0) * impl_->pitch_mm);
+      const double p = impl_->pressure_Pa(now, impl_->x_mm(x), impl_->y_mm(y));
       sum += p;
       x_sum += p * x;
       y_sum += p * y;

@@ -41,6 +41,29 @@ double map_at(const PressureMap& map, double x_mm, double y_mm) {
   return sum;
 }
 
+MapRows::MapRows(const PressureMap& map, std::span<const double> x_mm) : map_(map), at_row_(map.width) {
+  taps_.reserve(x_mm.size());
+  for (const double x : x_mm)
+    taps_.push_back(map_taps(x / map.pitch_mm[0] + (map.width - 1) / 2.0, map.width));
+}
+
+void MapRows::read(double y_mm, std::span<double> out) {
+  const MapTaps y = map_taps(y_mm / map_.pitch_mm[1] + (map_.height - 1) / 2.0, map_.height);
+  std::fill(at_row_.begin(), at_row_.end(), 0.0);
+  for (uint32_t j = 0; j < y.count; ++j) {
+    if (y.weight[j] == 0) continue;
+    const float* row = map_.values.data() + size_t{y.first + j} * map_.width;
+    for (uint32_t i = 0; i < map_.width; ++i) at_row_[i] += y.weight[j] * static_cast<double>(row[i]);
+  }
+  for (size_t column = 0; column < taps_.size(); ++column) {
+    const MapTaps& x = taps_[column];
+    double sum = 0;
+    for (uint32_t i = 0; i < x.count; ++i)
+      if (x.weight[i] != 0) sum += x.weight[i] * at_row_[x.first + i];
+    out[column] = sum;
+  }
+}
+
 uint32_t window_nodes(double window_mm, double pitch_mm) {
   return 2 * static_cast<uint32_t>(std::max(0.0, std::floor((window_mm / pitch_mm - 1) / 2 + 1e-9))) + 1;
 }

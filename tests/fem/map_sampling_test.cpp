@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace palpate {
 namespace {
@@ -54,6 +55,28 @@ TEST(MapSampling, NodesThatAreNotSeenAreNotMadeUp) {
   map.values[4 * 9 + 4] = std::nanf("");
   EXPECT_TRUE(std::isnan(map_at(map, 0.1, 0.1)));
   EXPECT_NEAR(map_at(map, 1.25, 0.5), 1.25, 1e-6);  // on a node: no other counts
+}
+
+TEST(MapSampling, RowsSayWhatSinglePlacesSay) {
+  PressureMap map = map_of(9, 7, [](double x, double y) { return std::sin(x) + x * y + std::cos(3 * y); });
+  map.values[4 * 9 + 4] = std::nanf("");
+  std::vector<double> columns, row;
+  for (double x = -6.3; x < 6.3; x += 0.21) columns.push_back(x);
+  columns.push_back(map.pitch_mm[0]);  // on a node
+  row.resize(columns.size());
+  MapRows rows(map, columns);
+  size_t unseen = 0;
+  for (const double y : {-2.0, -1.5, -0.7, 0.1, 0.5, 1.3, 9.0}) {
+    rows.read(y, row);
+    for (size_t i = 0; i < row.size(); ++i) {
+      const double wanted = map_at(map, columns[i], y);
+      ASSERT_EQ(std::isnan(row[i]), std::isnan(wanted)) << columns[i] << ", " << y;
+      unseen += std::isnan(wanted);
+      if (std::isnan(wanted)) continue;
+      EXPECT_NEAR(row[i], wanted, 1e-12) << columns[i] << ", " << y;
+    }
+  }
+  EXPECT_GT(unseen, 10u);
 }
 
 }  // namespace
