@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-SyntheticOptions scene() {
+SyntheticOptions endless_scene() {
   SyntheticOptions options;
   options.width = 64;
   options.height = 48;
@@ -27,7 +27,7 @@ SyntheticOptions scene() {
 class Ending : public SyntheticSensor {
  public:
   enum class End { Unplugged, Damaged };
-  Ending(uint64_t frames, End end) : SyntheticSensor(scene()), frames_(frames), end_(end) {}
+  Ending(uint64_t frames, End end) : SyntheticSensor(endless_scene()), frames_(frames), end_(end) {}
 
   bool live() const override { return end_ == End::Unplugged; }
   std::string state() const override { return given_ < frames_ ? "" : "camera unplugged; waiting"; }
@@ -53,8 +53,8 @@ class LiveLoop : public GpuTest {
  protected:
   /// The error of a session that must end with one.
   Error run(uint64_t frames, Ending::End end) {
-    const Sensor sensor = synthetic_sensor(scene());
-    const Frame background = *SyntheticSensor(scene()).own_background();
+    const Sensor sensor = synthetic_sensor(endless_scene());
+    const Frame background = *SyntheticSensor(endless_scene()).own_background();
     try {
       run_without_window(
           context(), [&] { return std::make_shared<Ending>(frames, end); }, {sensor, background, {}},
@@ -105,12 +105,12 @@ TEST_F(LiveLoop, AFailingViewerEndsTheSession) {
 }
 
 TEST_F(LiveLoop, ARecordingRunsToItsLimitOrToAFrame) {
-  Pipeline pipeline(context(), synthetic_sensor(scene()), SyntheticSensor(scene()).format(),
+  Pipeline pipeline(context(), synthetic_sensor(endless_scene()), SyntheticSensor(endless_scene()).format(),
                     {.outputs = Output::Force, .slots = 1});
-  pipeline.set_background(*SyntheticSensor(scene()).own_background());
+  pipeline.set_background(*SyntheticSensor(endless_scene()).own_background());
   const auto frames_of = [&](uint64_t limit, uint64_t end, const std::function<bool()>& stop) {
     seen_.clear();
-    SyntheticSensor source(scene());
+    SyntheticSensor source(endless_scene());
     const uint64_t done = run_recording(
         source, pipeline, limit, stop,
         [&](const Result&, const Frame& frame) { seen_.push_back(frame.sequence); }, end);

@@ -19,22 +19,22 @@
 namespace palpate {
 namespace {
 
-LogTable read(const std::vector<std::string>& lines, const std::vector<int64_t>& arrived_ns = {}) {
+LogTable log_of(const std::vector<std::string>& lines, const std::vector<int64_t>& arrived_ns = {}) {
   LogReader reader("robot", "robot.csv");
   for (size_t i = 0; i < lines.size(); ++i) reader.add(lines[i], arrived_ns.empty() ? 0 : arrived_ns[i]);
   return reader.take();
 }
 
 std::string refused_lines(const std::vector<std::string>& lines) {
-  const Refusal refused = refusal([&] { read(lines); });
+  const Refusal refused = refusal([&] { log_of(lines); });
   expect_one_line(refused, static_cast<int>(Failure::Input));
   return refused.line;
 }
 
 TEST(LogTables, TakeNumbersWithUnitsAndSayWhatTheyLeave) {
   const LogTable log =
-      read({"\xef\xbb\xbf# robot 7", "time [ms];mode;fz_N;joint 1 (rad)", "10;a;1,5;0,25", "20;b;nan;0,5", "",
-            "time [ms];mode;fz_N;joint 1 (rad)", "30;c;;0,75", "oops", "40;d;-2;x"});
+      log_of({"\xef\xbb\xbf# robot 7", "time [ms];mode;fz_N;joint 1 (rad)", "10;a;1,5;0,25", "20;b;nan;0,5",
+              "", "time [ms];mode;fz_N;joint 1 (rad)", "30;c;;0,75", "oops", "40;d;-2;x"});
   ASSERT_EQ(log.columns.size(), 2u);
   EXPECT_EQ(log.columns[0].name, "fz_N");
   EXPECT_EQ(log.columns[0].unit, "N");
@@ -55,9 +55,9 @@ TEST(LogTables, TakeNumbersWithUnitsAndSayWhatTheyLeave) {
 
 TEST(LogTables, TakeNestedJsonWithColumnsThatComeLate) {
   const LogTable log =
-      read({R"({"stamp":{"sec":1700000000,"nanosec":250000000},"q_rad":[0.5,1],"on":true})",
-            R"({"stamp":{"sec":1700000001,"nanosec":0},"q_rad":[1.5,2],"on":false,"tool":{"fz_N":3}})",
-            R"({"stamp":{"sec":1700000002,"nanosec":0},"q_rad":[null,3],"on":null})"});
+      log_of({R"({"stamp":{"sec":1700000000,"nanosec":250000000},"q_rad":[0.5,1],"on":true})",
+              R"({"stamp":{"sec":1700000001,"nanosec":0},"q_rad":[1.5,2],"on":false,"tool":{"fz_N":3}})",
+              R"({"stamp":{"sec":1700000002,"nanosec":0},"q_rad":[null,3],"on":null})"});
   EXPECT_EQ(log.stamps, LogStamps::Realtime);
   EXPECT_NEAR(log.stamp_s[1] - log.stamp_s[0], 0.75, 1e-6);
   ASSERT_EQ(log.columns.size(), 4u);
@@ -72,7 +72,7 @@ TEST(LogTables, TakeNestedJsonWithColumnsThatComeLate) {
 
 TEST(LogTables, KnowTheClocksOfTheirTimes) {
   const auto stamps = [](const std::string& name, const std::string& first, const std::string& second) {
-    return read({name + ",x", first + ",1", second + ",2"});
+    return log_of({name + ",x", first + ",1", second + ",2"});
   };
   EXPECT_EQ(stamps("t_us", "1000", "2000").stamps, LogStamps::Own);
   EXPECT_EQ(stamps("monotonic_ns", "1000", "2000").stamps, LogStamps::Monotonic);
@@ -84,8 +84,8 @@ TEST(LogTables, KnowTheClocksOfTheirTimes) {
     EXPECT_NEAR(log.stamp_s[0], 1700000000.5, 1e-6) << first;
   }
   // A robot's own count, whose unit its lines' arrivals tell.
-  const LogTable log = read({"t,x", "5000,1", "6000,1", "7000,1", "8000,1"},
-                            {1, 1'000'000'000, 2'001'000'000, 3'000'000'000, 4'002'000'000});
+  const LogTable log = log_of({"t,x", "5000,1", "6000,1", "7000,1", "8000,1"},
+                              {1, 1'000'000'000, 2'001'000'000, 3'000'000'000, 4'002'000'000});
   EXPECT_NEAR(log.stamp_s[3] - log.stamp_s[0], 3, 1e-9);
   EXPECT_TRUE(std::isnan(date_s("2023-13-14T22:13:20")));
   EXPECT_TRUE(std::isnan(date_s("2023-11-14T22:13:20 CET")));
@@ -103,8 +103,8 @@ TEST(LogTables, RefuseInOneLine) {
 }
 
 TEST(LogTables, PutBackWhatOvertookAndBeginAnewWhereAClockWasSet) {
-  const LogTable log = read({"t_s,x", "1,1", "3,3", "2.5,2", "100,4", "101,5"},
-                            {1, 1'000'000'000, 3'000'000'000, 3'100'000'000, 4'000'000'000, 5'000'000'000});
+  const LogTable log = log_of({"t_s,x", "1,1", "3,3", "2.5,2", "100,4", "101,5"},
+                              {1, 1'000'000'000, 3'000'000'000, 3'100'000'000, 4'000'000'000, 5'000'000'000});
   EXPECT_EQ(log.columns[0].values, (std::vector<double>{1, 2, 3, 4, 5}));
   EXPECT_EQ(log.stretches, (std::vector<size_t>{0, 3}));
 }

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace palpate {
 namespace {
 
-constexpr int kFrames = 60;
+constexpr int kFilmed = 60;
 
 class Seek : public ::testing::Test {
  protected:
@@ -38,7 +38,7 @@ class Seek : public ::testing::Test {
     cv::VideoWriter out(file, cv::CAP_FFMPEG,
                         cv::VideoWriter::fourcc(fourcc[0], fourcc[1], fourcc[2], fourcc[3]), 25, {128, 96});
     EXPECT_TRUE(out.isOpened()) << name;
-    for (int i = 0; i < kFrames; ++i) out.write(picture(i));
+    for (int i = 0; i < kFilmed; ++i) out.write(picture(i));
     return file;
   }
 
@@ -47,7 +47,7 @@ class Seek : public ::testing::Test {
     const fs::path file = folder_ / "ours.mp4";
     const auto out = video_module().encode(file, "ours.mp4", 128, 96, 25);
     cv::Mat rgb;
-    for (int i = 0; i < kFrames; ++i) {
+    for (int i = 0; i < kFilmed; ++i) {
       cv::cvtColor(picture(i), rgb, cv::COLOR_BGR2RGB);
       out->write({rgb.data, rgb.total() * 3});
     }
@@ -101,7 +101,7 @@ TEST_F(Seek, VideosOfManyCodecs) {
 TEST_F(Seek, FoldersOfImages) {
   const fs::path images = folder_ / "images";
   fs::create_directories(images);
-  for (int i = 0; i < kFrames; ++i)
+  for (int i = 0; i < kFilmed; ++i)
     cv::imwrite((images / ("frame_" + std::to_string(i) + ".png")).string(), picture(i));
   expect_same(images.string(), jumps_);
 }

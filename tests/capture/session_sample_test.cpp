@@ -6,14 +6,14 @@
 namespace palpate {
 namespace {
 
-constexpr FrameFormat kFormat{20, 15, 1, 12};
+constexpr FrameFormat kOldFormat{20, 15, 1, 12};
 constexpr uint64_t kNumbers[] = {0, 1, 2, 4, 5};
 
 Frame sample_frame(uint64_t number) {
   Frame frame;
-  frame.reshape(kFormat);
-  for (uint32_t y = 0; y < kFormat.height; ++y)
-    for (uint32_t x = 0; x < kFormat.width; ++x)
+  frame.reshape(kOldFormat);
+  for (uint32_t y = 0; y < kOldFormat.height; ++y)
+    for (uint32_t x = 0; x < kOldFormat.width; ++x)
       frame.set(0, x, y, (x * 37 + y * 211 + static_cast<uint32_t>(number) * 1009) % 4096);
   frame.sequence = number;
   frame.time_ns = static_cast<int64_t>(number) * 40'000'001;
@@ -35,7 +35,7 @@ void write_sample(const fs::path& folder) {
   sensor.saturation_gray = 4000;
   sensor.force = ForceCalibration{.c1_N_per_gray = 0.5, .c0_N = 0.25, .gray_max = 1000};
   info.sensor = sensor;
-  info.format = kFormat;
+  info.format = kOldFormat;
   info.rate_Hz = 25;
   info.background = sample_frame(1000);
   info.outputs = Output::Force;
@@ -61,7 +61,7 @@ void expect_sample(const fs::path& folder) {
   Session session(folder);
   EXPECT_TRUE(session.complete());
   EXPECT_EQ(session.warning(), "");
-  EXPECT_EQ(session.format(), kFormat);
+  EXPECT_EQ(session.format(), kOldFormat);
   EXPECT_EQ(session.rate_Hz(), 25);
   EXPECT_EQ(session.frame_count(), std::size(kNumbers));
   const SessionInfo& info = session.info();

@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-SyntheticOptions options(const std::string& text) {
+SyntheticOptions scene_of(const std::string& text) {
   return parse_synthetic("synthetic:" + text);
 }
 
@@ -45,7 +45,7 @@ Moments measure(Frame frame, Frame background, double threshold_gray) {
 }
 
 TEST(SyntheticOptions, TextRoundTrip) {
-  const SyntheticOptions o = options(
+  const SyntheticOptions o = scene_of(
       "slide?size=1392x1042&bits=12&mode=lambert&response=saturating&seed=77&rate=15&repeat=3&noise=off&"
       "falloff=0.1&force=2&radius=5");
   EXPECT_EQ(o.scene, "slide");
@@ -56,13 +56,13 @@ TEST(SyntheticOptions, TextRoundTrip) {
   EXPECT_EQ(o.seed, 77u);
   EXPECT_FALSE(o.noise);
   EXPECT_EQ(to_string(parse_synthetic(to_string(o))), to_string(o));
-  EXPECT_EQ(options("").scene, "palpation");
+  EXPECT_EQ(scene_of("").scene, "palpation");
 }
 
 TEST(SyntheticOptions, BadWordsAreNamedWithWhatExists) {
   const auto line = [](const std::string& text) -> std::string {
     try {
-      SyntheticSensor sensor(options(text));
+      SyntheticSensor sensor(scene_of(text));
     } catch (const Error& e) {
       EXPECT_EQ(e.failure(), Failure::Input);
       return e.what();
@@ -86,7 +86,7 @@ TEST(SyntheticOptions, BadWordsAreNamedWithWhatExists) {
 }
 
 TEST(SyntheticOptions, AnInputThatDoesNotFitTheSensorIsRefused) {
-  const Sensor sensor = synthetic_sensor(options("press"));
+  const Sensor sensor = synthetic_sensor(scene_of("press"));
   EXPECT_NO_THROW(open_source("synthetic:press", sensor));
   EXPECT_THROW(open_source("synthetic:press?bits=12", sensor), Error);
   EXPECT_THROW(open_source("synthetic:press?mode=gel", sensor), Error);
@@ -95,7 +95,7 @@ TEST(SyntheticOptions, AnInputThatDoesNotFitTheSensorIsRefused) {
 
 TEST(Synthetic, AnyFrameComesAloneAndOnAnyThread) {
   for (const char* mode : {"waveguide", "gel", "lambert"}) {
-    const SyntheticOptions o = options(std::string("slide?size=160x120&mode=") + mode);
+    const SyntheticOptions o = scene_of(std::string("slide?size=160x120&mode=") + mode);
     SyntheticSensor all(o), other(o);
     std::vector<Frame> frames;
     for (Frame f; all.next(f);) frames.push_back(f);
@@ -122,7 +122,7 @@ TEST(Synthetic, AnyFrameComesAloneAndOnAnyThread) {
 }
 
 TEST(Synthetic, RepeatPlaysAgainWithOtherNoise) {
-  SyntheticSensor sensor(options("slide?size=64x48&repeat=2"));
+  SyntheticSensor sensor(scene_of("slide?size=64x48&repeat=2"));
   EXPECT_EQ(sensor.frame_count(), 360u);
   Frame first, again;
   ASSERT_TRUE(sensor.render(60, first));
@@ -131,12 +131,12 @@ TEST(Synthetic, RepeatPlaysAgainWithOtherNoise) {
   EXPECT_FALSE(sensor.truth(360));
   EXPECT_NE(first.bytes, again.bytes);
   EXPECT_EQ(sensor.truth(60)->force_N, sensor.truth(240)->force_N);
-  EXPECT_EQ(SyntheticSensor(options("slide?size=64x48&repeat=0")).frame_count(), std::nullopt);
+  EXPECT_EQ(SyntheticSensor(scene_of("slide?size=64x48&repeat=0")).frame_count(), std::nullopt);
 }
 
 TEST(Synthetic, NoiseHasTheStatedVarianceAndNoMemory) {
   for (const char* text : {"still?size=160x120", "still?size=160x120&bits=12", "still?size=96x80&mode=gel"}) {
-    SyntheticSensor sensor(options(text));
+    SyntheticSensor sensor(scene_of(text));
     const Frame background = *sensor.own_background();
     const FrameFormat f = sensor.format();
     const size_t pixels = size_t{f.width} * f.height;
@@ -178,7 +178,7 @@ TEST(Synthetic, NoiseHasTheStatedVarianceAndNoMemory) {
 TEST(Synthetic, BrightnessIntegratesToForce) {
   for (const char* text : {"press?noise=off&falloff=0&bits=12", "flat?noise=off&falloff=0&bits=12",
                            "press?noise=off&falloff=0&bits=12&size=1392x1042"}) {
-    const SyntheticOptions o = options(text);
+    const SyntheticOptions o = scene_of(text);
     SyntheticSensor sensor(o);
     const Sensor calibration = synthetic_sensor(o);
     const Frame background = *sensor.own_background();
@@ -198,7 +198,7 @@ TEST(Synthetic, BrightnessIntegratesToForce) {
 }
 
 TEST(Synthetic, TruthIsTheSolvedContact) {
-  SyntheticSensor sensor(options("press"));
+  SyntheticSensor sensor(scene_of("press"));
   const double pitch = 27.84 / 640;
   for (const uint64_t k : {36u, 66u, 130u}) {
     const Truth truth = *sensor.truth(k);
@@ -223,7 +223,7 @@ TEST(Synthetic, TruthIsTheSolvedContact) {
 }
 
 TEST(Synthetic, FlatEndMakesAFlatFloor) {
-  SyntheticSensor sensor(options("flat"));
+  SyntheticSensor sensor(scene_of("flat"));
   const Truth truth = *sensor.truth(40);
   ASSERT_GT(truth.force_N, 0.1);
   EXPECT_NEAR(truth.radius_px, 2.5 / (27.84 / 640), 1e-6);
@@ -237,7 +237,7 @@ TEST(Synthetic, FlatEndMakesAFlatFloor) {
 
 TEST(Synthetic, ShearSticksThenSlipsAndNeverPassesFriction) {
   for (const char* text : {"slide?size=64x48&rate=120", "palpation?size=64x48&rate=60"}) {
-    const SyntheticOptions o = options(text);
+    const SyntheticOptions o = scene_of(text);
     SyntheticSensor sensor(o);
     const double stiffness = shear_stiffness_N_per_mm(o), pitch = 27.84 / 64;
     bool stuck = false, slipped = false;
@@ -288,7 +288,7 @@ TEST(Synthetic, ShearSticksThenSlipsAndNeverPassesFriction) {
 TEST(Synthetic, SaturationClipsAtFullScale) {
   for (const char* text : {"press?force=6&size=320x240", "press?force=6&size=320x240&bits=12",
                            "press?force=6&size=320x240&bits=16"}) {
-    SyntheticSensor sensor(options(text));
+    SyntheticSensor sensor(scene_of(text));
     const uint32_t top = sensor.format().max_gray();
     Frame frame;
     ASSERT_TRUE(sensor.render(130, frame));
@@ -307,7 +307,7 @@ TEST(Synthetic, SaturationClipsAtFullScale) {
 }
 
 TEST(Synthetic, TwelveBitsUseTheirRange) {
-  SyntheticSensor sensor(options("press?bits=12&size=320x240"));
+  SyntheticSensor sensor(scene_of("press?bits=12&size=320x240"));
   EXPECT_EQ(sensor.format().bytes_per_pixel(), 2u);
   Frame frame;
   ASSERT_TRUE(sensor.render(130, frame));
@@ -325,7 +325,7 @@ TEST(Synthetic, TwelveBitsUseTheirRange) {
 
 TEST(Synthetic, SaturatingResponseBendsDownward) {
   const auto sum = [](const char* response, uint64_t k) {
-    SyntheticSensor sensor(options(std::string("press?noise=off&size=320x240&response=") + response));
+    SyntheticSensor sensor(scene_of(std::string("press?noise=off&size=320x240&response=") + response));
     Frame frame;
     sensor.render(k, frame);
     return measure(frame, *sensor.own_background(), 4).gray_sum;
@@ -336,7 +336,7 @@ TEST(Synthetic, SaturatingResponseBendsDownward) {
 
 TEST(Synthetic, ForceWithinOnePercentAndCentroidWithinATenthOfAPixel) {
   for (const char* text : {"palpation", "palpation?size=1392x1042", "press?bits=12", "slide"}) {
-    const SyntheticOptions o = options(text);
+    const SyntheticOptions o = scene_of(text);
     SyntheticSensor sensor(o);
     const Sensor calibration = synthetic_sensor(o);
     const Frame background = *sensor.own_background();
@@ -373,7 +373,7 @@ TEST(Synthetic, ForceWithinOnePercentAndCentroidWithinATenthOfAPixel) {
 }
 
 TEST(Synthetic, GelColoursAreTheGradientsOfTheTruth) {
-  const SyntheticOptions o = options("palpation?mode=gel&noise=off");
+  const SyntheticOptions o = scene_of("palpation?mode=gel&noise=off");
   SyntheticSensor sensor(o);
   const Sensor calibration = synthetic_sensor(o);
   const PhotometricCalibration& p = calibration.photometric;
@@ -416,7 +416,7 @@ TEST(Synthetic, GelColoursAreTheGradientsOfTheTruth) {
 }
 
 TEST(Synthetic, LambertGrayIsTheNormalOfTheTruth) {
-  const SyntheticOptions o = options("press?mode=lambert&noise=off&bits=12");
+  const SyntheticOptions o = scene_of("press?mode=lambert&noise=off&bits=12");
   SyntheticSensor sensor(o);
   const Sensor calibration = synthetic_sensor(o);
   const Frame background = *sensor.own_background();
@@ -442,7 +442,7 @@ TEST(Synthetic, OddSizesAndEveryScene) {
   for (const char* size : {"1x1", "2x1", "1x3", "17x5", "333x127"}) {
     for (const char* mode : {"waveguide", "gel", "lambert"}) {
       for (const auto& [scene, description] : synthetic_scenes()) {
-        const SyntheticOptions o = options(scene + "?rate=1&size=" + size + "&mode=" + mode);
+        const SyntheticOptions o = scene_of(scene + "?rate=1&size=" + size + "&mode=" + mode);
         SyntheticSensor sensor(o);
         EXPECT_NO_THROW(validate(synthetic_sensor(o), scene)) << scene << mode;
         EXPECT_FALSE(description.empty());

@@ -104,19 +104,20 @@ std::optional<double> face_depth_mm(const std::string& shape, double commanded_m
 }
 
 /// A press whose ball was found, ready for the fit.
-struct Pressed {
+struct PressedBall {
   std::string name;
   Frame frame;
   FoundBall ball;
   std::vector<uint8_t> mask;
 };
 
-PhotometricFitResult fit_without(const std::vector<Pressed>& presses, size_t without, const Frame& background,
-                                 const Sensor& sensor, double ball_mm, double rest_weight) {
+PhotometricFitResult fit_without(const std::vector<PressedBall>& presses, size_t without,
+                                 const Frame& background, const Sensor& sensor, double ball_mm,
+                                 double rest_weight) {
   PhotometricFit fit(background.format, sensor.pitch_mm_per_px);
   for (size_t i = 0; i < presses.size(); ++i) {
     if (i == without) continue;
-    const Pressed& p = presses[i];
+    const PressedBall& p = presses[i];
     fit.add_ball(p.frame, background, p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px, ball_mm,
                  p.name, p.mask);
   }
@@ -173,11 +174,11 @@ TEST_F(DepthRecordings, GelShapesAfterCalibrationOnFoundBalls) {
   Sensor sensor = load_sensor(shipped_sensor("gelsight_sim2real"));
   sensor.background.image = (folder / "background_real.png").string();
   const double pitch = sensor.pitch_mm_per_px, ball_mm = 2.92;
-  std::vector<Pressed> presses;
+  std::vector<PressedBall> presses;
   Frame background;
   for (const fs::path& file : files(folder, "calib_")) {
     if (file.extension() != ".png") continue;
-    Pressed p{file.filename().string(), frame_of(file, sensor), {}, {}};
+    PressedBall p{file.filename().string(), frame_of(file, sensor), {}, {}};
     if (presses.empty()) background = background_of(file, sensor);
     p.ball = find_ball(p.frame, background, {}, {PressedShape::ball(ball_mm), pitch, sensor.threshold_gray});
     EXPECT_TRUE(p.ball.good()) << p.name << ": " << p.ball.refusal;
@@ -243,12 +244,12 @@ TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
   Sensor sensor = load_sensor(shipped_sensor("gelslim_balls"));
   sensor.background.image = (folder / "ref.jpg").string();
   const double ball_mm = 3.8, pitch = sensor.pitch_mm_per_px;
-  std::vector<Pressed> presses;
+  std::vector<PressedBall> presses;
   Frame background;
   std::vector<uint8_t> rest_mask;
   double widest_px = 0;
   for (const fs::path& file : files(folder, "sample_")) {
-    Pressed p{file.filename().string(), frame_of(file, sensor), {}, {}};
+    PressedBall p{file.filename().string(), frame_of(file, sensor), {}, {}};
     if (presses.empty()) {
       background = background_of(file, sensor);
       rest_mask = find_markers(background, sensor);
@@ -275,7 +276,7 @@ TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
   // Curvature, each ball by the calibration of the nine others, outside of the markers.
   double mean = 0, square = 0;
   for (size_t i = 0; i < presses.size(); ++i) {
-    const Pressed& p = presses[i];
+    const PressedBall& p = presses[i];
     const PhotometricFitResult fit = fit_without(presses, i, background, sensor, ball_mm, 1);
     Sensor held_out = sensor;
     held_out.photometric = fit.calibration;
