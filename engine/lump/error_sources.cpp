@@ -106,6 +106,21 @@ Estimator::Estimator(Inverse inverse, const ErrorSources& sources, Inverse moves
       throw Error(Failure::Usage, "input errors from 0 to 0.5", text("%g", share), "0.1, which is 10 %");
 }
 
+Estimator Estimator::until(const StopAsked& stop) const {
+  if (!stop) return *this;
+  const auto stopped = [&stop](const Inverse& inverse) -> Inverse {
+    if (!inverse) return {};
+    return [stop, inverse](const Observation& observation) {
+      check_stop(stop);
+      return inverse(observation);
+    };
+  };
+  Estimator other = *this;
+  other.inverse_ = stopped(inverse_);
+  other.moves_ = stopped(moves_);
+  return other;
+}
+
 Estimate Estimator::operator()(const Observation& observation, const UnevenLight& uneven) const {
   return observation.press_mm.empty() ? widened(observation, sources_, uneven)
                                       : in_found_tissue(observation, uneven);

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "engine/base/stop.h"
 #include "engine/lump/observation/observation.h"
 
 namespace palpate::lump {
@@ -39,6 +40,9 @@ class Estimator {
   template <std::invocable<const Observation&> F>
   requires(!std::same_as<std::remove_cvref_t<F>, Estimator>) Estimator(F inverse)
       : Estimator(Inverse(std::move(inverse)), ErrorSources::none()) {}
+
+  /// The same, which throws Stopped between two estimates once `stop` says so.
+  Estimator until(const StopAsked& stop) const;
 
   explicit operator bool() const { return static_cast<bool>(inverse_); }
 

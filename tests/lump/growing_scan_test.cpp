@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
+#include <memory>
 
 #include "capture/run/palpation/hand_recording.h"
 #include "capture/synthetic/tissue.h"
@@ -86,6 +88,31 @@ TEST(GrowingScan, SaysOfThePressesWhatTheirRecordingSays) {
   scan.restart();
   EXPECT_FALSE(scan.status().seen);
   EXPECT_EQ(scan.status().presses, 0u);
+}
+
+TEST(GrowingScan, EndsWhileItPutsPressesTogether) {
+  // Of the processor: others may use it as well.
+  const auto since = [](std::clock_t begin) {
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  };
+  auto hand = std::make_unique<WatchedHand>();
+  GrowingScan& scan = *hand->monitor.scan();
+  scan.switch_on(true);
+  hand->play(5);
+  EXPECT_TRUE(scan.status().working);
+  // What is begun anew does not wait for what it drops.
+  std::clock_t begin = std::clock();
+  scan.restart();
+  scan.finish();
+  std::printf("anew after %.2f s\n", since(begin));
+  EXPECT_LT(since(begin), 1.5);
+  EXPECT_FALSE(scan.status().seen);
+  hand->play(6);
+  EXPECT_TRUE(scan.status().working);
+  begin = std::clock();
+  hand.reset();
+  std::printf("ended after %.2f s\n", since(begin));
+  EXPECT_LT(since(begin), 1.5);
 }
 
 TEST(GrowingScan, TakesNothingWhereNobodyAsks) {

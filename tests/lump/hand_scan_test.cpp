@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
+#include <utility>
 
 #include "engine/lump/network/network.h"
 #include "engine/lump/observation/pad_tilt.h"
@@ -134,6 +136,31 @@ TEST(HandScan, APressOfAnotherSkinIsLeftOut) {
   EXPECT_EQ(scan.presses.size(), 3u);
   EXPECT_NE(scan.left_out[2].find("no texture or no overlap"), std::string::npos) << scan.left_out[2];
   EXPECT_TRUE(scan.left_out[1].empty());
+}
+
+TEST(HandScan, EndsWhereItIsStopped) {
+  const std::vector<HandPress> presses = simulate_hand(even_tissue(), four_presses(4));
+  const lump::Model& model = lump::Network::built_in().model();
+  HandScanOptions options;
+  size_t asked = 0, until = 1000000;
+  // Of the processor: others may use it as well.
+  std::clock_t last = std::clock();
+  double longest_s = 0;
+  options.places.stop = [&] {
+    const std::clock_t now = std::clock();
+    longest_s = std::max(longest_s, static_cast<double>(now - std::exchange(last, now)) / CLOCKS_PER_SEC);
+    return ++asked > until;
+  };
+  EXPECT_EQ(hand_scan(presses, model, options).presses.size(), presses.size());
+  std::printf("asked %zu times, at most %.2f s apart\n", asked, longest_s);
+  EXPECT_LT(longest_s, 1);
+  const size_t all = asked;
+  EXPECT_GT(all, presses.size());
+  for (until = 0; until < all; until += 3) {
+    asked = 0;
+    EXPECT_THROW(hand_scan(presses, model, options), Stopped);
+    EXPECT_EQ(asked, until + 1) << "nothing is begun after it";
+  }
 }
 
 TEST(HandScan, RefusesWhatHasNoPlaces) {

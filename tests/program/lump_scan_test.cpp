@@ -179,6 +179,43 @@ TEST_F(LumpScanCommand, RefusesPressesByHandThatTellNothing) {
   expect_refusal(with(scan, {(folder_ / "nowhere").string(), "--gauge", "truth"}), 3, {"nowhere"});
 }
 
+TEST_F(LumpScanCommand, RefusesOptionsThatSayNothingOfPressesByHand) {
+  const std::string block = "synthetic:tissue?cells=16&lump=none&size=160x120&rate=10&hand=2";
+  const auto scan = [&](const std::vector<std::string>& more) {
+    return with({"lump", "scan", "--by-hand", block, "--method", "none"}, more);
+  };
+  for (const std::vector<std::string>& of_others : std::vector<std::vector<std::string>>{
+           {"--size-mm", "8"}, {"--no-inclusion"}, {"--leave-out", "1"}, {"--stage-sd-mm", "0.3"}})
+    expect_refusal(scan(of_others), 2, {of_others[0], "a stage or a simulated block"});
+  expect_refusal({"lump", "scan", "--simulate", "--first-mm", "1", "1"}, 2, {"--by-hand for --first-mm"});
+  expect_refusal(scan({"--first-mm", "100", "0"}), 2, {"aimed at the block", "--first-mm 100 0"});
+  expect_refusal(scan({"--first-mm", "nan", "0"}), 2, {"aimed at the block", "--first-mm nan 0"});
+  expect_refusal(scan({"--first-sd-mm", "nan"}), 2, {"--first-sd-mm", "nan"});
+  expect_refusal(scan({"--block-mm", "10", "10", "20"}), 2, {"larger than the pad", "10 x 10 mm"});
+  expect_refusal(scan({"--block-mm", "40", "40", "inf"}), 2, {"sizes and modulus", "inf mm"});
+  expect_refusal(scan({"--block-mm", "nan", "40", "20"}), 2, {"--block-mm", "nan"});
+  expect_refusal(scan({"--force-N", "0.001"}), 2, {"--force-N of", "0.001 N"});
+  expect_refusal(scan({"--force-N", "100"}), 3, {"a first press that can be read", "smaller --force-N"});
+  expect_refusal(scan({"--gauge", (folder_ / "nowhere.csv").string()}), 3, {"nowhere.csv", "no such file"});
+  expect_refusal(scan({"--sensor", (folder_ / "nowhere.json").string()}), 4, {"nowhere.json"});
+  expect_refusal({"lump", "scan", "--by-hand", "synthetic:press?mode=gel", "--gauge", "truth"}, 4,
+                 {"reads pressure"});
+}
+
+TEST_F(LumpScanCommand, RefusesAWindowByHandThatCannotTell) {
+  const std::string block = "synthetic:tissue?cells=16&lump=none&size=64x48&rate=10&hand=2";
+  const auto process = [&](const std::string& input, const std::vector<std::string>& more) {
+    return with({"process", input, "--by-hand", "--outputs", "force", "--out", (folder_ / "out").string()},
+                more);
+  };
+  expect_refusal(process(block, {"--window-at-mm", "1", "2"}), 2, {"--by-hand", "--window-at-mm with it"});
+  expect_refusal(process(block, {"--block-mm", "10", "10", "20"}), 2, {"larger than the pad"});
+  expect_refusal(process(block, {"--young-Pa", "inf"}), 2, {"sizes and modulus", "inf Pa"});
+  expect_refusal(process("synthetic:press", {"--young-Pa", "4000"}), 2, {"the force on the whole block"});
+  expect_refusal(process("synthetic:press", {}), 2, {"--young-Pa"});
+  expect_refusal(process("synthetic:press?mode=gel", {"--young-Pa", "4000"}), 4, {"reads pressure"});
+}
+
 TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"lump", "scan"}, 2, {"--simulate", "--by-hand"});
   expect_refusal({"lump", "scan", "--simulate", "--size-mm", "3", "4"}, 2, {"one size or three"});

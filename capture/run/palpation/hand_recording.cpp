@@ -6,6 +6,7 @@
 
 #include "capture/open_source.h"
 #include "capture/synthetic/tissue.h"
+#include "engine/base/stop.h"
 #include "engine/base/text.h"
 #include "engine/palpation/press_detector.h"
 #include "palpate/error.h"
@@ -60,7 +61,10 @@ size_t read_recording(const PressTimeline& t, const std::vector<FoundPress>& fou
     if (watch.stopped()) return slides;
     ReadPress read;
     if (plan.trouble.empty())
-      read = reader.read(plan, [&](size_t i) -> const Frame& { return frames.at(i); });
+      read = reader.read(plan, [&](size_t i) -> const Frame& {
+        check_stop(watch.stop);
+        return frames.at(i);
+      });
     slides += read.slid;
     take_press(out, plan, std::move(read));
   }
@@ -73,6 +77,10 @@ HandRecording read_hand_presses(const std::vector<std::string>& recordings, cons
                                 const RecordedOptions& options, std::vector<std::string>& notes,
                                 const RunWatch& watch) {
   const PressReading reading{options.block_mm, options.young_Pa, options.loads, options.pitch_mm};
+  const double least_N = least_hand_press_N(reading);
+  if (options.force_N > 0 && options.force_N < least_N)
+    throw Error(Failure::Usage, text("--force-N of %.2g N or more, from which on a pad presses", least_N),
+                text("%g N", options.force_N), "without it: what nearly all presses reached");
   std::vector<PressTimeline> timelines;
   std::vector<std::vector<FoundPress>> found;
   std::vector<double> highest_N;
@@ -82,8 +90,8 @@ HandRecording read_hand_presses(const std::vector<std::string>& recordings, cons
                                       {recording, {}, gauge.empty() ? gauge_of(recording) : gauge},
                                       options.sensor, notes, watch));
     if (watch.stopped()) return {};
-    found.push_back(
-        presses_of(timelines.back(), recording, recordings.size() == 1, least_hand_press_N(reading)));
+    check_hand(timelines.back().input.sensor, timelines.back().background.format, reading);
+    found.push_back(presses_of(timelines.back(), recording, recordings.size() == 1, least_N));
     for (const FoundPress& press : found.back()) highest_N.push_back(press.span.highest_N);
     measured(found.size());
   }
@@ -97,6 +105,10 @@ HandRecording read_hand_presses(const std::vector<std::string>& recordings, cons
     if (watch.stopped()) return {};
     averaged(r + 1);
   }
+  if (out.presses.size() < 2 && !out.left_out.empty())
+    throw Error(Failure::Input, "two presses by hand or more that can be read",
+                text("%zu; ", out.presses.size()) + out.left_out[0].first + ": " + out.left_out[0].second,
+                "more presses, of like force and slower");
   if (slides > 0) {
     keep_highest_load(out);
     notes.push_back(

@@ -14,8 +14,9 @@ namespace palpate {
 /// block, "truth", or empty: truth of synthetic blocks, else gauge.csv in the recording's folder or beside
 /// it. `options.force_N`, where given, is the highest load. A press whose pad slides is read at places along
 /// its way, each a press; as it has one load there, all presses then have their highest alone. `notes` hears
-/// what to know of the recordings. Throws Error(Failure::Input) where there is no press, and as
-/// read_presses() does.
+/// what to know of the recordings. Throws Error(Failure::Input) where there is no press, or fewer than two
+/// can be read, Error(Failure::Usage) on a highest load that is none, and as check_hand() and read_presses()
+/// do; Stopped where a press is being read while `watch` says to stop.
 HandRecording read_hand_presses(const std::vector<std::string>& recordings, const std::string& gauge,
                                 const RecordedOptions& options, std::vector<std::string>& notes,
                                 const RunWatch& watch);

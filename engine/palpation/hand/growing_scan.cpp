@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/give_way.h"
+#include "engine/base/stop.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -45,8 +46,9 @@ struct GrowingScan::Work {
   Work(const Sensor& s, const Frame& b) : sensor(s), background(copy_of(b)) {}
 
   void run(const std::stop_token& stop);
-  std::shared_ptr<const SeenScan> put_together(const std::vector<KeptPress>& presses, const PressReading& as);
-  HandRecording read(const std::vector<KeptPress>& presses, const PressReading& as);
+  std::shared_ptr<const SeenScan> put_together(const std::vector<KeptPress>& presses, const PressReading& as,
+                                               const StopAsked& stop);
+  HandRecording read(const std::vector<KeptPress>& presses, const PressReading& as, const StopAsked& stop);
 
   const Sensor sensor;
   const Frame background;
@@ -65,7 +67,8 @@ struct GrowingScan::Work {
   std::condition_variable_any changed;
   std::vector<KeptPress> presses;
   size_t bytes = 0;
-  uint64_t numbers = 0, round = 0;
+  uint64_t numbers = 0;
+  std::atomic<uint64_t> round = 0;
   bool waiting = false, busy = false, full = false;
   std::string broken;
   std::shared_ptr<const SeenScan> seen;
@@ -74,7 +77,9 @@ struct GrowingScan::Work {
 };
 
 /// A press is read once, and all once more where a weaker one has lowered the force.
-HandRecording GrowingScan::Work::read(const std::vector<KeptPress>& all, const PressReading& as) {
+HandRecording GrowingScan::Work::read(const std::vector<KeptPress>& all, const PressReading& as,
+                                      const StopAsked& stop) {
+  check_hand(sensor, background.format, as);
   std::vector<double> highest_N;
   highest_N.reserve(all.size());
   for (const KeptPress& press : all) highest_N.push_back(press->highest_N());
@@ -91,7 +96,10 @@ HandRecording GrowingScan::Work::read(const std::vector<KeptPress>& all, const P
       PressPlan plan = plan_press("press " + std::to_string(p + 1), press->force_N, top_N, as.loads);
       ReadPress as_read;
       if (plan.trouble.empty())
-        as_read = reader.read(plan, [&](size_t i) -> const Frame& { return press->frames[i]; });
+        as_read = reader.read(plan, [&](size_t i) -> const Frame& {
+          check_stop(stop);
+          return press->frames[i];
+        });
       found = known.emplace(press->number, std::pair(std::move(plan), std::move(as_read))).first;
     }
     slid = slid || found->second.second.slid;
@@ -101,20 +109,26 @@ HandRecording GrowingScan::Work::read(const std::vector<KeptPress>& all, const P
   return out;
 }
 
+/// Null where it was stopped.
 std::shared_ptr<const SeenScan> GrowingScan::Work::put_together(const std::vector<KeptPress>& all,
-                                                                const PressReading& as) {
+                                                                const PressReading& as,
+                                                                const StopAsked& stop) {
   auto out = std::make_shared<SeenScan>();
   out->reading = as;
   out->presses = all.size();
   try {
-    const HandRecording recording = read(all, as);
+    const HandRecording recording = read(all, as, stop);
+    HandScanOptions options;
+    options.places.stop = stop;
     static const lump::Estimator estimator = lump::named_estimator("refined", lump::load_network(""), {});
     if (recording.presses.size() < 2)
       out->trouble = "not enough presses: two that overlap by half are needed";
     else
-      out->answer = answer_by_hand(recording, {}, estimator);
+      out->answer = answer_by_hand(recording, options, estimator);
   } catch (const Error& error) {
     out->trouble = error.what();
+  } catch (const Stopped&) {
+    return nullptr;
   }
   return out;
 }
@@ -129,10 +143,11 @@ void GrowingScan::Work::run(const std::stop_token& stop) {
     waiting = false;
     busy = true;
     lock.unlock();
-    std::shared_ptr<const SeenScan> found = put_together(all, as);
+    std::shared_ptr<const SeenScan> found =
+        put_together(all, as, [&] { return stop.stop_requested() || of != round; });
     lock.lock();
     busy = false;
-    if (of == round) seen = std::move(found);
+    if (found && of == round) seen = std::move(found);
     changed.notify_all();
   }
 }

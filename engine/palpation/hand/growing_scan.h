@@ -36,6 +36,7 @@ class GrowingScan {
 
   /// As PressReader. No thread begins, and no frame is kept, before the first press while it is on.
   GrowingScan(const Sensor& sensor, const Frame& background);
+  /// Ends presses being put together; within a second.
   ~GrowingScan();
   GrowingScan(const GrowingScan&) = delete;
   GrowingScan& operator=(const GrowingScan&) = delete;

@@ -11,7 +11,7 @@ HandAnswer answer_by_hand(const HandRecording& recording, const HandScanOptions&
                           const lump::Estimator& estimator, uint64_t seed) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   const HandScan scan = hand_scan(recording.presses, lump::load_network("")->model(), options);
-  HandAnswer answer{evaluate_scan(scan.presses, scan.stitch, estimator, seed), {}};
+  HandAnswer answer{evaluate_scan(scan.presses, scan.stitch, estimator.until(options.places.stop), seed), {}};
   const size_t all = 3 * recording.presses.size();
   for (size_t p = 0; p < recording.presses.size(); ++p) {
     const HandPlace& place = scan.places.places[p];

@@ -47,7 +47,10 @@ class Placement {
  public:
   Placement(const std::vector<HandPress>& presses, const HandPlaceOptions& options)
       : presses_(presses), options_(options) {
-    for (const HandPress& press : presses) skins_.emplace_back(press.relief);
+    for (const HandPress& press : presses) {
+      check_stop(options.stop);
+      skins_.emplace_back(press.relief);
+    }
     out_.places.resize(presses.size());
   }
 
@@ -75,6 +78,7 @@ class Placement {
 };
 
 std::optional<Link> Placement::link(size_t first, size_t second, const RigidMotion& start) const {
+  check_stop(options_.stop);
   const std::optional<SkinFit> found = fit_skin(skins_[first], skins_[second], start);
   if (!found || found->overlap < kLeastOverlap) return std::nullopt;
   // A fit that ran off has found another place than the texture.
@@ -87,6 +91,7 @@ std::optional<Link> Placement::link(size_t first, size_t second, const RigidMoti
 }
 
 std::optional<Link> Placement::search(size_t first, size_t second) const {
+  check_stop(options_.stop);
   const SkinOverlap seen =
       find_skin_overlap(presses_[first].relief, presses_[second].relief, options_.most_turn_rad);
   if (!seen.sure()) return std::nullopt;

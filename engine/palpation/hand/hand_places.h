@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/stop.h"
 #include "engine/palpation/hand/hand_press.h"
 
 namespace palpate {
@@ -19,6 +20,7 @@ struct HandPlaceOptions {
   double tilt_sd_rad = 0.05;
   /// Standard errors of a pair that its reliefs do not show: what else stretches the skin under one press.
   double skin_sd_mm = 0.03, skin_sd_rad = 0.003;
+  StopAsked stop;  ///< asked at each pair
 };
 
 struct HandPlace {
@@ -48,7 +50,8 @@ struct HandPlaces {
 /// where the places say that they overlap; fit_skin() makes each pair exact, and least squares over all pairs
 /// the places and the tilts that stretch the skin. A pair far from what the others agree on is dropped. A
 /// press without texture, or that overlaps none that is placed, is left out. Throws Error(Failure::Input) on
-/// fewer than two presses, reliefs of unlike size or pitch, and where no two presses fit each other.
+/// fewer than two presses, reliefs of unlike size or pitch, and where no two presses fit each other; Stopped
+/// soon after options.stop says so.
 HandPlaces place_presses(const std::vector<HandPress>& presses, const HandPlaceOptions& options = {});
 
 }  // namespace palpate

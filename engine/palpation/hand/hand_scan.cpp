@@ -42,6 +42,7 @@ class Levelling {
  private:
   void choose();
   void fill();
+  lump::ScanMap stitched();
   void level(const lump::ScanMap& map);
   bool refuse_tilted(const lump::ScanMap& map);
   /// Tilt of one degree as PressPlace has it.
@@ -82,6 +83,12 @@ void Levelling::fill() {
   }
   out_.stitch.held_sd_mm.clear();
   for (const size_t p : used_) out_.stitch.held_sd_mm.push_back(place_sd_mm(out_, p, options_));
+}
+
+lump::ScanMap Levelling::stitched() {
+  check_stop(options_.places.stop);
+  fill();
+  return lump::stitch(out_.presses, out_.stitch);
 }
 
 /// The tilt that all presses have in common, by the block's shape.
@@ -127,17 +134,12 @@ HandScan Levelling::run() {
   out_.stitch.tilt_sd_per_mm = options_.tilt_sd_deg * per_mm();
   out_.stitch.gain_sd = options_.gain_sd;
   out_.stitch.unlike_sd = options_.unlike_sd;
-  fill();
-  lump::ScanMap map = lump::stitch(out_.presses, out_.stitch);
+  lump::ScanMap map = stitched();
   for (int round = 0; round < 2; ++round) {
     level(map);
-    fill();
-    map = lump::stitch(out_.presses, out_.stitch);
+    map = stitched();
   }
-  while (refuse_tilted(map)) {
-    fill();
-    map = lump::stitch(out_.presses, out_.stitch);
-  }
+  while (refuse_tilted(map)) map = stitched();
   out_.tilt.assign(presses_.size(), {kNaN, kNaN, kNaN});
   const double one = per_mm();
   for (size_t k = 0; k < used_.size(); ++k) {

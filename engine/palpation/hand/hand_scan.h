@@ -37,7 +37,7 @@ struct HandScan {
 
 /// Places by the skin; tilts by the pressure that presses share and by the block's, which is even about its
 /// middle. The whole scan lies where the first press was aimed at, and as far off. Throws as
-/// place_presses() and stitch() do.
+/// place_presses() and stitch() do, and Stopped soon after options.places.stop says so.
 HandScan hand_scan(const std::vector<HandPress>& presses, const lump::Model& model,
                    const HandScanOptions& options = {});
 

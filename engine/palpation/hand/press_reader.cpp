@@ -10,6 +10,7 @@
 #include "engine/palpation/hand/held_pad.h"
 #include "engine/palpation/hand/light_relief.h"
 #include "engine/palpation/hand/skin_overlap.h"
+#include "engine/sensor/fit.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -43,6 +44,26 @@ bool has(const std::vector<size_t>& frames, size_t frame) {
 }
 
 }  // namespace
+
+void check_hand(const Sensor& sensor, const FrameFormat& format, const PressReading& reading) {
+  if (!reads_pressure(sensor) || !(sensor.pitch_mm_per_px > 0))
+    throw Error(Failure::Sensor,
+                "a sensor that reads pressure (surface.reading elastic) with a scale, for presses by hand",
+                "'" + sensor.name + "'", "--sensor FILE of a calibrated sensor");
+  const auto& block = reading.block_mm;
+  bool right = reading.young_Pa > 0 && std::isfinite(reading.young_Pa);
+  for (const double side : block) right = right && side > 0 && std::isfinite(side);
+  if (!right)
+    throw Error(Failure::Usage, "a block's sizes and modulus above 0",
+                text("%g x %g x %g mm, %g Pa", block[0], block[1], block[2], reading.young_Pa),
+                "--block-mm LENGTH WIDTH THICKNESS and --young-Pa as measured at a place without a lump");
+  const double width = sensor.pitch_mm_per_px * format.width, height = sensor.pitch_mm_per_px * format.height;
+  if (width > block[0] || height > block[1])
+    throw Error(
+        Failure::Usage, "a block larger than the pad, which goes from place to place on it",
+        text("a block of %.4g x %.4g mm under a pad of %.4g x %.4g mm", block[0], block[1], width, height),
+        "--block-mm of the whole block, or the pitch_mm_per_px of the sensor file");
+}
 
 double least_hand_press_N(const PressReading& r) {
   return kLeastShare * 1e-6 * r.block_mm[0] * r.block_mm[1] * r.young_Pa;

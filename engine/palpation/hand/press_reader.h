@@ -26,6 +26,10 @@ struct PressReading {
   double pitch_mm = 1.25;  ///< of the maps
 };
 
+/// Throws Error(Failure::Sensor) where the sensor does not read pressure or has no scale,
+/// Error(Failure::Usage) where the block's sizes and modulus are not above 0 and finite, or where the pad, of
+/// frames of `format`, is larger than the block.
+void check_hand(const Sensor& sensor, const FrameFormat& format, const PressReading& reading);
 /// Least force of a press by hand, on the whole block.
 double least_hand_press_N(const PressReading& reading);
 /// The highest force that nearly all presses have reached, from the highest of each (one or more): those

@@ -1,10 +1,13 @@
 // palpate lump scan: several presses of one block as a map, an outline, an estimate and a report.
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <span>
 
 #include "capture/run/palpation/hand_recording.h"
 #include "capture/run/palpation/scan_recording.h"
 #include "engine/base/json.h"
+#include "engine/base/stop.h"
 #include "engine/base/text.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/network/network.h"
@@ -47,7 +50,16 @@ struct Options {
   std::string method = "refined";
   lump::ErrorSources errors;
   bool force_given = false;
+  std::string of_others;  ///< an option that says nothing of presses by hand; empty: none is given
 };
+
+/// Of a simulated block and its sensor, and of a stage.
+constexpr const char* kNotByHand[] = {
+    "--no-inclusion",    "--shape",          "--size-mm",   "--depth-mm",
+    "--stiffness-ratio", "--offset-mm",      "--second-mm", "--poisson",
+    "--cells",           "--window-mm",      "--size",      "--noise",
+    "--full-scale-Pa",   "--stage-error-mm", "--leave-out", "--stage-sd-mm"};
+constexpr const char* kByHandAlone[] = {"--first-mm", "--first-sd-mm"};
 
 ScanPlan plan_of(const Common& common, const Options& o) {
   ScanPlan plan = o.plan;
@@ -153,7 +165,16 @@ HandRecording by_hand(const Common& common, const Options& o, HandScanOptions& h
   if (o.recordings.empty())
     throw Error(Failure::Usage, "recordings of presses by hand", "none",
                 "palpate lump scan --by-hand 'synthetic:tissue?hand=13'");
+  if (!o.of_others.empty())
+    throw Error(Failure::Usage, "--by-hand with options of recorded presses",
+                o.of_others + ", which is of a stage or a simulated block", "without " + o.of_others);
   const RecordedOptions options = recorded_options(common, o);
+  for (size_t c = 0; c < o.first_mm.size(); ++c)
+    if (!(std::abs(o.first_mm[c]) <= options.block_mm[c] / 2))
+      throw Error(Failure::Usage,
+                  text("a first press aimed at the block, to %g and %g mm from its middle",
+                       options.block_mm[0] / 2, options.block_mm[1] / 2),
+                  text("--first-mm %g %g", o.first_mm[0], o.first_mm[1]), "--first-mm 0 0");
   HandRecording recording = read_hand_presses(o.recordings, o.gauge, options, notes, run_watch(common));
   report.add_block(options.block_mm, options.young_Pa);
   for (const std::string& name : o.recordings) report.inputs.emplace_back("presses by hand", name);
@@ -163,11 +184,15 @@ HandRecording by_hand(const Common& common, const Options& o, HandScanOptions& h
   return recording;
 }
 
-Report run(const Common& common, const Options& o) {
+Report scan(const Common& common, const Options& o) {
+  if (!o.by_hand && !o.of_others.empty())
+    throw Error(Failure::Usage, "--by-hand for " + o.of_others, "a scan without it",
+                "without " + o.of_others);
   ScanReport report;
   std::vector<std::string> notes;
   HandRecording recording;
   HandScanOptions hand = o.hand;
+  hand.places.stop = interrupted;
   std::vector<lump::ScanPress> presses;
   if (o.by_hand)
     recording = by_hand(common, o, hand, report, notes);
@@ -181,7 +206,7 @@ Report run(const Common& common, const Options& o) {
     const auto network = lump::load_network("");
     report.model =
         o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
-    estimator = lump::named_estimator(o.method, network, o.errors, o.threads);
+    estimator = lump::named_estimator(o.method, network, o.errors, o.threads).until(interrupted);
   }
   if (estimator) report.add_errors(o.errors);
   if (o.by_hand)
@@ -192,6 +217,14 @@ Report run(const Common& common, const Options& o) {
   std::string words = scan_text(report);
   if (!common.out.empty()) words += "written: " + write_scan(report, common.out) + "\n";
   return {words, scan_json(report)};
+}
+
+Report run(const Common& common, const Options& o) {
+  try {
+    return scan(common, o);
+  } catch (const Stopped&) {
+    return interrupted_report("interrupted");
+  }
 }
 
 void add_recording_options(CommandLine& command, Options& o) {
@@ -290,8 +323,10 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
       "pad\n"
       "  palpate lump scan out/press1 out/press2 --positions places.csv --gauge truth --out out/scan\n"
       "Research use, not a diagnosis.\n");
-  command->callback([o, force, &common, &chosen] {
+  command->callback([o, command, force, &common, &chosen] {
     o->force_given = force->count() > 0;
+    for (const char* option : o->by_hand ? std::span<const char* const>(kNotByHand) : kByHandAlone)
+      if (command->get_option(option)->count() > 0) o->of_others = option;
     chosen = [o, &common] { return run(common, *o); };
   });
 }

@@ -11,6 +11,7 @@
 #include "capture/files/tables/gauge.h"
 #include "capture/run/palpation/press_timeline.h"
 #include "capture/synthetic/tissue.h"
+#include "engine/palpation/hand/press_reader.h"
 #include "palpate/error.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
@@ -59,6 +60,20 @@ Force force_of(const BlockChoice& choice, const MeasuredInput& input,
   return gauge_force(choice.gauge, input);
 }
 
+/// What --by-hand needs beyond a block.
+void check_by_hand(const BlockChoice& choice, const MeasuredInput& input, const Frame& background,
+                   const BlockSetting& block, bool force_known) {
+  if (!choice.window_mm.empty())
+    throw Error(Failure::Usage, "--by-hand, where the skin tells the window's place",
+                "--window-at-mm with it", "one of them");
+  check_hand(input.sensor, background.format, {.block_mm = block.block_mm, .young_Pa = block.young_Pa});
+  if (!force_known)
+    throw Error(Failure::Usage, "the force on the whole block, for --by-hand", "no gauge",
+                is_camera(input.input)
+                    ? "palpate record without it, then palpate replay SESSION --by-hand --gauge FILE.csv"
+                    : "--gauge FILE.csv");
+}
+
 }  // namespace
 
 CommandOption* add_block(CommandLine& command, std::vector<double>& block_mm, double& young_Pa) {
@@ -99,6 +114,7 @@ std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const M
     throw Error(Failure::Usage, "the tissue's modulus with the block's other properties", "none",
                 "--young-Pa E, from a place without a lump");
   setup.force = force_of(choice, input, tissue);
+  if (choice.by_hand) check_by_hand(choice, input, background, block, setup.force != nullptr);
   if (round > 0 && setup.force)
     setup.force = [force = std::move(setup.force), round](uint64_t sequence) {
       return force(sequence % round);

@@ -36,8 +36,8 @@ struct BlockChoice {
 /// Watches presses where a block is known: from `choice`, or because the input is the synthetic one. Null
 /// where it is not. A gauge's table that counts time is brought together with a recording, which is read once
 /// for that. `round`: frames after which the numbers of a looped recording begin anew; 0: never. Throws
-/// Error(Failure::Usage) on a block without a modulus and on a gauge with a camera, and what measure_press
-/// throws.
+/// Error(Failure::Usage) on a block without a modulus, on a gauge with a camera, and on presses by hand whose
+/// place is stated or whose force is not known, and as check_hand() and measure_press() do.
 std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const MeasuredInput& input,
                                               const Frame& background, uint64_t round = 0);
 
