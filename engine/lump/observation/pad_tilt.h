@@ -24,9 +24,10 @@ struct TissueLayer {
 
 /// The centre of pressure lies off the window's middle by the pressure's rise over its mean times the
 /// window's second moment; the rise over the tissue's stiffness against further compression is the tilt, as
-/// in a column bent. What else makes pressure rise counts as tilt: the block's rim, a lump beside the
+/// in a column bent, less what the tissue gives by spreading there (by finite elements of a block twice as
+/// wide as it is thick). What else makes pressure rise counts as tilt: the block's rim, a lump beside the
 /// window's middle. The error holds `bump_sd`, the rise of that kind as a share of the mean at the window's
-/// edge, and that of the layer.
+/// edge, and that of the layer and of the window's size and place.
 PadTilt pad_tilt(const PressureMap& pressure_Pa, const TissueLayer& tissue, double bump_sd = 0.05);
 
 /// Compression of tissue, share of its thickness, under a mean pressure; and by what share the pressure
