@@ -36,7 +36,7 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 // Limit of a picture on a CPU driver, where two fingers measure on the same cores.
-constexpr double kDrawBudget_ms = 22;
+constexpr double kPairBudget_ms = 22;
 constexpr size_t kMostRows = 4096;  // that wait for a picture
 
 /// What a window of two fingers has of the actions of one.
@@ -84,7 +84,7 @@ struct PairWindow::Impl {
   Impl(gpu::Context& device, PairWindowRun given)
       : context(device),
         run(std::move(given)),
-        governor(!device.is_software(), kDrawBudget_ms),
+        governor(!device.is_software(), kPairBudget_ms),
         meter(run.grip) {
     if (!run.window.window) {
       WindowOptions as{run.window.title, run.window.width, run.window.height, run.window.vsync};

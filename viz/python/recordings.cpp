@@ -46,7 +46,7 @@ class Stack {
 };
 
 /// A recording in numbers.
-struct Measured {
+struct Columns {
   ProcessSummary summary;
   std::string json;
   Sensor sensor;
@@ -59,7 +59,7 @@ struct Measured {
   py::ssize_t cell_rows = 0, cell_columns = 0;
 };
 
-void collect(const Kept& kept, const Result& result, const Frame& frame, Measured& all) {
+void collect(const Kept& kept, const Result& result, const Frame& frame, Columns& all) {
   all.format = frame.format;
   if (kept.depth && result.touch.surface) all.depth.add(result.depth_mm());
   if (kept.image) all.image.add({frame.pixels(), frame.format.frame_bytes()});
@@ -86,7 +86,7 @@ py::dict measure(const RunSettings& request, const std::filesystem::path& out,
   process.rows = !out.empty();
   process.digits = Digits::All;
   const auto all = run_apart([=](const std::atomic<bool>& stop) mutable {
-    auto measured = std::make_shared<Measured>();
+    auto measured = std::make_shared<Columns>();
     const MeasuredInput input = find_input(process);
     if (kept.depth && !wants(input.outputs, Output::Surface))
       throw Refusal{"SensorError", "depth_mm", "a sensor that measures no surface",

@@ -56,7 +56,7 @@ Estimate depth_of(const Touch& touch) {
 }
 
 /// Description of a touch: calibrated values first, then its source.
-std::string described(const PyTouch& t) {
+std::string touch_text(const PyTouch& t) {
   const Touch& touch = t.touch();
   std::string line = text("<palpate.Touch %llu at %.3f s", static_cast<unsigned long long>(touch.sequence),
                           1e-9 * static_cast<double>(touch.time_ns));
@@ -350,7 +350,7 @@ void bind_touch(py::module_& module) {
             return self;
           },
           "Reads maps now, so that they stay; without names depth and image.  Gives the touch itself.")
-      .def("__repr__", &described)
+      .def("__repr__", &touch_text)
       .def("_repr_html_", &as_html);
   bound.def_property_readonly("depth_mm", &PyTouch::depth_mm)
       .def_property_readonly("skin_points", [](const PyTouch& t) { return skin_points_of(t.touch()); })

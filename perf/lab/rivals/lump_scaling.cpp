@@ -35,7 +35,7 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct Run {
+struct TimedRun {
   double wall_s = 0;   ///< of the whole command
   double press_s = 0;  ///< while cases were pressed
   double busy_s = 0;   ///< of all workers
@@ -47,11 +47,11 @@ struct Way {
   int workers;
   std::string start;  ///< before the program's name
   std::string more;
-  std::vector<Run> runs = {};
+  std::vector<TimedRun> runs = {};
 
-  double median(double Run::*value) const {
+  double median(double TimedRun::*value) const {
     std::vector<double> values;
-    for (const Run& run : runs) values.push_back(run.*value);
+    for (const TimedRun& run : runs) values.push_back(run.*value);
     std::sort(values.begin(), values.end());
     return values[values.size() / 2];
   }
@@ -76,7 +76,7 @@ bool succeeds(const std::string& command) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-Run timed(const std::string& program, const Way& way, int cases, const fs::path& folder) {
+TimedRun timed(const std::string& program, const Way& way, int cases, const fs::path& folder) {
   const std::string file = (folder / "set.h5").string(), said = (folder / "said.json").string();
   fs::remove(file);
   const auto start = Clock::now();
@@ -84,7 +84,7 @@ Run timed(const std::string& program, const Way& way, int cases, const fs::path&
                 std::to_string(cases) + " " + way.more + " > " + said + " 2> /dev/null"))
     throw Error(Failure::Input, "a data set of lumps",
                 std::string("a run that failed: ") + way.start + " " + program, "the same by hand");
-  Run run;
+  TimedRun run;
   run.wall_s = since(start);
   std::ifstream in(said);
   std::ostringstream bytes;
@@ -153,15 +153,15 @@ std::array<Curve, 2> tell_measured(const std::vector<Way>& methods, LumpScaling&
   std::array<Curve, 2> measured;
   for (size_t w = 0; w < methods.size(); ++w) {
     const Way& way = methods[w];
-    const double per_min = 60 * kQuickCases / way.median(&Run::press_s);
-    const double alone = 60 * kQuickCases / methods[w - w % 2].median(&Run::press_s);
-    const double start_s = way.median(&Run::wall_s) - way.median(&Run::press_s);
+    const double per_min = 60 * kQuickCases / way.median(&TimedRun::press_s);
+    const double alone = 60 * kQuickCases / methods[w - w % 2].median(&TimedRun::press_s);
+    const double start_s = way.median(&TimedRun::wall_s) - way.median(&TimedRun::press_s);
     result.csv += text("measured,quick,%s,%d,%d,%.4g,%.3f\n", way.how, way.workers, kQuickCases, per_min,
                        per_min / alone);
     result.words += text(
         "  %d %-10s %7.1f cases a minute, %.2f times one; start and end %.2f s; %.1f ms of a core a case\n",
         way.workers, way.how, per_min, per_min / alone, start_s,
-        1e3 * way.median(&Run::busy_s) / kQuickCases);
+        1e3 * way.median(&TimedRun::busy_s) / kQuickCases);
     Curve& columns = measured[w / 2];
     columns.resize(2);
     columns[0].push_back(way.workers);
@@ -237,9 +237,9 @@ LumpScaling lump_scaling(const fs::path& program) {
 
   const Serial serial = serial_costs(folder.path);
   const Way& widest = methods.back();
-  const double start_s = std::max(
-      0.0, widest.median(&Run::wall_s) - widest.median(&Run::press_s) - kQuickCases * serial.write_s);
-  const double quick_s = widest.median(&Run::busy_s) / kQuickCases;
+  const double start_s = std::max(0.0, widest.median(&TimedRun::wall_s) - widest.median(&TimedRun::press_s) -
+                                           kQuickCases * serial.write_s);
+  const double quick_s = widest.median(&TimedRun::busy_s) / kQuickCases;
   const Way usual{"threads", 2, "", "--threads 2"};
   const double usual_s = timed(program.string(), usual, kUsualCases, folder.path).busy_s / kUsualCases;
   const std::array<SweepCosts, 2> models = {

@@ -3,19 +3,18 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <random>
 #include <thread>
 
 #include "engine/base/json.h"
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "perf/lab/dataset/sweep.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 6> kRatioEdges = {1, 2, 5, 10, 20, 1e9};
 constexpr double kGoalSize_mm = 6, kGoalDepth_mm = 8;  // lumps that a person wants found
 

@@ -1,12 +1,12 @@
 #include "perf/lab/study/evaluation_cells.h"
 
 #include <cmath>
-#include <limits>
+
+#include "engine/base/numbers.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kWrongFactor = 2;
 
 bool far_off(const judge::JudgedValue& v) {

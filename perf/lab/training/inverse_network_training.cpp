@@ -21,10 +21,10 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::VectorXd;
 
-constexpr double kFrom = 0.4, kMade = 0.15, kTaught = 0.25;  // shares of the training, for progress
-constexpr std::array<double, 2> kNoise = {3e-4, 0.15};       // of the peak
-constexpr std::array<double, 2> kPattern = {1e-4, 1e-2};     // of the peak
-constexpr double kSaturated = 0.25;                          // of the observations: a bump without its top
+constexpr double kMadeFrom = 0.4, kMade = 0.15, kTaught = 0.25;  // shares of the training, for progress
+constexpr std::array<double, 2> kNoise = {3e-4, 0.15};           // of the peak
+constexpr std::array<double, 2> kTaughtPattern = {1e-4, 1e-2};   // of the peak
+constexpr double kSaturated = 0.25;  // of the observations: a bump without its top
 constexpr double kNear_mm = 0.25;    // of patches that the network has moved to their lumps already
 constexpr double kEverywhere = 0.3;  // of the typical discrepancy
 constexpr uint32_t kWayBumps = 4000;
@@ -180,7 +180,8 @@ void hide_top(Made& made, double fraction) {
 /// Adds the same pattern to all loads.
 void ObservationMaker::add_pattern(PressedNodes& nodes, std::mt19937_64& random) const {
   std::uniform_real_distribution<double> share(0, 1);
-  const double size = nodes.peak * kPattern[0] * std::pow(kPattern[1] / kPattern[0], share(random));
+  const double size =
+      nodes.peak * kTaughtPattern[0] * std::pow(kTaughtPattern[1] / kTaughtPattern[0], share(random));
   const PatternKind kind = any_pattern(random);
   const auto [left, right] = std::minmax_element(nodes.x_mm.begin(), nodes.x_mm.end());
   const auto [up, down] = std::minmax_element(nodes.y_mm.begin(), nodes.y_mm.end());
@@ -417,7 +418,7 @@ Lessons make_lessons(const Model& model, const ObservationMaker& maker, const Tr
     made.lessons[i] = make_lesson(model, maker, static_cast<uint32_t>(kWayBumps + i),
                                   made.features.col(static_cast<Eigen::Index>(i)));
     if (++made_count % 1000 == 0 && options.progress &&
-        !options.progress("making readings", kFrom + kMade * made_count / count))
+        !options.progress("making readings", kMadeFrom + kMade * made_count / count))
       stop = true;
   });
   if (stop) throw Stopped();
@@ -464,7 +465,8 @@ double train_ensemble(InverseNetwork& inverse, const Lessons& made, const Traini
     how.done = [&](uint32_t, double error) {
       last[member] = error;
       const double fraction = ++rounds / (static_cast<double>(options.readers) * options.reader_rounds);
-      if (options.progress && !options.progress("teaching the reader", kFrom + kMade + kTaught * fraction))
+      if (options.progress &&
+          !options.progress("teaching the reader", kMadeFrom + kMade + kTaught * fraction))
         stop = true;
       return !stop;
     };

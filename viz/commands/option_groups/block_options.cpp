@@ -19,7 +19,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kGroup = "Block of tissue";
+constexpr const char* kBlockGroup = "Block of tissue";
 
 using Force = std::function<std::optional<double>(uint64_t)>;
 
@@ -96,7 +96,7 @@ void BlockChoice::add_to(CommandLine& command) {
   command.add_flag("--by-hand", by_hand,
                    "The window goes from place to place without a stage; a window puts its presses together");
   for (const char* name : {"--block-mm", "--young-Pa", "--window-at-mm", "--gauge", "--by-hand"})
-    command.get_option(name)->group(kGroup);
+    command.get_option(name)->group(kBlockGroup);
 }
 
 std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const MeasuredInput& input,

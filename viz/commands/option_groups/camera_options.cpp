@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kGroup = "Camera";
+constexpr const char* kCameraGroup = "Camera";
 
 bool side_of(const std::string& node) {
   return node.starts_with("left=") || node.starts_with("right=");
@@ -21,7 +21,7 @@ bool side_of(const std::string& node) {
 void CameraChoice::add_to(CommandLine& command) {
   command_ = &command;
   const auto add = [&](const char* name, std::string& value, const char* about) {
-    command.add_option(name, value, about)->group(kGroup);
+    command.add_option(name, value, about)->group(kCameraGroup);
   };
   command
       .add_option("--camera", nodes,
@@ -29,7 +29,7 @@ void CameraChoice::add_to(CommandLine& command) {
                   "fingers: left=NAME and right=NAME, port or serial number")
       ->expected(1)
       ->take_all()
-      ->group(kGroup);
+      ->group(kCameraGroup);
   add("--format", format,
       "Pixel format: GREY, Y10, Y12, Y16, YUYV, UYVY, NV12, RGB8, RGGB8 and its kin, MJPEG, "
       "packed ones as Mono12p "
@@ -39,7 +39,8 @@ void CameraChoice::add_to(CommandLine& command) {
   add("--exposure", exposure, "Exposure, as 8ms or 500us, or auto (default: locked where it is)");
   add("--gain", gain, "Gain in the camera's own steps, or auto (default: locked where it is)");
   add("--white-balance", white_balance, "White balance in K, or auto (default: locked where it is)");
-  command.add_option("--control", controls, "Any other control: NAME=VALUE (repeatable)")->group(kGroup);
+  command.add_option("--control", controls, "Any other control: NAME=VALUE (repeatable)")
+      ->group(kCameraGroup);
   add("--trigger", trigger,
       "Source that starts each frame of a GenICam camera: Line0, Software ... (default: its rate)");
   add("--camera-timeout", timeout, "Restart the stream after this long without a frame, e.g. 3s");

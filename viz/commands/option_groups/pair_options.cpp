@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kGroup = "Two fingers";
+constexpr const char* kPairGroup = "Two fingers";
 
 std::string finger_line(Side side, const LiveReport& report, uint64_t alone) {
   return text("  %-5s  %llu frames measured, %llu without a partner\n", to_string(side),
@@ -22,16 +22,16 @@ std::string finger_line(Side side, const LiveReport& report, uint64_t alone) {
 void PairChoice::add_to(CommandLine& command) {
   command
       .add_option("--left", left, "Input of the left finger, with --right: a gripper's two sensors together")
-      ->group(kGroup);
-  command.add_option("--right", right, "Input of the right finger")->group(kGroup);
+      ->group(kPairGroup);
+  command.add_option("--right", right, "Input of the right finger")->group(kPairGroup);
   command.add_option("--left-sensor", left_sensor, "Sensor file of the left finger (default: --sensor)")
-      ->group(kGroup);
+      ->group(kPairGroup);
   command.add_option("--right-sensor", right_sensor, "Sensor file of the right finger (default: --sensor)")
-      ->group(kGroup);
+      ->group(kPairGroup);
   command
       .add_option("--grip", grip,
                   "Poses of both pads and the gripper's opening (JSON, see capture/pair/README.md)")
-      ->group(kGroup);
+      ->group(kPairGroup);
 }
 
 std::optional<std::array<RunSettings, 2>> PairChoice::fingers(const RunSettings& settings,

@@ -20,7 +20,7 @@
 namespace palpate::viz {
 namespace {
 
-constexpr int kBandAlpha = 70, kWithinAlpha = 34;
+constexpr int kChartBandAlpha = 70, kWithinAlpha = 34;
 
 constexpr double kLeastDepthAxis_mm = 0.05;  // as the colours of depth
 constexpr double kLeastErrors = 6;           // standard errors that an axis shows at least
@@ -242,7 +242,7 @@ void StripCharts::draw_layer_force() {
     if (chart.visible(s.time)) ends.take(band(s));
   const double step = ends.round(std::max(kLeastAxis_N, least_by_error(chart, layer)), ticks_);
   chart.begin(ends.least, ends.most, step);
-  chart.band(samples_, band, ink(theme().chosen, kBandAlpha));
+  chart.band(samples_, band, ink(theme().chosen, kChartBandAlpha));
   chart.line(
       samples_,
       [&](const Sample& s) -> std::optional<double> {
@@ -273,7 +273,7 @@ void StripCharts::draw_force() {
   const double step = ends.round(least_N, ticks_);
   chart.begin(ends.least, ends.most, step);
   chart.band(
-      samples_, [&](const Sample& s) { return interval(force(s)); }, ink(theme().chosen, kBandAlpha));
+      samples_, [&](const Sample& s) { return interval(force(s)); }, ink(theme().chosen, kChartBandAlpha));
   chart.line(
       samples_,
       [&](const Sample& s) -> std::optional<double> {

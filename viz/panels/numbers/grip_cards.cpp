@@ -30,7 +30,7 @@ std::string doubt_of(const Estimate& estimate) {
 using GripPart = const MeasuredQuantity<GripFrame>*;
 
 /// The quantities of one label, as one row; of several the numbers alone.
-CardRow row_of(const std::vector<GripPart>& parts, const GripFrame& frame) {
+CardRow card_row(const std::vector<GripPart>& parts, const GripFrame& frame) {
   const MeasuredQuantity<GripFrame>& first = *parts.front();
   const std::string_view name = first.name;
   if (name == "grip_slip" && frame.grip) {
@@ -91,10 +91,10 @@ Card grip_card(const HudFrame& frame, const GripFrame& grip, bool zeroed) {
   for (const MeasuredQuantity<GripFrame>& q : grip_quantities()) {
     if (!*q.row.label || std::string_view(q.name) == "grip_force_N") continue;
     if (!parts.empty() && std::string_view(parts.back()->row.label) != q.row.label)
-      card.rows.push_back(row_of(std::exchange(parts, {}), grip));
+      card.rows.push_back(card_row(std::exchange(parts, {}), grip));
     parts.push_back(&q);
   }
-  card.rows.push_back(row_of(parts, grip));
+  card.rows.push_back(card_row(parts, grip));
   return card;
 }
 

@@ -16,7 +16,7 @@
 namespace palpate::viz {
 namespace {
 
-unsigned long long whole(uint64_t value) {
+unsigned long long whole_count(uint64_t value) {
   return value;
 }
 
@@ -78,8 +78,8 @@ void performance_overlay(const Layout& layout, const HudContent& content, float 
            live.captured_per_s),
       column);
   row("dropped",
-      text("%llu not measured, %llu not shown", whole(live.dropped_before_engine),
-           whole(live.dropped_before_display)),
+      text("%llu not measured, %llu not shown", whole_count(live.dropped_before_engine),
+           whole_count(live.dropped_before_display)),
       column);
   row("to measured", percentiles_text(live.to_measured) + "  (50, 95, 99 %)", column);
   row("to shown", percentiles_text(live.to_shown), column);
