@@ -12,7 +12,8 @@ if(failed)
 endif()
 string(REPLACE "," ";" serial "${SERIAL}")
 # They start first: ctest knows no times in a fresh clone, and a long suite at the end keeps one processor alone.
-set(long Calibrate CheckCommand DepthRecordings Devices ExtremeContact GelContactRecordings Goals SetupCommand TractionRecordings TuningTest)
+set(long Calibrate CheckCommand DepthRecordings Devices ExtremeContact GelContactRecordings Goals LumpScanCommand SetupCommand
+  TractionRecordings TuningTest)
 string(REGEX MATCHALL "(^|\n)[A-Za-z][A-Za-z0-9_/]*\\." suites "${listed}")
 set(written "")
 foreach(suite IN LISTS suites)
