@@ -92,7 +92,7 @@ TEST(HandRecording, PlacesAndTiltsAreThoseOfTheHand) {
 TEST(HandRecording, ASlideIsReadAtPlacesAlongIt) {
   const std::string keys = "hand=2&slide=12&d=12&h=3&ratio=4&rate=20";
   const HandRecording recording = read_tissue(keys);
-  for (const HandPress& press : recording.presses) EXPECT_EQ(press.observation.pressure_Pa.size(), 1u);
+  for (const HandPress& press : recording.presses) EXPECT_EQ(press.observation.pressure_Pa.size(), 4u);
   ASSERT_GE(recording.presses.size(), 4u);
   const HandScan scan = hand_scan(recording.presses, lump::Network::built_in().model());
   std::array<double, 2> end_mm{};

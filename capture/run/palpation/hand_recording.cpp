@@ -109,11 +109,11 @@ HandRecording read_hand_presses(const std::vector<std::string>& recordings, cons
     throw Error(Failure::Input, "two presses by hand or more that can be read",
                 text("%zu; ", out.presses.size()) + out.left_out[0].first + ": " + out.left_out[0].second,
                 "more presses, of like force and slower");
-  if (slides > 0) {
-    keep_highest_load(out);
+  if (slides > 0)
     notes.push_back(
-        text("the pad slid in %zu of the presses: the scan is at one load, that of each slide", slides));
-  }
+        text("the pad slid in %zu of the presses: places along a slide are brought from its load "
+             "to those of the scan",
+             slides));
   return out;
 }
 

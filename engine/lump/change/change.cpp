@@ -10,6 +10,7 @@
 #include "engine/base/text.h"
 #include "engine/lump/network/detection_limit.h"
 #include "engine/lump/network/fit.h"
+#include "engine/lump/observation/map_at_load.h"
 #include "engine/lump/observation/saturated_loads.h"
 #include "engine/numeric/dense.h"
 
@@ -172,30 +173,17 @@ std::optional<Pair> one_place(const Model& model, const Observation& first, cons
   return pair;
 }
 
-/// The same press at other loads, by the cubic through the nearest ones: pressure over load is smooth in the
-/// load. As it is where those loads lie beyond its own.
+/// The same press at other loads. As it is where those loads lie beyond its own.
 Observation at_loads(const Observation& observation, const std::vector<double>& loads) {
   const std::vector<double> own = loads_of(observation);
   if (loads.front() < kLowestLoad * own.front() || loads.back() > own.back() * (1 + 1e-9)) return observation;
-  const size_t count = std::min<size_t>(4, own.size());
   Observation other = observation;
   other.pressure_Pa.clear();
   other.force_N.clear();
   for (const double load : loads) {
-    const auto above = static_cast<size_t>(std::lower_bound(own.begin(), own.end(), load) - own.begin());
-    const size_t first = std::min(above > count / 2 ? above - count / 2 : 0, own.size() - count);
-    PressureMap map = observation.pressure_Pa.back();
-    std::fill(map.values.begin(), map.values.end(), 0.0f);
-    for (size_t k = first; k < first + count; ++k) {
-      double weight = load / own[k];
-      for (size_t l = first; l < first + count; ++l)
-        if (l != k) weight *= (load - own[l]) / (own[k] - own[l]);
-      for (size_t i = 0; i < map.values.size(); ++i)
-        map.values[i] +=
-            static_cast<float>(weight * static_cast<double>(observation.pressure_Pa[k].values[i]));
-    }
-    other.pressure_Pa.push_back(std::move(map));
-    other.force_N.push_back(load / own.back() * observation.force_N.back());
+    const double force_N = load / own.back() * observation.force_N.back();
+    other.pressure_Pa.push_back(map_at_load(observation, force_N));
+    other.force_N.push_back(force_N);
   }
   return other;
 }

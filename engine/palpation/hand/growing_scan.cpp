@@ -88,7 +88,6 @@ HandRecording GrowingScan::Work::read(const std::vector<KeptPress>& all, const P
   known_N = top_N;
   const PressReader reader(sensor, background, as);
   HandRecording out;
-  bool slid = false;
   for (size_t p = 0; p < all.size(); ++p) {
     const KeptPress& press = all[p];
     auto found = known.find(press->number);
@@ -102,10 +101,8 @@ HandRecording GrowingScan::Work::read(const std::vector<KeptPress>& all, const P
         });
       found = known.emplace(press->number, std::pair(std::move(plan), std::move(as_read))).first;
     }
-    slid = slid || found->second.second.slid;
     take_press(out, found->second.first, found->second.second);
   }
-  if (slid) keep_highest_load(out);
   return out;
 }
 

@@ -19,6 +19,7 @@ constexpr double kLeastOverlap = 0.15;
 constexpr double kFarFromStart_mm = 1;  // of a fit from where it starts
 constexpr int kUnknowns = 5;            // of each press
 constexpr double kMostMisfit = 4.5;     // standard errors of a pair, of its four numbers together
+constexpr double kWider_sd = 0.1;       // share of what a block is wider by, where it is pressed harder
 constexpr double kOverlapLooked = 0.3;  // of places that are known: from so much on a pair is looked at
 
 using Vector3 = Eigen::Vector3d;
@@ -104,7 +105,7 @@ std::optional<Link> Placement::search(size_t first, size_t second) const {
 /// bends the block as a column, and its end's skin is stretched as z - (a - ib) z^2 about the block's middle,
 /// a and b the tilts over four heights.
 Misses Placement::miss(const Link& link, const Pose& first, const Pose& second) const {
-  const Plane middle(options_.first_mm[0], options_.first_mm[1]);
+  const Plane middle = Plane(options_.first_mm[0], options_.first_mm[1]) / presses_[0].wider;
   const double four_mm = 4 * presses_[0].observation.block_mm[2];
   const auto at = [&](const Pose& pose, const Eigen::Vector2d& seen) {
     return middle + Plane(pose(0), pose(1)) + std::polar(1.0, pose(2)) * Plane(seen[0], seen[1]);
@@ -264,7 +265,7 @@ HandPlaces Placement::run() {
   while (drop_worst()) solve();
   const auto unknowns = static_cast<Eigen::Index>(3 * presses_.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  const double wider = spread();
+  const double by_misses = spread();
   for (size_t p = 0; p < presses_.size(); ++p) {
     HandPlace& place = out_.places[p];
     if (!place.placed) {
@@ -273,12 +274,18 @@ HandPlaces Placement::run() {
                          : "its skin fits that of no other press: no texture or no overlap";
       continue;
     }
-    place.at_mm = {options_.first_mm[0] + pose_[p](0), options_.first_mm[1] + pose_[p](1)};
+    const double wider = presses_[p].wider;
+    for (size_t c = 0; c < 2; ++c)
+      place.at_mm[c] =
+          wider * (options_.first_mm[c] / presses_[0].wider + pose_[p](static_cast<Eigen::Index>(c)));
     place.turn_rad = pose_[p](2);
     for (size_t q = 0; q < presses_.size(); ++q)
       if (out_.places[q].placed)
         covariance.block<3, 3>(3 * Eigen::Index(p), 3 * Eigen::Index(q)) =
-            wider * inverse_.block<3, 3>(kUnknowns * Eigen::Index(p), kUnknowns * Eigen::Index(q));
+            by_misses * inverse_.block<3, 3>(kUnknowns * Eigen::Index(p), kUnknowns * Eigen::Index(q));
+    for (Eigen::Index c = 0; c < 2; ++c)
+      covariance(3 * Eigen::Index(p) + c, 3 * Eigen::Index(p) + c) +=
+          std::pow(kWider_sd * (wider - 1) * place.at_mm[static_cast<size_t>(c)], 2);
   }
   out_.covariance.assign(covariance.data(), covariance.data() + covariance.size());
   for (const Link& l : links_) out_.pairs.push_back({l.first, l.second, l.fit.overlap, misfit(l)});

@@ -32,6 +32,8 @@ struct HandPress {
   std::string name;               ///< for people
   lump::Observation observation;  ///< window_mm says nothing
   SkinRelief relief;
+  /// Width of the block when the pad lay there over that of the relief, which is that at the scan's load.
+  double wider = 1;
 };
 
 }  // namespace palpate

@@ -19,8 +19,10 @@ namespace {
 constexpr double kLeastShare = 0.015;  // force over area and modulus that a press reaches
 constexpr double kStays_mm =
     1;  // what a pad moves from its highest force to the press's end: more is a slide
-constexpr double kStation = 0.25;   // of the window's smaller side, from one station of a slide to the next
-constexpr size_t kMostLooked = 60;  // frames of a slide that stations are chosen from
+constexpr double kStation = 0.25;   // of the window's smaller side, from one place of a slide to the next
+constexpr size_t kMostLooked = 60;  // frames of a slide that places are chosen from
+constexpr double kAbove = 0.4;      // of the highest load, from one load above it to the next
+constexpr size_t kMostAbove = 4;
 constexpr double kFarthestLoad = 0.1;  // of the highest load: a frame that stands for another
 constexpr double kUsual = 0.5;         // of the median of the highest forces: a press that counts
 constexpr double kFirst = 0.25;        // the same of the first one, without which there is no map
@@ -41,6 +43,47 @@ std::vector<size_t> frames_for(const std::vector<double>& force_N, double load_N
 
 bool has(const std::vector<size_t>& frames, size_t frame) {
   return std::ranges::find(frames, frame) != frames.end();
+}
+
+/// Above the scan's loads, what a slide's beginning shows on the way to its own highest force.
+std::vector<std::vector<size_t>> frames_above(const std::vector<double>& force_N, double highest_N,
+                                              double top_N) {
+  std::vector<std::vector<size_t>> above;
+  const double further = highest_N / top_N - 1;
+  if (further < 0.1) return above;
+  const auto steps = std::min(kMostAbove, static_cast<size_t>(std::ceil(further / kAbove)));
+  for (size_t k = 1; k <= steps; ++k) {
+    const double share = static_cast<double>(k) / static_cast<double>(steps);
+    std::vector<size_t> near = frames_for(force_N, top_N + share * (0.995 * highest_N - top_N), highest_N);
+    if (!near.empty()) above.push_back(std::move(near));
+  }
+  return above;
+}
+
+/// A relief as it is where the block is narrower by a factor, about the window's middle.
+SkinRelief narrowed(const SkinRelief& relief, double factor) {
+  if (factor == 1) return relief;
+  SkinRelief out = relief;
+  const double mid_x = (relief.width - 1) / 2.0, mid_y = (relief.height - 1) / 2.0;
+  for (uint32_t y = 0; y < relief.height; ++y)
+    for (uint32_t x = 0; x < relief.width; ++x) {
+      const size_t n = size_t{y} * relief.width + x;
+      const double i = mid_x + (x - mid_x) * factor, j = mid_y + (y - mid_y) * factor;
+      out.contact[n] = 0;
+      out.depth_mm[n] = 0;
+      if (i < 0 || j < 0 || i >= relief.width - 1 || j >= relief.height - 1) continue;
+      const auto i0 = static_cast<size_t>(i), j0 = static_cast<size_t>(j);
+      const auto fx = static_cast<float>(i - static_cast<double>(i0)),
+                 fy = static_cast<float>(j - static_cast<double>(j0));
+      const size_t at = j0 * relief.width + i0, below = at + relief.width;
+      const auto& d = relief.depth_mm;
+      const auto& c = relief.contact;
+      if (!c[at] || !c[at + 1] || !c[below] || !c[below + 1]) continue;
+      out.depth_mm[n] =
+          (1 - fy) * ((1 - fx) * d[at] + fx * d[at + 1]) + fy * ((1 - fx) * d[below] + fx * d[below + 1]);
+      out.contact[n] = 1;
+    }
+  return out;
 }
 
 }  // namespace
@@ -78,12 +121,15 @@ double common_force_N(const std::vector<double>& highest_N) {
 }
 
 bool PressPlan::wants(size_t frame) const {
-  return trouble.empty() && (frame == held[0] || frame == held[1] || has(looked, frame) ||
-                             std::ranges::any_of(loads, [&](const auto& near) { return has(near, frame); }));
+  const auto near = [&](const std::vector<std::vector<size_t>>& of) {
+    return std::ranges::any_of(of, [&](const auto& frames) { return has(frames, frame); });
+  };
+  return trouble.empty() &&
+         (frame == held[0] || frame == held[1] || has(looked, frame) || near(loads) || near(above));
 }
 
 PressPlan plan_press(std::string name, std::vector<double> force_N, double top_N, uint32_t loads) {
-  PressPlan plan{std::move(name), std::move(force_N), top_N, {}, {}, {}, {}};
+  PressPlan plan{std::move(name), std::move(force_N), top_N, {}, {}, {}, {}, {}};
   const std::vector<double>& force = plan.force_N;
   const double highest_N = force.empty() ? 0 : *std::max_element(force.begin(), force.end());
   if (highest_N < kReached * top_N) {
@@ -97,6 +143,7 @@ PressPlan plan_press(std::string name, std::vector<double> force_N, double top_N
                         hand_load(top_N, k, loads));
     return plan;
   }
+  plan.above = frames_above(force, highest_N, top_N);
   const auto held = [&](double at_N) { return at_N >= 0.9 * highest_N; };
   const auto first = std::find_if(force.begin(), force.end(), held);
   const auto last = std::find_if(force.rbegin(), force.rend(), held);
@@ -144,27 +191,81 @@ double PressReader::slid_mm(const Sums& sums) const {
   return !again.sure() ? 0 : std::hypot(again.shift_mm[0], again.shift_mm[1]);
 }
 
-/// Places along a slide, each a press at one load: the first frame, and each that has gone by kStation since.
-/// Where the skin is not found again for so long, there is none.
-std::vector<HandPress> PressReader::stations_of(const PressPlan& slide,
-                                                const std::function<const Frame&(size_t)>& frame) const {
-  std::vector<HandPress> stations;
-  for (const size_t i : slide.looked) {
-    Sums sums{std::vector<LoadSums>(1), {}, {}};
-    sums.relief.add(fine_.read(frame(i)));
-    if (!stations.empty()) {
-      const SkinRelief& last = stations.back().relief;
-      const SkinOverlap way = find_skin_overlap(last, relief_of(sums.relief, slide.force_N[i]));
-      const double side_mm = last.pitch_mm * std::min(last.width, last.height);
-      if (!way.sure() || std::hypot(way.shift_mm[0], way.shift_mm[1]) < kStation * side_mm) continue;
-    }
-    sums.loads[0].nodes.add(nodes_.read(frame(i)));
-    sums.loads[0].force_N = slide.force_N[i];
-    HandPress here = press_of(slide, sums);
-    here.name += ", place " + std::to_string(stations.size() + 1);
-    stations.push_back(std::move(here));
+/// Whether the pad lay still until it began to slide at its highest force. A place that was not found again
+/// may have been anywhere.
+bool PressReader::stayed(const PressPlan& slide, const Sums& sums, const LoadLaw& law,
+                         const std::function<const Frame&(size_t)>& frame) const {
+  const double top_N = sums.loads.back().force_N;
+  NodeSums lowest;
+  lowest.add(fine_.read(frame(slide.loads.front().front())));
+  const SkinRelief top = relief_of(sums.relief, top_N);
+  const auto there = [&](const NodeSums& sum, double force_N) {
+    const SkinRelief relief = narrowed(relief_of(sum, force_N), law.wider(force_N, top_N));
+    const SkinOverlap again = find_skin_overlap(top, relief);
+    return again.sure() && std::hypot(again.shift_mm[0], again.shift_mm[1]) < kStays_mm;
+  };
+  return there(lowest, sums.loads.front().force_N) && there(sums.held[0], slide.force_N[slide.held[0]]);
+}
+
+/// A place that the pad slides over, brought from its load to the scan's.
+HandPress PressReader::place_of(const PressPlan& slide, size_t looked, const Frame& frame, const LoadLaw& law,
+                                const SlideWay& way) const {
+  Sums sums{std::vector<LoadSums>(1), {}, {}};
+  sums.relief.add(fine_.read(frame));
+  sums.loads[0].nodes.add(nodes_.read(frame));
+  const double from_N = sums.loads[0].force_N = slide.force_N[looked];
+  HandPress here = press_of(slide, sums);
+  lump::Observation& seen = here.observation;
+  const PressureMap own = seen.pressure_Pa[0];
+  seen.pressure_Pa.clear();
+  seen.force_N.clear();
+  double error_Pa = 0;
+  for (uint32_t k = 1; k <= reading_.loads; ++k) {
+    seen.force_N.push_back(hand_load(slide.top_N, k, reading_.loads));
+    seen.pressure_Pa.push_back(law.change(own, from_N, seen.force_N.back(), way, error_Pa));
   }
-  return stations;
+  seen.noise_Pa = std::hypot(seen.noise_Pa, error_Pa);
+  here.wider = law.wider(from_N, slide.top_N);
+  here.relief = narrowed(here.relief, here.wider);
+  return here;
+}
+
+/// Places along a slide, each a press: where it began, and each that has gone by kStation since. Where the
+/// skin is not found again for so long, there is none.
+std::vector<HandPress> PressReader::places_of(const PressPlan& slide, const Sums& sums,
+                                              const std::function<const Frame&(size_t)>& frame) const {
+  std::vector<HandPress> places;
+  LoadLaw law({}, reading_.block_mm, reading_.young_Pa);
+  if (stayed(slide, sums, law, frame)) {
+    Sums all = sums;
+    for (const std::vector<size_t>& near : slide.above) {
+      LoadSums load;
+      for (const size_t i : near) {
+        load.nodes.add(nodes_.read(frame(i)));
+        load.force_N += slide.force_N[i] / static_cast<double>(near.size());
+      }
+      if (load.force_N > 1.05 * all.loads.back().force_N) all.loads.push_back(std::move(load));
+    }
+    law = LoadLaw(press_of(slide, all).observation, reading_.block_mm, reading_.young_Pa);
+    places.push_back(press_of(slide, sums));
+  }
+  SlideWay way;
+  std::optional<SkinRelief> last;
+  for (const size_t i : slide.looked) {
+    NodeSums fine;
+    fine.add(fine_.read(frame(i)));
+    SkinRelief relief = relief_of(fine, slide.force_N[i]);
+    if (last) {
+      const SkinOverlap gone = find_skin_overlap(*last, relief);
+      const double side_mm = relief.pitch_mm * std::min(relief.width, relief.height);
+      if (!gone.sure() || std::hypot(gone.shift_mm[0], gone.shift_mm[1]) < kStation * side_mm) continue;
+      way = way.then({gone.shift_mm, gone.turn_rad});
+    }
+    if (last || places.empty()) places.push_back(place_of(slide, i, frame(i), law, way));
+    last = std::move(relief);
+  }
+  for (size_t p = 0; p < places.size(); ++p) places[p].name += ", place " + std::to_string(p + 1);
+  return places;
 }
 
 ReadPress PressReader::read(const PressPlan& plan, const std::function<const Frame&(size_t)>& frame) const {
@@ -176,7 +277,7 @@ ReadPress PressReader::read(const PressPlan& plan, const std::function<const Fra
       sums.loads[k].force_N += plan.force_N[i] / static_cast<double>(plan.loads[k].size());
       if (k + 1 == plan.loads.size()) sums.relief.add(fine_.read(frame(i)));
     }
-  if (slid_mm(sums) >= kStays_mm) return {stations_of(plan, frame), true};
+  if (slid_mm(sums) >= kStays_mm) return {places_of(plan, sums, frame), true};
   return {{press_of(plan, sums)}, false};
 }
 
@@ -189,14 +290,6 @@ void take_press(HandRecording& to, const PressPlan& plan, ReadPress read) {
     throw Error(Failure::Input, "a first press that can be read, since the map lies where it was aimed at",
                 plan.name + ": " + plan.trouble, "a smaller --force-N, or slower presses");
   to.left_out.emplace_back(plan.name, plan.trouble);
-}
-
-void keep_highest_load(HandRecording& of) {
-  for (HandPress& press : of.presses) {
-    lump::Observation& seen = press.observation;
-    seen.pressure_Pa.erase(seen.pressure_Pa.begin(), seen.pressure_Pa.end() - 1);
-    seen.force_N.erase(seen.force_N.begin(), seen.force_N.end() - 1);
-  }
 }
 
 }  // namespace palpate

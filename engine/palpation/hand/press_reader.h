@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/palpation/hand/hand_press.h"
+#include "engine/palpation/hand/load_law.h"
 #include "engine/palpation/press_observation.h"
 
 namespace palpate {
@@ -42,6 +43,7 @@ struct PressPlan {
   std::vector<double> force_N;             ///< of all its frames
   double top_N = 0;                        ///< force of the highest load
   std::vector<std::vector<size_t>> loads;  ///< its frames for each load
+  std::vector<std::vector<size_t>> above;  ///< the same for loads from there up to its highest force
   std::array<size_t, 2> held = {};         ///< first and last frame at nine tenths of its highest force
   std::vector<size_t> looked;              ///< of a slide: places are chosen from these
   std::string trouble;                     ///< why it cannot be read; empty: it can
@@ -53,7 +55,7 @@ PressPlan plan_press(std::string name, std::vector<double> force_N, double top_N
 
 /// What one press was read as.
 struct ReadPress {
-  std::vector<HandPress> presses;  ///< one; of a slide each place
+  std::vector<HandPress> presses;  ///< one; of a slide each place, at the scan's loads
   bool slid = false;
 };
 
@@ -69,8 +71,12 @@ class PressReader {
   HandPress press_of(const PressPlan& plan, const Sums& sums) const;
   SkinRelief relief_of(const NodeSums& sums, double force_N) const;
   double slid_mm(const Sums& sums) const;
-  std::vector<HandPress> stations_of(const PressPlan& slide,
-                                     const std::function<const Frame&(size_t)>& frame) const;
+  bool stayed(const PressPlan& slide, const Sums& sums, const LoadLaw& law,
+              const std::function<const Frame&(size_t)>& frame) const;
+  HandPress place_of(const PressPlan& slide, size_t looked, const Frame& frame, const LoadLaw& law,
+                     const SlideWay& way) const;
+  std::vector<HandPress> places_of(const PressPlan& slide, const Sums& sums,
+                                   const std::function<const Frame&(size_t)>& frame) const;
 
   PressReading reading_;
   PressureNodes nodes_, fine_;
@@ -79,7 +85,5 @@ class PressReader {
 /// Puts presses that were read, in their order, behind those of `to`. Throws Error(Failure::Input) where the
 /// first of all cannot be read: the map lies where it was aimed at.
 void take_press(HandRecording& to, const PressPlan& plan, ReadPress read);
-/// A slide tells one load, and all presses of a scan have the same: the highest.
-void keep_highest_load(HandRecording& of);
 
 }  // namespace palpate
