@@ -28,7 +28,7 @@ constexpr double kSaturated = 0.25;  // of the observations: a bump without its 
 constexpr double kNear_mm = 0.25;    // of patches that the network has moved to their lumps already
 constexpr double kEverywhere = 0.3;  // of the typical discrepancy
 constexpr uint32_t kWayBumps = 4000;
-constexpr double kShift_mm = 0.5;  // of those
+constexpr double kPatchShift_mm = 0.5;  // of those
 
 /// Lumps as the data sets have them.
 Sweep sweep_of(const Model& model, uint64_t seed) {
@@ -285,7 +285,7 @@ void find_components(InverseNetwork& inverse, const Model& model, const Observat
   MatrixXd bumps(rows, kWayBumps);
   for (uint32_t i = 0; i < kWayBumps; ++i) {
     std::mt19937_64 random = maker.random(i);
-    std::uniform_real_distribution<double> any(-kShift_mm, kShift_mm);
+    std::uniform_real_distribution<double> any(-kPatchShift_mm, kPatchShift_mm);
     const Case what = maker.lump(i);
     MatrixXd factors = bump_factors(model, guess_of(*what.lump), setting_of(model, what), loads, -1);
     const double u = any(random), v = any(random);
