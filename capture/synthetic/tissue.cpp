@@ -227,7 +227,8 @@ struct TissueSensor::Impl {
                      std::sqrt(read_gray * read_gray + per_e * std::max(0.0, gray[x] - optics::kBlack_gray));
       }
       uint8_t* row = frame.row(0, y);
-      for (uint32_t x = 0; x < w; ++x) row[x] = static_cast<uint8_t>(std::clamp(gray[x], 0.0, 255.0) + 0.5);
+      for (uint32_t x = 0; x < w; ++x)
+        row[x] = static_cast<uint8_t>(std::lround(std::clamp(gray[x], 0.0, 255.0)));
     }
   }
 };
