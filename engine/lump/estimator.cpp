@@ -73,11 +73,7 @@ Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads)
         first.verdict == Status::Inconsistent)
       return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
-      Case::Lump start;
-      start.diameter_mm = first.size_mm.value;
-      start.depth_mm = first.depth_mm.value;
-      start.stiffness_ratio = first.stiffness_ratio.value;
-      start.offset_mm = {first.x_mm.value, first.y_mm.value};
+      Case::Lump start = lump_of(first);
       const bool along_y = longer_along_y(observation, first.x_mm.value, first.y_mm.value);
       for (size_t s = 0; s < first.shape_probability.size(); ++s) {
         if (first.shape_probability[s] < kLeastOdds) continue;

@@ -1,5 +1,7 @@
 #include "engine/lump/lump_case.h"
 
+#include "engine/lump/observation/observation.h"
+
 namespace palpate::lump {
 namespace {
 
@@ -17,6 +19,16 @@ std::array<double, 3> Case::Lump::size_mm() const {
   const double length = length_over_diameter(shape) * diameter_mm;
   return along_y ? std::array{diameter_mm, length, diameter_mm}
                  : std::array{length, diameter_mm, diameter_mm};
+}
+
+Case::Lump lump_of(const Estimate& estimate) {
+  Case::Lump lump;
+  lump.shape = estimate.shape;
+  lump.diameter_mm = estimate.size_mm.value;
+  lump.depth_mm = estimate.depth_mm.value;
+  lump.stiffness_ratio = estimate.stiffness_ratio.value;
+  lump.offset_mm = {estimate.x_mm.value, estimate.y_mm.value};
+  return lump;
 }
 
 fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, double poisson,

@@ -31,6 +31,10 @@ struct Case {
   std::vector<double> press_mm;  ///< one per load, rising
 };
 
+struct Estimate;
+/// The lump that an estimate's values describe; the long axis of a long shape is x.
+Case::Lump lump_of(const Estimate& estimate);
+
 /// Length of a shape over its diameter: 1 but for the ellipsoid and the lying cylinder.
 double length_over_diameter(InclusionShape shape);
 

@@ -1,6 +1,5 @@
 #include "engine/lump/tissue/block_stiffness.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "engine/base/numbers.h"

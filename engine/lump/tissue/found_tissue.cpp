@@ -26,13 +26,7 @@ class PressedBlock {
  public:
   PressedBlock(const Observation& observation, const Estimate& estimate) : o_(observation) {
     if (!(estimate.detection_statistic >= 1) || !(estimate.size_mm.value > 0)) return;
-    Case::Lump lump;
-    lump.shape = estimate.shape;
-    lump.diameter_mm = estimate.size_mm.value;
-    lump.depth_mm = estimate.depth_mm.value;
-    lump.stiffness_ratio = estimate.stiffness_ratio.value;
-    lump.offset_mm = {estimate.x_mm.value, estimate.y_mm.value};
-    lump_ = lump;
+    lump_ = lump_of(estimate);
     ratio_ = estimate.stiffness_ratio;
   }
 
