@@ -154,7 +154,7 @@ TEST(LumpEvaluation, WhatWasJudgedBeforeAStopIsKept) {
   const std::vector<lump::Judged> judged = judge_lumps(examples, job);
   ASSERT_EQ(judged.size(), 2u);
   EXPECT_EQ(judged[1].number, 1u);
-  EXPECT_THROW(scores_over(lump::ScoreOver::Loads, examples, job), lump::Stopped);
+  EXPECT_THROW(scores_over(lump::ScoreOver::Loads, examples, job), Stopped);
 }
 
 }  // namespace

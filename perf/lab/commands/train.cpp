@@ -132,7 +132,7 @@ Report run(const Common& common, Options& o) {
                   ? train_lumps(examples, o.training, report)
                   : recalibrate_lumps(lump::Network::read(o.recalibrate), examples, o.training, report);
     bytes = network.bytes();
-  } catch (const lump::Stopped&) {
+  } catch (const Stopped&) {
     return interrupted_report("interrupted: no network was written");
   }
   const double wall_s = watch.wall_s();

@@ -1,5 +1,7 @@
 #include "perf/lab/training/examples.h"
 
+#include "palpate/error.h"
+
 namespace palpate::lump {
 
 std::vector<Example> lump_examples(const Data& data) {
@@ -27,6 +29,14 @@ std::vector<Example> lump_examples(const Data& data) {
     e.press_mm.resize(e.force_N.size());
     examples.push_back(std::move(e));
   }
+  return examples;
+}
+
+std::vector<Example> read_examples(const std::string& file) {
+  std::vector<Example> examples = lump_examples(read_lump_file(file));
+  if (examples.empty())
+    throw Error(Failure::Input, "a data set with a finished case", file + " without one",
+                "palpate-lab info " + file);
   return examples;
 }
 

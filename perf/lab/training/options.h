@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/stop.h"
 #include "engine/lump/network/network.h"
 
 namespace palpate::lump {
@@ -56,8 +57,5 @@ struct TrainingReport {
   double error_over_spread = 0;   ///< see Model
   double inverse_loss = 0;        ///< mean of -log likelihood, see train_inverse_network()
 };
-
-/// Thrown where TrainingOptions::progress asked to stop.
-struct Stopped {};
 
 }  // namespace palpate::lump

@@ -64,10 +64,7 @@ Report run(const Common& common, Options& o) {
   o.job.estimator = lump::named_estimator(o.method, lump::load_network(o.network), sources);
   std::vector<lump::Example> examples;
   for (const std::string& file : o.files) {
-    std::vector<lump::Example> more = lump::lump_examples(lump::read_lump_file(file));
-    if (more.empty())
-      throw Error(Failure::Input, "a data set with a finished case", file + " without one",
-                  "palpate-lab info " + file);
+    std::vector<lump::Example> more = lump::read_examples(file);
     if (o.count > 0 && o.count < more.size()) more.resize(o.count);
     examples.insert(examples.end(), std::make_move_iterator(more.begin()),
                     std::make_move_iterator(more.end()));
@@ -102,7 +99,7 @@ Report run(const Common& common, Options& o) {
       }
       const std::vector<lump::ScoreRow> rows = scores_over(*o.over, examples, o.job);
       return with_table(common, {rows_text(rows), rows_json(rows)}, "lump_rows.csv", rows_csv(rows));
-    } catch (const lump::Stopped&) {
+    } catch (const Stopped&) {
       return nothing;
     }
   }

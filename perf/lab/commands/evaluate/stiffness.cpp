@@ -16,7 +16,7 @@ struct Options {
 Report run(const Options& o) {
   std::vector<lump::Example> examples;
   for (const std::string& file : o.files)
-    for (lump::Example& e : lump::lump_examples(lump::read_lump_file(file))) examples.push_back(std::move(e));
+    for (lump::Example& e : lump::read_examples(file)) examples.push_back(std::move(e));
   const lump::BlockStiffness fit =
       o.fit.empty() ? lump::BlockStiffness::built_in() : lump::fit_stiffness(examples);
   const lump::StiffnessErrors errors = judge_stiffness(fit, examples);
