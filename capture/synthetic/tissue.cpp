@@ -161,7 +161,7 @@ struct TissueSensor::Impl {
     s.map = hand ? pressure_under(tissue, s.pose, s.force_N, window_mm) : map_at_force(s.force_N);
     return s;
   }
-  /// What the window feels at a place of the block whose map says `map_Pa`; 0 beside the block.
+  /// Pressure on the window at a place of the block whose map says `map_Pa`; 0 beside the block.
   double felt_Pa(const Seen& s, double x_mm, double y_mm, double map_Pa) const {
     if (std::abs(x_mm) > options.scene.block_mm[0] / 2 || std::abs(y_mm) > options.scene.block_mm[1] / 2)
       return 0;
@@ -191,8 +191,8 @@ struct TissueSensor::Impl {
     }
 
    private:
-    /// Of a hand's map, under the window; or of the block's, to which a window without a hand is never
-    /// turned.
+    /// Columns of a hand's map, under the window; or of the block's, to which a window without a hand is
+    /// never turned.
     static std::vector<double> columns(const Impl& impl, const Seen& now) {
       std::vector<double> out(impl.options.width);
       for (uint32_t x = 0; x < out.size(); ++x) out[x] = impl.x_mm(x) + (impl.hand ? 0 : now.pose.at_mm[0]);

@@ -8,7 +8,7 @@ namespace palpate {
 /// Asked now and then by long work, many times a second; true: it ends. Null: it goes on to its end.
 using StopAsked = std::function<bool()>;
 
-/// What work that was stopped throws in place of an answer. No error: who stopped it knows.
+/// Thrown in place of an answer by work that was stopped; no error, as its caller asked for it.
 struct Stopped {};
 
 inline void check_stop(const StopAsked& stop) {

@@ -40,7 +40,7 @@ std::pair<double, double> mean_of(const std::vector<lump::Value>& values) {
   return {std::exp(sum / weights), surest};
 }
 
-/// Whether a value lies more than three standard errors from another.
+/// A value lies more than three standard errors from another.
 bool unlike(const lump::Value& value, double other) {
   const double half =
       other > value.value ? std::log(value.high / value.value) : std::log(value.value / value.low);

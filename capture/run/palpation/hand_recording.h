@@ -13,10 +13,10 @@ namespace palpate {
 /// load, at hand_load()'s forces below what nearly all have reached. `gauge`: CSV of the force on the whole
 /// block, "truth", or empty: truth of synthetic blocks, else gauge.csv in the recording's folder or beside
 /// it. `options.force_N`, where given, is the highest load. A press whose pad slides is read at places along
-/// its way, each a press, brought to the scan's loads. `notes` hears
-/// what to know of the recordings. Throws Error(Failure::Input) where there is no press, or fewer than two
-/// can be read, Error(Failure::Usage) on a highest load that is none, and as check_hand() and read_presses()
-/// do; Stopped where a press is being read while `watch` says to stop.
+/// its way, each a press, brought to the scan's loads. `notes` hears what to know of the recordings. Throws
+/// Error(Failure::Input) where there is no press, or fewer than two can be read, Error(Failure::Usage) on a
+/// highest load that is none, and as check_hand() and read_presses() do; Stopped where a press is being read
+/// while `watch` says to stop.
 HandRecording read_hand_presses(const std::vector<std::string>& recordings, const std::string& gauge,
                                 const RecordedOptions& options, std::vector<std::string>& notes,
                                 const RunWatch& watch);

@@ -33,7 +33,7 @@ struct Observation {
   double saturated_fraction = 0;  ///< of the window's values at the highest load, at the sensor's limit
 
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
-  /// Of the tissue, known from a place without a lump; with press_mm 0: not known.
+  /// Modulus of the tissue, known from a place without a lump; 0, with press_mm: not known.
   double young_Pa = 4000;
 };
 
