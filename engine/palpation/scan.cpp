@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/network/second_bump.h"
@@ -57,6 +58,17 @@ lump::Observation without_place(lump::Observation observation, const std::array<
           map.values[size_t{j} * map.width + i] = std::numeric_limits<float>::quiet_NaN();
       }
   return observation;
+}
+
+/// Sides of the presses' windows, the median.
+std::array<double, 2> window_of(const std::vector<lump::ScanPress>& presses) {
+  std::vector<double> width_mm, height_mm;
+  for (const lump::ScanPress& press : presses) {
+    const PressureMap& map = press.observation.pressure_Pa.back();
+    width_mm.push_back(map.width * map.pitch_mm[0]);
+    height_mm.push_back(map.height * map.pitch_mm[1]);
+  }
+  return {median(width_mm), median(height_mm)};
 }
 
 /// Whether a place lies in a press's window, off its edge.
@@ -162,6 +174,9 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
       for (lump::ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
       return stitch(lit, options).observation;
     });
+  if (answer.estimate)
+    answer.next = next_press(lump::Network::built_in().model(), answer.map, *answer.estimate,
+                             {.window_mm = window_of(presses)});
   if (estimator && two) answer.presses = press_answers(presses, answer.map, *two, estimator);
   const double y_mm = answer.outline.found ? answer.outline.y_mm.value : 0;
   answer.profile = lump::profile_along_x(answer.map.observation.pressure_Pa.back(), y_mm);

@@ -15,6 +15,7 @@
 #include "engine/lump/observation/outline.h"
 #include "engine/lump/observation/scan_stitch.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "engine/palpation/next_press.h"
 
 namespace palpate {
 
@@ -52,6 +53,7 @@ struct ScanAnswer {
   std::optional<lump::Outline> second_outline;
   std::vector<ScannedPress> presses;       ///< of two bumps: who sees one of them alone, with an estimator
   std::optional<lump::Estimate> estimate;  ///< none without an estimator
+  std::optional<NextPress> next;           ///< with an estimate, where a press is worth it
   lump::Profile profile;                   ///< pressure at the highest load along x through the bump
   lump::Profile block;                     ///< of the smooth block under it
   lump::GaussianFit fit;                   ///< of profile less block

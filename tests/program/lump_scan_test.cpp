@@ -55,8 +55,23 @@ TEST_F(LumpScanCommand, TheFirstExampleIsDecided) {
     EXPECT_LE(estimate[name]["low"].get<double>(), truth) << name;
     EXPECT_GE(estimate[name]["high"].get<double>(), truth) << name;
   }
-  const Ended told = run({"lump", "scan", "--simulate"});
+}
+
+TEST_F(LumpScanCommand, OnePressSaysWhereTheNextIsWorthMost) {
+  std::vector<std::string> words = {"lump", "scan", "--simulate",  "--cells", "24",
+                                    "24",   "12",   "--leave-out", "1",       "2",
+                                    "3",    "5",    "6",           "--out",   folder_ / "one"};
+  const Ended told = run(words);
+  ASSERT_EQ(told.exit_code, 0) << told.err;
   EXPECT_EQ(told.out.rfind("A lump: 12 mm wide", 0), 0u) << told.out;
+  EXPECT_TRUE(contains(told.out, "the window's middle at 0, ")) << told.out;
+  EXPECT_TRUE(contains(slurp(folder_ / "one/report.html"), "The next press"));
+  const Json next = parse_json(slurp(folder_ / "one/scan.json"))["next_press"];
+  EXPECT_NEAR(next["force_N"].get<double>(), 2, 0.1);
+  for (const Json& narrower : next["narrower"]) {
+    EXPECT_LT(narrower.get<double>(), 0.95);
+    EXPECT_GT(narrower.get<double>(), 0.3);
+  }
 }
 
 TEST_F(LumpScanCommand, MissingPressesStayOpen) {

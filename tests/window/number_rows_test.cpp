@@ -259,6 +259,15 @@ TEST(ScanRows, PressesByHandSayWhereTheyLayOrWhyNot) {
   const MapLook found = scan_look(status);
   ASSERT_FALSE(found.outline_mm.empty());
   for (const auto& [x, y] : found.outline_mm) EXPECT_NEAR(std::hypot(x - 1, y), 6, 1e-9);
+  EXPECT_TRUE(found.next_mm.empty());
+  NextPress& proposed = answer.scan.next.emplace();
+  proposed.at_mm = {4, -2};
+  proposed.window_mm = {20, 10};
+  EXPECT_TRUE(says("press next", "4, -2 mm"));
+  const MapLook next = scan_look(status);
+  ASSERT_EQ(next.next_mm.size(), 4u);
+  EXPECT_DOUBLE_EQ(next.next_mm[0][0], -6);
+  EXPECT_DOUBLE_EQ(next.next_mm[2][1], 3);
 }
 
 }  // namespace

@@ -152,7 +152,7 @@ std::string map_of(const PlotMap& map, const std::string& name, std::string& blo
   drawn = "plot $" + name + " using 1:2:3 with image notitle";
   return "set tics out nomirror\nset cbtics in\nset autoscale fix\nset format cb '%.4g'\nset cblabel " +
          plot_words(map.label) +
-         "\nset object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#dddddd' fs solid noborder\n" +
+         "\nset object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#70757d' fs solid noborder\n" +
          (map.signs ? "set palette defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')\n" : plot_palette()) +
          range_of("cb", range) + (map.range ? "" : plot_colour_bar(least, most));
 }

@@ -104,6 +104,17 @@ Json to_json(const lump::Estimate& e) {
   return v;
 }
 
+Json to_json(const NextPress& n) {
+  Json v = {{"at_mm", n.at_mm},
+            {"window_mm", n.window_mm},
+            {"force_N", n.force_N},
+            {"shows_share", n.shows_fraction},
+            {"reason", n.reason}};
+  if (std::isfinite(n.narrower[0])) v["narrower"] = n.narrower;
+  if (n.harder_N > 0) v["harder"] = {{"force_N", n.harder_N}, {"narrower", n.harder_narrower}};
+  return v;
+}
+
 Rows map_rows(const lump::ScanMap& map) {
   Rows rows;
   std::string forces;
@@ -293,7 +304,7 @@ Plot map_plot(const ScanReport& r) {
       map.add(&lump == &lumps.front() ? "true size" : "", x, y, kPlotWhite).dashed = true;
     }
   }
-  PlotPanel spread{"spread between presses, " + spread_unit + "; crosses: the windows' middles",
+  PlotPanel spread{"spread between presses, " + spread_unit + " (crosses: windows)",
                    "x, mm",
                    "y, mm",
                    "",
@@ -304,6 +315,12 @@ Plot map_plot(const ScanReport& r) {
   windows.size = 1.2;
   for (const lump::PressPlace& p : a.map.places) {
     windows.add(p.stage_mm[0] + p.shift_mm[0], p.stage_mm[1] + p.shift_mm[1]);
+  }
+  if (a.next) {
+    PlotCurve& next = map.add("next press", {}, {}, 5);
+    next.dashed = true;
+    for (const auto& [x, y] : corners_of(*a.next)) next.add(x, y);
+    next.add(corners_of(*a.next)[0][0], corners_of(*a.next)[0][1]);
   }
   return {headline(a), {map, spread}, 2, 1120, 520};
 }
@@ -342,6 +359,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
           (a.estimate ? html_rows(estimate_rows(*a.estimate))
                       : std::string("<p>Not estimated: no model was asked.</p>\n")) +
           "</section><section><h2>What is felt</h2>\n" + html_rows(felt_rows(a)) + "</section></div>\n";
+  if (a.estimate) body += "<h2>The next press</h2>\n" + html_rows(next_press_rows(a.next, *a.estimate));
   if (!a.presses.empty()) body += "<h2>Presses that see one bump alone</h2>\n" + html_rows(press_rows(a));
   body += html_figure(folder / "map.svg") + "<div class=\"two\">" + html_figure(folder / "profile.svg") +
           "<section><h2>The map</h2>\n" + html_rows(map_rows(a.map));
@@ -374,6 +392,7 @@ std::string scan_text(const ScanReport& r) {
       headline(a) + "\n" + table("map of the block", map_rows(a.map)) + table("felt", felt_rows(a));
   text += a.estimate ? table("estimate (" + r.model + ")", estimate_rows(*a.estimate))
                      : std::string("not estimated: no model was asked\n");
+  if (a.estimate) text += table("next press", next_press_rows(a.next, *a.estimate));
   if (!a.presses.empty()) text += table("presses that see one bump alone", press_rows(a));
   if (!r.hand.empty()) text += table("presses by hand", hand_rows(r));
   if (r.truth) text += table("truth of the synthetic block", truth_rows(*r.truth));
@@ -414,6 +433,8 @@ Json scan_json(const ScanReport& r) {
   if (a.second_outline) value["second_outline"] = to_json(*a.second_outline);
   value["estimate"] = nullptr;
   if (a.estimate) value["estimate"] = to_json(*a.estimate);
+  value["next_press"] = nullptr;
+  if (a.next) value["next_press"] = to_json(*a.next);
   for (const ScannedPress& p : a.presses) {
     Json press = {{"name", p.name}, {"bump_mm", p.bump_mm}};
     press["estimate"] = to_json(p.estimate);

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <optional>
-#include <random>
 #include <thread>
 
 #include "engine/base/numbers.h"
@@ -15,21 +14,12 @@
 #include "engine/palpation/hand/hand_simulation.h"
 #include "engine/palpation/scan.h"
 #include "palpate/error.h"
+#include "perf/lab/study/staged_presses.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kHardest_N = 1.6, kStage_mm = 0.1;
-
-/// The same block of another modulus: forces and pressures are in proportion to it.
-PressedTissue tissue_of(const Example& e) {
-  const double scale = kHardest_N / e.force_N.back();
-  PressedTissue tissue{e.block_mm, e.young_Pa * scale, e.pressure_Pa, e.force_N, e.press_mm};
-  for (double& force_N : tissue.force_N) force_N *= scale;
-  for (PressureMap& map : tissue.pressure_Pa)
-    for (float& value : map.values) value *= static_cast<float>(scale);
-  return tissue;
-}
+constexpr double kHardest_N = 1.6;
 
 struct One {
   std::optional<Estimate> staged, hand;  ///< none: refused
@@ -48,43 +38,28 @@ Estimate estimate_of(const std::vector<ScanPress>& presses, const StitchOptions&
   });
 }
 
-/// A level plate on a stage, up to a force of the tissue's own loads.
-std::vector<ScanPress> staged_presses(const PressedTissue& tissue, const EvaluationJob& job, double top_N,
-                                      uint64_t seed) {
-  HandPlan plan;
-  plan.aims_mm = scan_places(tissue.block_mm, plan.sensor.window_mm);
-  plan.aim_sd_mm = plan.first_sd_mm = kStage_mm;
-  plan.skill = {0, 0, 0};
-  plan.relief_mm = 0;
-  plan.relief_pitch_mm = 0.5;
-  plan.force_N = {top_N, top_N};
-  plan.sensor.noise_fraction = job.sensor.noise_fraction;
-  plan.seed = seed;
-  std::vector<ScanPress> presses;
-  size_t p = 0;
-  for (HandPress& press : simulate_hand(tissue, plan)) {
-    press.observation.window_mm = plan.aims_mm[p++];
-    presses.push_back({press.name, std::move(press.observation), 0});
-  }
-  return presses;
-}
-
 One judge(const Example& example, const EvaluationJob& job, const Estimator& estimator, const Model& model,
           uint64_t seed) {
-  const PressedTissue tissue = tissue_of(example);
+  const PressedTissue tissue = tissue_of(example, kHardest_N);
   HandPlan plan;
   plan.sensor.noise_fraction = job.sensor.noise_fraction;
   plan.seed = seed;
   const std::vector<HandPress> presses = simulate_hand(tissue, plan);
   One one;
   one.presses = presses.size();
-  const auto staged = staged_presses(tissue, job, presses[0].observation.force_N.back(), seed);
+  PalpationSensor sensor = HandPlan{}.sensor;
+  sensor.noise_fraction = job.sensor.noise_fraction;
+  const auto staged = staged_presses(tissue, scan_places(tissue.block_mm, sensor.window_mm),
+                                     presses[0].observation.force_N.back(), sensor, seed);
   one.staged_presses = staged.size();
   StitchOptions stage;
-  stage.stage_sd_mm = kStage_mm;
+  stage.stage_sd_mm = kStudyStage_mm;
   one.staged = estimate_of(staged, stage, estimator, one.staged_used);
   try {
-    const HandScan scan = hand_scan(presses, model);
+    // The first press lies as far off its aim as is stated.
+    HandScanOptions options;
+    options.places.first_sd_mm = plan.first_sd_mm;
+    const HandScan scan = hand_scan(presses, model, options);
     one.hand = estimate_of(scan.presses, scan.stitch, estimator, one.used);
   } catch (const Error& error) {
     if (error.failure() != Failure::Input) throw;

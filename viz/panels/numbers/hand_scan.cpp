@@ -82,6 +82,9 @@ std::vector<PressRow> scan_rows(const ScanStatus& s) {
     else
       add_estimate(*estimate, rows);
   }
+  if (const auto& next = answer->scan.next)
+    rows.push_back(
+        {Meaning::Explains, "press next", text("at %g, %g mm (blue)", next->at_mm[0], next->at_mm[1])});
   rows.reserve(rows.size() + answer->rows.size());
   std::transform(answer->rows.rbegin(), answer->rows.rend(), std::back_inserter(rows), row_of);
   return rows;
@@ -100,6 +103,10 @@ MapLook scan_look(const ScanStatus& s) {
                 text("%.0f %% of the block seen", 100 * map.seen_fraction)};
   if (answer.scan.estimate && reports_numbers(answer.scan.estimate->verdict))
     look.outline_mm = circle(*answer.scan.estimate);
+  if (answer.scan.next) {
+    const auto corners = corners_of(*answer.scan.next);
+    look.next_mm.assign(corners.begin(), corners.end());
+  }
   return look;
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 190);
 constexpr ImU32 kWay = IM_COL32(255, 255, 255, 150), kPad = IM_COL32(120, 230, 170, 255),
-                kFound = IM_COL32(255, 130, 90, 255);
+                kFound = IM_COL32(255, 130, 90, 255), kNext = IM_COL32(120, 200, 255, 255);
 
 /// Rooms too low for words and bar have the picture alone.
 bool has_words(const ViewRect& room, float scale) {
@@ -153,6 +153,7 @@ void draw_map_marks(ImDrawList* list, const ViewRect& room, const MapLook& look,
     draw_lines(list, fit, look.map->way_mm, kWay, false, scale);
     if (!look.pad_mm.empty()) draw_lines(list, fit, look.pad_mm, kPad, true, scale);
     if (!look.outline_mm.empty()) draw_lines(list, fit, look.outline_mm, kFound, true, scale);
+    if (!look.next_mm.empty()) draw_lines(list, fit, look.next_mm, kNext, true, scale);
     list->PopClipRect();
   }
   if (!has_words(room, scale)) return;

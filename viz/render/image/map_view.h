@@ -26,6 +26,7 @@ struct MapLook {
   std::string unit = "mm";                        ///< of its values
   std::vector<std::string> words;                 ///< in place of map_words()'s parts; empty: those
   std::vector<std::array<double, 2>> outline_mm;  ///< of what was found on it; empty: nothing
+  std::vector<std::array<double, 2>> next_mm;     ///< corners of where to press next; empty: nowhere
 };
 
 /// A map's place in the picture; both axes in one scale.

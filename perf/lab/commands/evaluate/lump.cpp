@@ -17,6 +17,7 @@
 #include "perf/lab/study/hand_evaluation.h"
 #include "perf/lab/study/input_faults.h"
 #include "perf/lab/study/lump_evaluation_plot.h"
+#include "perf/lab/study/next_press_evaluation.h"
 #include "perf/lab/training/examples.h"
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
@@ -32,7 +33,7 @@ struct Options {
   lump::EvaluationJob job;
   judge::CellOptions cells;
   uint32_t count = 0;
-  bool faults = false, by_hand = false;
+  bool faults = false, by_hand = false, next_press = false;
 };
 
 /// With --out the table goes there too.
@@ -89,6 +90,12 @@ Report run(const Common& common, Options& o) {
     const std::vector<lump::HandRow> rows = lump::judge_by_hand(examples, o.job, o.method);
     if (interrupted()) return nothing;
     return with_table(common, {hand_text(rows), hand_json(rows)}, "lump_by_hand.csv", hand_csv(rows));
+  }
+  if (o.next_press) {
+    const lump::NextPressScore score = score_next_press(judge_next_press(examples, o.job, o.method));
+    if (interrupted()) return nothing;
+    return with_table(common, {next_press_text(score), next_press_json(score)}, "lump_next_press.csv",
+                      next_press_csv(score));
   }
   if (o.over || o.faults) {
     try {
@@ -179,6 +186,8 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
                     "estimate finds, and how far the others move it");
   command->add_flag("--by-hand", o->by_hand,
                     "Scans of several presses instead: on a stage, and by hand without one");
+  command->add_flag("--next-press", o->next_press,
+                    "Scans whose next press is proposed instead, beside a raster of presses");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
   command->add_option("--first", o->job.first, "First case to read, counted over all data sets")
