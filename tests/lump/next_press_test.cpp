@@ -87,7 +87,7 @@ TEST(NextPress, WithoutALumpWhatWasNotSeenIsPressed) {
     next = next_press(kModel, map, estimate_of(map), {.window_mm = kWindow_mm});
   }
   EXPECT_FALSE(next);
-  EXPECT_LE(presses.size(), 6u);
+  EXPECT_LE(presses.size(), 7u) << "six on a raster";
   EXPECT_GT(map.seen_fraction, 0.95);
   EXPECT_NE(next_press_rows(next, estimate_of(map))[0].second.find("was seen"), std::string::npos);
 }

@@ -100,6 +100,28 @@ double error_Pa(const lump::ScanMap& map) {
   return std::sqrt(sum / static_cast<double>(count));
 }
 
+/// Half of a node aside, where noise between nodes is least.
+TEST(ScanStitch, NoiseDrawsNoPressAside) {
+  Plan plan = nine();
+  for (auto& [x, y] : plan.stage_mm) {
+    x *= 6.875 / 7;
+    y *= 9.375 / 10;
+  }
+  plan.noise = 0.05;
+  lump::StitchOptions options;
+  options.stage_sd_mm = 0.2;
+  double squares = 0, stated = 0;
+  int count = 0;
+  for (uint64_t seed = 1; seed <= 4; ++seed)
+    for (const lump::PressPlace& place : lump::stitch(press(plan, seed), options).places)
+      for (size_t c = 0; c < 2; ++c, ++count) {
+        squares += std::pow(place.shift_mm[c], 2);
+        stated += std::pow(place.shift_sd_mm[c], 2);
+      }
+  std::printf("moved by %.3f mm, stated %.3f\n", std::sqrt(squares / count), std::sqrt(stated / count));
+  EXPECT_LT(squares, 1.5 * 1.5 * stated);
+}
+
 TEST(ScanStitch, NineWindowsAreTheBlock) {
   const lump::ScanMap map = lump::stitch(press(nine()));
   EXPECT_TRUE(map.warnings.empty()) << map.warnings[0];

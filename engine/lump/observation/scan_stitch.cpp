@@ -8,15 +8,13 @@
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
-#include "engine/lump/observation/pad_tilt.h"
+#include "engine/lump/observation/placed_press.h"
 #include "engine/numeric/dense.h"
-#include "engine/tissue/map_sampling.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kLifted = 0.5;         // of a load, under a plate that is tilted off the place
 constexpr double kReach = 1.1;          // no extrapolation farther beyond a press's highest force
 constexpr double kWorstDeviation = 4;   // of a press that saw the same as the others
 constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
@@ -52,115 +50,6 @@ void check(const std::vector<ScanPress>& presses) {
     if (!(r.noise_Pa >= 0)) refuse(p.name, "a noise of 0 or more", text("%g Pa", r.noise_Pa));
   }
 }
-
-/// A node's pressure at another force: pressure over force is nearly straight in force. `load_N`: of a level
-/// plate that would press there as each of the press's loads did; those that hardly did say nothing.
-double at_force(const Observation& r, size_t node, double force_N, const std::vector<double>& load_N) {
-  const size_t all = load_N.size();
-  size_t k = 0;
-  while (k + 2 < all && (load_N[k + 1] < force_N || load_N[k] < kLifted * force_N)) ++k;
-  const bool one = all == 1 || load_N[k] < kLifted * force_N;
-  const double high = load_N[std::min(k + 1, all - 1)], low = one ? high : load_N[k];
-  if (high < kLifted * force_N) return kNaN;
-  const double t = one ? 0 : (force_N - low) / (high - low);
-  const double b = static_cast<double>(r.pressure_Pa[std::min(k + 1, all - 1)].values[node]) / high,
-               a = one ? b : static_cast<double>(r.pressure_Pa[k].values[node]) / low;
-  return force_N * ((1 - t) * a + t * b);
-}
-
-using PlaceVector = Eigen::Matrix<double, 5, 1>;  // shift x, y, ln gain, tilt x, y
-
-/// A press while it is put into its place.
-struct Placed {
-  std::vector<PressureMap> maps;  // at the common forces
-  std::array<double, 2> stage_mm;
-  double turn_rad;
-  double noise_Pa;
-  PlaceVector place = PlaceVector::Zero();
-  std::vector<double> rise = {};                    // at the common forces, see rise_with_compression()
-  Eigen::Vector2d taken = Eigen::Vector2d::Zero();  // tilt that the maps are already without
-  double deviation = 0;
-  bool used = false;
-
-  /// The maps at other forces, without the present tilt.
-  void read(const Observation& r, const std::vector<double>& forces_N) {
-    taken = place.tail<2>();
-    maps.assign(forces_N.size(), r.pressure_Pa[0]);
-    std::vector<double> compression;
-    for (const double force_N : r.force_N) compression.push_back(compression_at(r, force_N));
-    rise.clear();
-    for (const double force_N : forces_N) rise.push_back(rise_with_compression(compression_at(r, force_N)));
-    const PressureMap& window = r.pressure_Pa[0];
-    std::vector<double> load_N = r.force_N;
-    for (uint32_t j = 0; j < window.height; ++j)
-      for (uint32_t i = 0; i < window.width; ++i) {
-        const double u = (i - (window.width - 1) / 2.0) * window.pitch_mm[0],
-                     v = (j - (window.height - 1) / 2.0) * window.pitch_mm[1];
-        const double c = std::cos(turn_rad), s = std::sin(turn_rad);
-        const double deeper = taken(0) * (stage_mm[0] + place(0) + c * u - s * v) +
-                              taken(1) * (stage_mm[1] + place(1) + s * u + c * v);
-        for (size_t k = 0; k < load_N.size() && deeper != 0; ++k)
-          load_N[k] = r.force_N[k] * load_share(compression[k], deeper);
-        const size_t node = size_t{j} * window.width + i;
-        for (size_t k = 0; k < forces_N.size(); ++k)
-          maps[k].values[node] = static_cast<float>(at_force(r, node, forces_N[k], load_N));
-      }
-  }
-  static double compression_at(const Observation& r, double force_N) {
-    return compression_under(1e6 * force_N / (r.block_mm[0] * r.block_mm[1]), r.young_Pa);
-  }
-  /// Scale of a value at a place of the block.
-  double scale(size_t load, double x_mm, double y_mm) const {
-    const Eigen::Vector2d more = place.tail<2>() - taken;
-    if (more.isZero(0)) return std::exp(-place(2));
-    return std::exp(-place(2) - rise[load] * (more(0) * x_mm + more(1) * y_mm));
-  }
-  /// A place of the block, from the window's middle and along its sides.
-  std::array<double, 2> in_window(double x_mm, double y_mm) const {
-    const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
-    if (turn_rad == 0) return {x, y};
-    const double c = std::cos(turn_rad), s = std::sin(turn_rad);
-    return {c * x + s * y, c * y - s * x};
-  }
-
-  /// At a place of the block; NaN off the window and where nothing was seen.
-  double at(size_t load, double x_mm, double y_mm) const {
-    if (edge_mm(x_mm, y_mm) < -1e-9) return kNaN;
-    const auto [x, y] = in_window(x_mm, y_mm);
-    return map_at(maps[load], x, y) * scale(load, x_mm, y_mm);
-  }
-  /// How far inside the window; < 0: outside.
-  double edge_mm(double x_mm, double y_mm) const {
-    const PressureMap& map = maps[0];
-    const auto [x, y] = in_window(x_mm, y_mm);
-    return std::min(map.pitch_mm[0] * (map.width - 1) / 2 - std::abs(x),
-                    map.pitch_mm[1] * (map.height - 1) / 2 - std::abs(y));
-  }
-  /// The same; beside places that were not seen, the mean of the seen corners of its cell where they are the
-  /// nearer half. Else a window that reaches over the block's rim would cost the rim.
-  double near(size_t load, double x_mm, double y_mm) const {
-    if (const double v = at(load, x_mm, y_mm); std::isfinite(v) || edge_mm(x_mm, y_mm) < -1e-9) return v;
-    const PressureMap& map = maps[load];
-    const auto [x, y] = in_window(x_mm, y_mm);
-    const double i = x / map.pitch_mm[0] + (map.width - 1) / 2.0,
-                 j = y / map.pitch_mm[1] + (map.height - 1) / 2.0;
-    const uint32_t i0 = std::min(static_cast<uint32_t>(std::max(0.0, i)), map.width - 2),
-                   j0 = std::min(static_cast<uint32_t>(std::max(0.0, j)), map.height - 2);
-    double sum = 0, seen = 0;
-    for (const uint32_t b : {0u, 1u})
-      for (const uint32_t a : {0u, 1u}) {
-        const double v = static_cast<double>(map.at(i0 + a, j0 + b));
-        const double w = (a ? i - i0 : 1 - (i - i0)) * (b ? j - j0 : 1 - (j - j0));
-        if (!std::isfinite(v)) continue;
-        sum += w * v;
-        seen += w;
-      }
-    return seen >= 0.5 ? sum / seen * scale(load, x_mm, y_mm) : kNaN;
-  }
-  double weight() const { return 1 / (noise_Pa * noise_Pa); }
-  double unlike_Pa = 0;  // on top of the noise, while places are found
-  double trust() const { return 1 / (noise_Pa * noise_Pa + unlike_Pa * unlike_Pa); }
-};
 
 /// Nodes of the block.
 struct Grid {
@@ -228,11 +117,14 @@ class Registration {
 
   /// The place's true value is taken out: presses are held against their weighted mean. How that changes is
   /// taken from the mean as well: from a press's own noise it would favour scales that make all of it small.
+  /// Between nodes noise is less than at them, which draws presses there: what a value's noise has in common
+  /// with the slope's is taken out.
   void add_node(double x, double y, std::vector<double>& squares, std::vector<double>& counts) {
-    constexpr double kStep_mm = 0.1;
+    const double step_mm = grid_.pitch_mm;  // shorter, the slopes are mostly noise
     struct Seen {
       size_t press;
       double value, weight;
+      Eigen::Vector2d with_slopes;
     };
     std::vector<Seen> seen;
     for (size_t k = 0; k < presses_[0].maps.size(); ++k) {
@@ -244,15 +136,17 @@ class Registration {
         // The outermost cells' interpolation has half its neighbours.
         if (!press.used || press.edge_mm(x, y) < press.maps[0].pitch_mm[0]) continue;
         const double v = press.at(k, x, y);
-        const double dx = (press.at(k, x + kStep_mm, y) - press.at(k, x - kStep_mm, y)) / (2 * kStep_mm);
-        const double dy = (press.at(k, x, y + kStep_mm) - press.at(k, x, y - kStep_mm)) / (2 * kStep_mm);
+        const double dx = (press.at(k, x + step_mm, y) - press.at(k, x - step_mm, y)) / (2 * step_mm);
+        const double dy = (press.at(k, x, y + step_mm) - press.at(k, x, y - step_mm)) / (2 * step_mm);
         if (!std::isfinite(v + dx + dy)) continue;
-        seen.push_back({p, v, press.trust()});
+        seen.push_back({p, v, press.trust(), press.with_slopes(x, y, step_mm)});
         mean += press.trust() * Eigen::Vector3d(dx, dy, v);
         weights += press.trust();
       }
       if (seen.size() < 2) continue;
       mean /= weights;
+      Eigen::Vector2d of_mean = Eigen::Vector2d::Zero();
+      for (const Seen& a : seen) of_mean += std::pow(a.weight / weights, 2) * a.with_slopes;
       PlaceVector rows;
       const double rise = presses_[seen[0].press].rise[k];
       rows << mean, mean(2) * rise * x, mean(2) * rise * y;
@@ -263,6 +157,7 @@ class Registration {
         squares[a.press] += a.weight * off * off;
         counts[a.press] += 1 - a.weight / weights;
         right_.segment(at(a.press), each_) += a.weight * off * row;
+        right_.segment<2>(at(a.press)) -= a.weight * (a.weight / weights * a.with_slopes - of_mean);
         for (const Seen& b : seen) {
           const double fraction = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
           normal_.block(at(a.press), at(b.press), each_, each_) += fraction * square;
