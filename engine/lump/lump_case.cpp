@@ -41,15 +41,17 @@ fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, dou
   scene.press_mm = what.press_mm.back();
   scene.cells = in_scene_axes(what, cells);
   scene.inclusion.reset();
-  if (what.lump) {
+  const auto inclusion_of = [&what](const Case::Lump& lump) {
     fem::Inclusion inclusion;
-    inclusion.shape = what.lump->shape;
-    inclusion.size_mm = in_scene_axes(what, what.lump->size_mm());
-    inclusion.depth_mm = what.lump->depth_mm;
-    inclusion.stiffness_ratio = what.lump->stiffness_ratio;
-    inclusion.offset_mm = in_scene_axes(what, what.lump->offset_mm);
-    scene.inclusion = inclusion;
-  }
+    inclusion.shape = lump.shape;
+    inclusion.size_mm = in_scene_axes(what, lump.size_mm());
+    inclusion.depth_mm = lump.depth_mm;
+    inclusion.stiffness_ratio = lump.stiffness_ratio;
+    inclusion.offset_mm = in_scene_axes(what, lump.offset_mm);
+    return inclusion;
+  };
+  if (what.lump) scene.inclusion = inclusion_of(*what.lump);
+  if (what.lump && what.second) scene.others = {inclusion_of(*what.second)};
   return scene;
 }
 

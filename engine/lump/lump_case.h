@@ -27,6 +27,8 @@ struct Case {
   };
   uint32_t number = 0;
   std::optional<Lump> lump;
+  /// Another one beside it. Long shapes lie along the same axis in both.
+  std::optional<Lump> second;
   double thickness_mm = 0, young_Pa = 0;
   std::vector<double> press_mm;  ///< one per load, rising
 };

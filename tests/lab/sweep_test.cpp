@@ -96,6 +96,36 @@ TEST(LumpSweep, AllCasesLieInTheirRangesAndFit) {
   }
 }
 
+TEST(LumpSweep, SecondLumpsLieBesideTheFirst) {
+  lump::Sweep sweep;
+  sweep.size_mm = {5, 8};
+  sweep.no_lump_fraction = 0;
+  sweep.second_gap_mm = 1.5;
+  sweep.shapes = {InclusionShape::Sphere, InclusionShape::Cylinder};
+  check(sweep);
+  double nearest_mm = 1e9, farthest_mm = 0;
+  for (uint32_t n = 0; n < 500; ++n) {
+    const lump::Case what = lump_case(sweep, n);
+    ASSERT_TRUE(what.second) << n;
+    expect_fits(sweep, what);
+    lump::Case other = what;
+    other.lump = what.second;
+    other.second.reset();
+    expect_fits(sweep, other);
+    const double apart = std::hypot(what.lump->offset_mm[0] - what.second->offset_mm[0],
+                                    what.lump->offset_mm[1] - what.second->offset_mm[1]);
+    const double gap = apart - (what.lump->diameter_mm + what.second->diameter_mm) / 2;
+    nearest_mm = std::min(nearest_mm, gap);
+    farthest_mm = std::max(farthest_mm, apart);
+  }
+  EXPECT_GE(nearest_mm, 1.5 - 1e-9);
+  EXPECT_LT(nearest_mm, 1.8);
+  EXPECT_GT(farthest_mm, 14);
+  EXPECT_EQ(lump::sweep_from_json(lump::to_json(sweep).dump()).second_gap_mm, 1.5);
+  sweep.size_mm = {5, 14};
+  EXPECT_THROW(check(sweep), Error) << "no room for two";
+}
+
 TEST(LumpSweep, FillsItsRangesEvenly) {
   lump::Sweep sweep;
   sweep.thickness_mm = {30, 30};  // nothing is squeezed

@@ -164,6 +164,10 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
       ->option_text("NUM [0]");
   command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
       ->delimiter(',');
+  command
+      ->add_option("--second-lump", sweep.second_gap_mm,
+                   "Beside each lump a second one, at least so many mm of tissue between them")
+      ->option_text("MM");
   command->add_option("--no-lump-share", sweep.no_lump_fraction,
                       "Fraction of the cases without a lump (default 1/12)");
   command->add_option("--loads", sweep.loads, "Equal steps of the press at which maps are kept")

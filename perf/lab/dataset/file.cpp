@@ -126,22 +126,26 @@ class Writer {
         places.add(s.block_mm[c] * (double(i) / (s.nodes[c] - 1) - 0.5));
       places.flush();
     }
+    if (s.second_gap_mm > 0)
+      second_.emplace(
+          Second{column<int8_t>("second_shape", {}, "1", "the second lump's, as shape"),
+                 column<int8_t>("second_axis", {}, "1", "the second lump's, as axis"),
+                 column("second_diameter_mm", {}, "mm", "the second lump's, as diameter_mm"),
+                 column("second_depth_mm", {}, "mm", "the second lump's, as depth_mm"),
+                 column("second_stiffness_ratio", {}, "1", "the second lump's, as stiffness_ratio"),
+                 column("second_offset_mm", {2}, "mm", "the second lump's, as offset_mm")});
   }
 
   void add(const Sample& sample) {
     const Case& what = sample.what;
     number_.add(what.number);
     state_.add(static_cast<int8_t>(sample.state));
-    const bool is = what.lump.has_value(), is_long = is && what.lump->size_mm()[0] != what.lump->size_mm()[1];
-    shape_.add(is ? static_cast<int8_t>(what.lump->shape) : int8_t{-1});
-    axis_.add(is_long ? int8_t{what.lump->along_y} : int8_t{-1});
-    diameter_.add(is ? what.lump->diameter_mm : kNone);
-    const std::array<double, 3> size = is ? what.lump->size_mm() : std::array{kNone, kNone, kNone};
+    add_lump(what.lump, shape_, axis_, diameter_, depth_, ratio_, offset_);
+    const std::array<double, 3> size = what.lump ? what.lump->size_mm() : std::array{kNone, kNone, kNone};
     size_.add(size.data(), 3);
-    depth_.add(is ? what.lump->depth_mm : kNone);
-    ratio_.add(is ? what.lump->stiffness_ratio : kNone);
-    const std::array<double, 2> offset = is ? what.lump->offset_mm : std::array{kNone, kNone};
-    offset_.add(offset.data(), 2);
+    if (second_)
+      add_lump(what.second, second_->shape, second_->axis, second_->diameter, second_->depth, second_->ratio,
+               second_->offset);
     thickness_.add(what.thickness_mm);
     block_.add(sweep_.block_mm.data(), 2);
     young_.add(what.young_Pa);
@@ -173,10 +177,32 @@ class Writer {
     for (auto* c : {&diameter_, &size_, &depth_, &ratio_, &offset_, &thickness_, &block_, &young_, &poisson_,
                     &press_, &force_, &residual_, &volume_, &last_press_, &last_force_})
       c->flush();
+    if (second_) {
+      for (auto* c : {&second_->shape, &second_->axis}) c->flush();
+      for (auto* c : {&second_->diameter, &second_->depth, &second_->ratio, &second_->offset}) c->flush();
+    }
     pressure_.flush();
   }
 
  private:
+  struct Second {
+    Column<int8_t> shape, axis;
+    Column<double> diameter, depth, ratio, offset;
+  };
+
+  static void add_lump(const std::optional<Case::Lump>& lump, Column<int8_t>& shape, Column<int8_t>& axis,
+                       Column<double>& diameter, Column<double>& depth, Column<double>& ratio,
+                       Column<double>& offset) {
+    const bool is = lump.has_value(), is_long = is && lump->size_mm()[0] != lump->size_mm()[1];
+    shape.add(is ? static_cast<int8_t>(lump->shape) : int8_t{-1});
+    axis.add(is_long ? int8_t{lump->along_y} : int8_t{-1});
+    diameter.add(is ? lump->diameter_mm : kNone);
+    depth.add(is ? lump->depth_mm : kNone);
+    ratio.add(is ? lump->stiffness_ratio : kNone);
+    const std::array<double, 2> place = is ? lump->offset_mm : std::array{kNone, kNone};
+    offset.add(place.data(), 2);
+  }
+
   template <typename Number = double>
   Column<Number> column(const char* name, std::vector<hsize_t> row, const char* units,
                         const char* description) {
@@ -193,6 +219,7 @@ class Writer {
       force_, residual_, volume_, last_press_, last_force_;
   Column<uint32_t> steps_, cuts_, newton_, iterations_;
   Column<float> pressure_;
+  std::optional<Second> second_;
 };
 
 }  // namespace

@@ -19,7 +19,8 @@ namespace palpate::lump {
 ///   stiffness_ratio (N), offset_mm (N x 2), thickness_mm (N), block_mm (N x 2), young_Pa (N), poisson (N),
 ///   press_mm (N x L), force_N (N x L), residual (N x L), least_volume_ratio (N x L),
 ///   last_good_press_mm (N), last_good_force_N (N), steps, cuts, newton_rounds, iterations (N),
-///   x_mm (W), y_mm (H), pressure_Pa (N x L x H x W).
+///   x_mm (W), y_mm (H), pressure_Pa (N x L x H x W); of blocks with two lumps also second_shape,
+///   second_axis, second_diameter_mm, second_depth_mm, second_stiffness_ratio (N), second_offset_mm (N x 2).
 /// NaN: there is no lump, or the load was not reached. All have check sums; the same cases make the same
 /// bytes, whoever made them and when.
 struct Data {

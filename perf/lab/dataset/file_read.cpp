@@ -133,6 +133,11 @@ Data read_lump_file(const std::filesystem::path& path) {
   const auto force = table("force_N"), residual = table("residual"), volume = table("least_volume_ratio");
   const auto steps = counts("steps"), cuts = counts("cuts"), newton = counts("newton_rounds"),
              iterations = counts("iterations");
+  std::vector<double> second_diameter(n, NAN), second_ratio(n, NAN);
+  if (s.second_gap_mm > 0) {
+    second_diameter = column("second_diameter_mm");
+    second_ratio = column("second_stiffness_ratio");
+  }
   Reader::Rows pressure(file, "pressure_Pa", {n, loads, height, width});
 
   data.first = number[0];
@@ -143,10 +148,12 @@ Data read_lump_file(const std::filesystem::path& path) {
     sample.what = lump_case(s, number[i]);
     // A case in the file and the same case of its sweep must agree: the file was not edited, the sequence is
     // the same.
-    const auto& lump = sample.what.lump;
+    const auto &lump = sample.what.lump, &second = sample.what.second;
     if (shape[i] != (lump ? static_cast<int>(lump->shape) : -1) ||
         !same(diameter[i], lump ? lump->diameter_mm : NAN) || !same(depth[i], lump ? lump->depth_mm : NAN) ||
         !same(ratio[i], lump ? lump->stiffness_ratio : NAN) ||
+        !same(second_diameter[i], second ? second->diameter_mm : NAN) ||
+        !same(second_ratio[i], second ? second->stiffness_ratio : NAN) ||
         !same(thickness[i], sample.what.thickness_mm) || !same(young[i], sample.what.young_Pa))
       file.refuse("case " + std::to_string(number[i]) + " unlike what its sweep makes it");
     sample.state = static_cast<State>(state[i]);

@@ -6,6 +6,7 @@
 
 #include "engine/fem/large_strain/extrapolation.h"
 #include "palpate/error.h"
+#include "perf/lab/dataset/pair_press.h"
 
 namespace palpate::lump {
 namespace {
@@ -26,6 +27,7 @@ size_t map_values(const Sweep& sweep) {
 fem::LargeStrainResult press_lump(const fem::Scene& scene, const std::array<uint32_t, 3>& coarser_cells,
                                   const std::vector<fem::PressLoad>& loads,
                                   const fem::LargeStrainOptions& options) {
+  if (!scene.others.empty() && coarser_cells[0] != 0) return press_pair(scene, coarser_cells, loads, options);
   return coarser_cells[0] != 0 ? solve_extrapolated(scene, coarser_cells, loads, options)
                                : solve_large_strain(scene, loads, options);
 }

@@ -32,7 +32,7 @@ struct Sample {
 using Presser = std::function<fem::LargeStrainResult(
     const fem::Scene& scene, const std::array<uint32_t, 3>& coarser_cells,
     const std::vector<fem::PressLoad>& loads, const fem::LargeStrainOptions& options)>;
-/// solve_extrapolated(), or solve_large_strain() on one grid.
+/// solve_extrapolated(), of two lumps press_pair(), or solve_large_strain() on one grid.
 fem::LargeStrainResult press_lump(const fem::Scene& scene, const std::array<uint32_t, 3>& coarser_cells,
                                   const std::vector<fem::PressLoad>& loads,
                                   const fem::LargeStrainOptions& options);

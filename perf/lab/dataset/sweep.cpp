@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 
 #include "capture/files/tables/csv_table.h"
@@ -27,6 +28,8 @@ enum Coordinate : uint8_t {
   kNoLump,
   kCentred
 };
+
+constexpr uint64_t kSecondSeed = 0x632be59bd9b4e019ULL;  // of the second lumps' sequence, over the first's
 
 double even(const Range& range, double u) {
   return range.low + u * (range.high - range.low);
@@ -84,6 +87,13 @@ void check(const Sweep& s) {
   inside("growth of the diameter", s.grown, -0.5, 1);
   inside("the stiffness ratio's change", s.stiffened, -0.9, 10);
   inside("the share without a lump", s.no_lump_fraction, 0, 1);
+  inside("the tissue between two lumps, mm,", s.second_gap_mm, 0, 100);
+  if (s.second_gap_mm > 0 && (s.grown != 0 || s.stiffened != 0))
+    throw Error(Failure::Usage, "one day of blocks with two lumps", "another day of them",
+                "--second-lump without --grown and --stiffened");
+  if (s.second_gap_mm > 0 && longest(s) * s.size_mm.high + s.second_gap_mm > 2 * s.offset_mm)
+    throw Error(Failure::Usage, "offsets that leave room for two of the largest lumps",
+                text(s.offset_mm) + " mm to either side", "a larger --offset-mm or smaller lumps");
   inside("the share in the middle", s.centred_fraction, 0, 1);
   inside("loads", s.loads, 1, 32);
   for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
@@ -119,6 +129,48 @@ void check(const Sweep& s) {
                 text(side) + " mm", "wider blocks, a smaller diameter, or fewer --shapes");
 }
 
+namespace {
+
+/// A lump in a block, of a point of the sequence; in the middle. Its long axis is y where `along_y` says so.
+Case::Lump drawn_lump(const Sweep& s, double thickness_mm, const std::array<double, kSobolDimensions>& u,
+                      bool along_y) {
+  Case::Lump lump;
+  lump.shape = s.shapes[std::min(s.shapes.size() - 1,
+                                 static_cast<size_t>(u[kShape] * static_cast<double>(s.shapes.size())))];
+  const double length = length_over_diameter(lump.shape);
+  lump.along_y = length > 1 && along_y;
+  const double narrow_mm = std::min(s.block_mm[0], s.block_mm[1]) - 2 * s.rim_mm;
+  const double thickest_mm = thickness_mm - s.floor_mm;
+  const double largest_mm = std::min({s.size_mm.high, thickest_mm - s.depth_mm.low, narrow_mm / length});
+  const auto spread = s.logarithmic && s.depth_mm.low > 0 ? even_in_logarithm : even;
+  lump.diameter_mm = spread({s.size_mm.low, largest_mm}, u[kDiameter]);
+  const double deepest_mm = std::min(s.depth_mm.high, thickest_mm - lump.diameter_mm);
+  lump.depth_mm = spread({s.depth_mm.low, deepest_mm}, u[kDepth]);
+  lump.stiffness_ratio = even_in_logarithm(s.stiffness_ratio, u[kStiffness]);
+  return lump;
+}
+
+/// The second lump and both places: any direction, any distance that it allows, any middle between them.
+void add_second(const Sweep& s, const std::array<double, kSobolDimensions>& first, Case& what) {
+  const std::array<double, kSobolDimensions> u = sobol(s.seed ^ kSecondSeed, what.number);
+  Case::Lump &one = *what.lump, two = drawn_lump(s, what.thickness_mm, u, one.along_y);
+  const double angle = std::numbers::pi * u[kCentred];
+  const std::array<double, 2> along = {std::cos(angle), std::sin(angle)};
+  const double most_mm = 2 * s.offset_mm / std::max(std::abs(along[0]), std::abs(along[1]));
+  const double wide_mm =
+      one.diameter_mm * length_over_diameter(one.shape) + two.diameter_mm * length_over_diameter(two.shape);
+  const double apart_mm = even({s.second_gap_mm + wide_mm / 2, most_mm}, u[kOffsetX]);
+  for (size_t c = 0; c < 2; ++c) {
+    const double half_mm = apart_mm / 2 * along[c], left_mm = s.offset_mm - std::abs(half_mm);
+    const double middle_mm = even({-left_mm, left_mm}, first[c == 0 ? kOffsetX : kOffsetY]);
+    one.offset_mm[c] = middle_mm - half_mm;
+    two.offset_mm[c] = middle_mm + half_mm;
+  }
+  what.second = two;
+}
+
+}  // namespace
+
 Case lump_case(const Sweep& s, uint32_t number) {
   const std::array<double, kSobolDimensions> u = sobol(s.seed, number);
   Case what;
@@ -129,19 +181,12 @@ Case lump_case(const Sweep& s, uint32_t number) {
   for (uint32_t load = 1; load <= s.loads; ++load) what.press_mm.push_back(greatest_mm * load / s.loads);
   if (u[kNoLump] < s.no_lump_fraction) return what;
 
-  Case::Lump lump;
-  lump.shape = s.shapes[std::min(s.shapes.size() - 1,
-                                 static_cast<size_t>(u[kShape] * static_cast<double>(s.shapes.size())))];
-  const double length = length_over_diameter(lump.shape);
-  lump.along_y = length > 1 && u[kAxis] < 0.5;
-  const double narrow_mm = std::min(s.block_mm[0], s.block_mm[1]) - 2 * s.rim_mm;
-  const double thickest_mm = what.thickness_mm - s.floor_mm;
-  const double largest_mm = std::min({s.size_mm.high, thickest_mm - s.depth_mm.low, narrow_mm / length});
-  const auto spread = s.logarithmic && s.depth_mm.low > 0 ? even_in_logarithm : even;
-  lump.diameter_mm = spread({s.size_mm.low, largest_mm}, u[kDiameter]);
-  const double deepest_mm = std::min(s.depth_mm.high, thickest_mm - lump.diameter_mm);
-  lump.depth_mm = spread({s.depth_mm.low, deepest_mm}, u[kDepth]);
-  lump.stiffness_ratio = even_in_logarithm(s.stiffness_ratio, u[kStiffness]);
+  Case::Lump lump = drawn_lump(s, what.thickness_mm, u, u[kAxis] < 0.5);
+  if (s.second_gap_mm > 0) {
+    what.lump = lump;
+    add_second(s, u, what);
+    return what;
+  }
   const std::array<double, 3> size_mm = lump.size_mm();
   const bool centred = u[kCentred] < s.centred_fraction;
   for (size_t c = 0; c < 2 && !centred; ++c) {
@@ -188,9 +233,10 @@ json::Value to_json(const Sweep& s) {
                      {"nodes", s.nodes},
                      {"residual", s.residual},
                      {"step_mm", s.step_mm}};
-  // Files of a first day have neither.
+  // Files of a first day have neither, those of single lumps no gap.
   if (s.grown != 0) all["grown"] = s.grown;
   if (s.stiffened != 0) all["stiffened"] = s.stiffened;
+  if (s.second_gap_mm != 0) all["second_gap_mm"] = s.second_gap_mm;
   return all;
 }
 
@@ -225,6 +271,7 @@ Sweep sweep_from_json(const std::string& text) {
     }
     if (v.contains("grown")) s.grown = v.at("grown").get<double>();
     if (v.contains("stiffened")) s.stiffened = v.at("stiffened").get<double>();
+    if (v.contains("second_gap_mm")) s.second_gap_mm = v.at("second_gap_mm").get<double>();
     s.no_lump_fraction = v.at("no_lump_share").get<double>();
     s.loads = v.at("loads").get<uint32_t>();
     s.cells = v.at("cells").get<std::array<uint32_t, 3>>();

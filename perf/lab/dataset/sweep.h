@@ -37,7 +37,10 @@ struct Sweep {
   /// d is the diameter: a ball; d high and wide and 1.5 d long; d high and wide upright; 2.5 d long lying.
   std::vector<InclusionShape> shapes = {InclusionShape::Sphere, InclusionShape::Ellipsoid,
                                         InclusionShape::Cylinder, InclusionShape::LyingCylinder};
-  double no_lump_fraction = 1.0 / 12;            ///< of the cases, tissue alone
+  double no_lump_fraction = 1.0 / 12;  ///< of the cases, tissue alone
+  /// Each lump has a second one beside it, drawn alike, as far from it as the range of offsets allows and at
+  /// least this far from surface to surface, mm; 0: one lump.
+  double second_gap_mm = 0;
   uint32_t loads = 4;                            ///< equal steps of the press
   std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness
   /// Cells of solve_extrapolated()'s coarser grid, of the same proportions; 0, 0, 0: one grid.

@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 
 constexpr double kNetworkFraction = 0.34;  // of the training's time, for progress
-constexpr size_t kPlainForBase = 6;
+constexpr size_t kPlainOfEachSize = 6;
 constexpr double kFaint = 0.004;  // of the peak, RMS over the patch
 
 /// One example in one of its views: a sample per load.
@@ -39,9 +39,9 @@ std::map<double, Model> bases_by_cells(const Model& model, const Examples& all) 
   for (auto& [cell_mm, own] : models) {
     size_t plain = 0;
     for (const Example& e : all.examples) plain += !e.lump && e.cell_mm == cell_mm;
-    if (plain < kPlainForBase)
+    if (plain < kPlainOfEachSize)
       throw Error(Failure::Input,
-                  std::to_string(kPlainForBase) + " blocks without a lump of cells of each size",
+                  std::to_string(kPlainOfEachSize) + " blocks without a lump of cells of each size",
                   text("%zu of cells of %.3g mm", plain, cell_mm), "palpate-lab dataset with more cases");
     own.base =
         fit_base(model, all, [&, cell_mm = cell_mm](size_t i) { return all.examples[i].cell_mm == cell_mm; });
