@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <utility>
+#include <vector>
 
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
@@ -177,27 +178,90 @@ Estimate Estimator::in_found_tissue(const Observation& observation, const Uneven
   return estimate;
 }
 
+namespace {
+
+/// What an estimate has numbers of: its lump, or each of two.
+std::vector<Estimate> parts_of(const Estimate& estimate) {
+  return estimate.lumps.empty() ? std::vector<Estimate>{estimate} : estimate.lumps;
+}
+
+/// The same lumps in another estimate, each the nearest; without numbers where they are not as many.
+std::vector<Estimate> same_parts(const std::vector<Estimate>& parts, const Estimate& other) {
+  std::vector<Estimate> found = parts_of(other);
+  if (found.size() != parts.size()) return std::vector<Estimate>(parts.size());
+  const auto apart = [](const Estimate& a, const Estimate& b) {
+    return std::hypot(a.x_mm.value - b.x_mm.value, a.y_mm.value - b.y_mm.value);
+  };
+  if (found.size() == 2 && apart(parts[0], found[1]) + apart(parts[1], found[0]) <
+                               apart(parts[0], found[0]) + apart(parts[1], found[1]))
+    std::swap(found[0], found[1]);
+  return found;
+}
+
+/// The intervals of each lump of an estimate.
+class PartWidening {
+ public:
+  explicit PartWidening(Estimate& estimate) {
+    if (estimate.lumps.empty())
+      parts_ = {&estimate};
+    else
+      for (Estimate& lump : estimate.lumps) parts_.push_back(&lump);
+    for (const Estimate* part : parts_) each_.emplace_back(*part);
+  }
+  bool any() const {
+    return std::any_of(parts_.begin(), parts_.end(),
+                       [](const Estimate* part) { return reports_numbers(part->verdict); });
+  }
+  void add(const std::string& input, double error, const std::vector<Estimate>& reference,
+           const Estimate& lower, const Estimate& higher) {
+    const std::vector<Estimate> low = same_parts(reference, lower), high = same_parts(reference, higher);
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      each_[i].add(reference[i], low[i], high[i]);
+      parts_[i]->input_effects.push_back(
+          {input, error, changes(reference[i], low[i]), changes(reference[i], high[i])});
+    }
+  }
+  void add_place(double sd_mm) {
+    for (Widening& widening : each_) widening.add_place(sd_mm);
+  }
+  void apply() {
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      if (!reports_numbers(parts_[i]->verdict)) continue;
+      each_[i].apply(*parts_[i]);
+      open_wide_ratio(*parts_[i]);
+    }
+  }
+
+ private:
+  std::vector<Estimate*> parts_;
+  std::vector<Widening> each_;
+};
+
+}  // namespace
+
 Estimate Estimator::widened(const Observation& observation, const ErrorSources& sources,
                             const UnevenLight& uneven) const {
   Estimate estimate = inverse_(observation);
-  if (!reports_numbers(estimate.verdict)) return estimate;
-  Widening widening(estimate);
+  if (estimate.lumps.empty() && !reports_numbers(estimate.verdict)) return estimate;
+  PartWidening widening(estimate);
+  if (!widening.any()) return estimate;
   const auto estimate_again = [&](const Observation& other) {
     Estimate again = (moves_ ? moves_ : inverse_)(other);
     estimate.wall_s += again.wall_s;
     return again;
   };
   // Moves of another inverse count from its own answer without the error.
-  std::optional<Estimate> reference;
+  std::vector<Estimate> reference;
   const auto add = [&](const std::string& input, double error, const Observation& low,
                        const Observation& high) {
-    if (!reference) {
-      reference = moves_ ? estimate_again(observation) : estimate;
-      if (!reports_numbers(reference->verdict)) reference = estimate;
+    if (reference.empty()) {
+      const std::vector<Estimate> own = parts_of(estimate);
+      reference = moves_ ? same_parts(own, estimate_again(observation)) : own;
+      for (size_t i = 0; i < own.size(); ++i)
+        if (!reports_numbers(reference[i].verdict)) reference[i] = own[i];
     }
     const Estimate lower = estimate_again(low), higher = estimate_again(high);
-    widening.add(*reference, lower, higher);
-    estimate.input_effects.push_back({input, error, changes(*reference, lower), changes(*reference, higher)});
+    widening.add(input, error, reference, lower, higher);
     return lower.verdict != Status::NoLump && higher.verdict != Status::NoLump;
   };
   const auto with = [&](Input input, double factor) {
@@ -217,6 +281,7 @@ Estimate Estimator::widened(const Observation& observation, const ErrorSources& 
     const double fraction = kNormal90 * observation.uneven_sd;
     if (!add(kLight, fraction, lit(-fraction), lit(fraction))) {
       estimate.verdict = Status::Unusable;
+      estimate.lumps.clear();
       estimate.reasons = {
           text("a lump, or no more than the sensor's own unevenness, which is known to %.2g %%",
                100 * observation.uneven_sd)};
@@ -235,8 +300,7 @@ Estimate Estimator::widened(const Observation& observation, const ErrorSources& 
         add(axis == 0 ? kAlongX : kAlongY, far_mm, less, more);
       }
   }
-  widening.apply(estimate);
-  open_wide_ratio(estimate);
+  widening.apply();
   return estimate;
 }
 

@@ -8,6 +8,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/fem_inverse/inversion.h"
+#include "engine/lump/pair/pair.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -69,6 +70,7 @@ Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads)
     options.model.threads = threads;
     options.emulator = network->shared_model();
     Estimate first = network->estimate(observation);
+    estimate_pair(network->model(), observation, first);
     if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated ||
         first.verdict == Status::Inconsistent)
       return first;
@@ -96,7 +98,11 @@ std::shared_ptr<const Network> load_network(const std::string& file) {
 Estimator named_estimator(const std::string& method, std::shared_ptr<const Network> network,
                           const ErrorSources& sources, uint32_t threads) {
   const auto by = [&network](Method how) -> Inverse {
-    return [network, how](const Observation& observation) { return network->estimate(observation, how); };
+    return [network, how](const Observation& observation) {
+      Estimate estimate = network->estimate(observation, how);
+      estimate_pair(network->model(), observation, estimate);
+      return estimate;
+    };
   };
   if (method == "direct") return {direct_inverse(network, threads), sources, by(Method::Network)};
   if (method == "network") return {by(Method::Network), sources};

@@ -193,7 +193,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
   answer.warnings = answer.map.warnings;
   if (two)
     answer.warnings.push_back(
-        text("two bumps, %.3g mm apart: estimates of one lump do not hold for the block", two->distance_mm));
+        text("two bumps, %.3g mm apart: what is felt is given for each", two->distance_mm));
   if (!answer.outline.reason.empty()) answer.warnings.push_back("no outline: " + answer.outline.reason);
   if (answer.estimate)
     for (const std::string& reason : answer.estimate->reasons) answer.warnings.push_back(reason);
@@ -211,28 +211,40 @@ std::string interval_text(const lump::Value& v, const char* unit) {
   return line;
 }
 
+namespace {
+
+void add_quantities(const lump::Estimate& e, std::vector<std::pair<std::string, std::string>>& rows) {
+  rows.emplace_back("size", interval_text(e.size_mm, "mm"));
+  rows.emplace_back("depth of its top", interval_text(e.depth_mm, "mm"));
+  if (e.verdict == lump::Status::Found) {
+    rows.emplace_back("stiffness over the tissue's", interval_text(e.stiffness_ratio, ""));
+  } else {
+    rows.emplace_back("stiffness over the tissue's", text("between %.3g and %.3g: not determined",
+                                                          e.stiffness_ratio.low, e.stiffness_ratio.high));
+  }
+  rows.emplace_back("centre x", interval_text(e.x_mm, "mm"));
+  rows.emplace_back("centre y", interval_text(e.y_mm, "mm"));
+  std::string shapes;
+  for (size_t i = 0; i < e.shape_probability.size(); ++i)
+    shapes += (i ? ", " : "") + std::string(shape_text(static_cast<InclusionShape>(i))) +
+              text(" %.0f %%", 100 * e.shape_probability[i]);
+  rows.emplace_back("shape", std::string(shape_text(e.shape)) + " (" + shapes + ")");
+}
+
+}  // namespace
+
 std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estimate& e) {
   std::vector<std::pair<std::string, std::string>> rows;
   rows.emplace_back("verdict", lump::status_text(e.verdict));
   std::string line = text("%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
                           e.detection_statistic, 100 * e.false_alarm_rate);
   if (e.verdict != lump::Status::Unusable) rows.emplace_back("evidence", line);
-  if (reports_numbers(e.verdict)) {
-    rows.emplace_back("size", interval_text(e.size_mm, "mm"));
-    rows.emplace_back("depth of its top", interval_text(e.depth_mm, "mm"));
-    if (e.verdict == lump::Status::Found) {
-      rows.emplace_back("stiffness over the tissue's", interval_text(e.stiffness_ratio, ""));
-    } else {
-      line = text("between %.3g and %.3g: not determined", e.stiffness_ratio.low, e.stiffness_ratio.high);
-      rows.emplace_back("stiffness over the tissue's", line);
-    }
-    rows.emplace_back("centre x", interval_text(e.x_mm, "mm"));
-    rows.emplace_back("centre y", interval_text(e.y_mm, "mm"));
-    std::string shapes;
-    for (size_t i = 0; i < e.shape_probability.size(); ++i)
-      shapes += (i ? ", " : "") + std::string(shape_text(static_cast<InclusionShape>(i))) +
-                text(" %.0f %%", 100 * e.shape_probability[i]);
-    rows.emplace_back("shape", std::string(shape_text(e.shape)) + " (" + shapes + ")");
+  if (reports_numbers(e.verdict)) add_quantities(e, rows);
+  for (size_t i = 0; i < e.lumps.size(); ++i) {
+    const lump::Estimate& each = e.lumps[i];
+    rows.emplace_back(text("lump %zu", i + 1), lump::status_text(each.verdict));
+    if (reports_numbers(each.verdict)) add_quantities(each, rows);
+    for (const std::string& reason : each.reasons) rows.emplace_back("reason", reason);
   }
   for (const std::string& reason : e.reasons) rows.emplace_back("reason", reason);
   if (!e.method.empty())

@@ -54,19 +54,67 @@ Eigen::MatrixXd moved_by(const Patch& patch, const Fit& fit, const Eigen::Matrix
 
 }  // namespace
 
-Eigen::MatrixXd Fitter::factors(const Fit& fit, Eigen::MatrixXd* jacobian) const {
+Eigen::MatrixXd bump_of(const Model& model, const Setting& setting, const std::vector<double>& loads,
+                        const Fit& fit, std::array<Eigen::MatrixXd, 5>* changes) {
   const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
-  std::array<Eigen::MatrixXd, 3> changes;
+  std::array<Eigen::MatrixXd, 3> own;
   Eigen::MatrixXd moved = moved_by(
-      model_.patch, fit,
-      bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, jacobian ? &changes : nullptr));
+      model.patch, fit, bump_factors(model, guess, setting, loads, -1, changes != nullptr ? &own : nullptr));
+  if (changes != nullptr) {
+    for (size_t p = 0; p < 3; ++p) (*changes)[p] = moved_by(model.patch, fit, own[p]);
+    (*changes)[3] = dense::product(-model.patch.along_x, moved);
+    (*changes)[4] = dense::product(-model.patch.along_y, moved);
+  }
+  return moved;
+}
+
+void add_prior(const Model& model, const Setting& setting, const LumpVector& at, double& sum,
+               LumpVector* slope, Matrix5* normal) {
+  const std::array<std::array<double, 2>, 3> ranges = {log_range(model.size_mm), log_range(model.depth_mm),
+                                                       log_range(model.ratio)};
+  for (int p = 0; p < 3; ++p) {
+    const auto [low, high] = ranges[static_cast<size_t>(p)];
+    const double width = high - low + 0.1, off = at(p) - 0.5 * (low + high);
+    sum += off * off / (width * width);
+    if (slope != nullptr) {
+      (*slope)(p) -= off / (width * width);
+      (*normal)(p, p) += 1 / (width * width);
+    }
+    const double beyond = std::log(kBeyondRange);
+    wall(at(p) - high - beyond, 0.03, p, 1, sum, slope, normal);
+    wall(low - beyond - at(p), 0.03, p, -1, sum, slope, normal);
+  }
+  for (int p = 3; p < 5; ++p) {
+    sum += at(p) * at(p) / 16;
+    if (slope != nullptr) {
+      (*slope)(p) -= at(p) / 16;
+      (*normal)(p, p) += 1.0 / 16;
+    }
+  }
+  // A lump does not reach through the floor.
+  const double size = std::exp(at(0)), depth = std::exp(at(1));
+  const double over = size + depth - (setting.thickness_mm - 0.9 * model.floor_mm);
+  if (over > 0) {
+    const double width = 0.2;
+    sum += over * over / (width * width);
+    if (slope != nullptr) {
+      LumpVector by = LumpVector::Zero();
+      by(0) = size / width;
+      by(1) = depth / width;
+      *slope -= by * over / width;
+      *normal += by * by.transpose();
+    }
+  }
+}
+
+Eigen::MatrixXd Fitter::factors(const Fit& fit, Eigen::MatrixXd* jacobian) const {
+  std::array<Eigen::MatrixXd, 5> changes;
+  Eigen::MatrixXd moved =
+      bump_of(model_, patch_.view.setting, nodes_.loads, fit, jacobian != nullptr ? &changes : nullptr);
   if (jacobian != nullptr) {
     jacobian->resize(patch_.observation.size(), 5);
-    for (size_t p = 0; p < 3; ++p)
-      jacobian->col(static_cast<Eigen::Index>(p)) =
-          patch_.of_factors(moved_by(model_.patch, fit, changes[p]));
-    jacobian->col(3) = patch_.of_factors(dense::product(-model_.patch.along_x, moved));
-    jacobian->col(4) = patch_.of_factors(dense::product(-model_.patch.along_y, moved));
+    for (size_t p = 0; p < 5; ++p)
+      jacobian->col(static_cast<Eigen::Index>(p)) = patch_.of_factors(changes[p]);
   }
   return moved;
 }
@@ -80,43 +128,7 @@ double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) co
     *slope = jacobian.transpose() * rest;
     *normal = dense::product_tn(jacobian, jacobian);
   }
-  // Prior: wide marginals over the ranges of the training data, walls beyond
-  // them.
-  const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm),
-                                                       log_range(model_.ratio)};
-  for (int p = 0; p < 3; ++p) {
-    const auto [low, high] = ranges[static_cast<size_t>(p)];
-    const double width = high - low + 0.1, off = fit.at(p) - 0.5 * (low + high);
-    sum += off * off / (width * width);
-    if (slope != nullptr) {
-      (*slope)(p) -= off / (width * width);
-      (*normal)(p, p) += 1 / (width * width);
-    }
-    const double beyond = std::log(kBeyondRange);
-    wall(fit.at(p) - high - beyond, 0.03, p, 1, sum, slope, normal);
-    wall(low - beyond - fit.at(p), 0.03, p, -1, sum, slope, normal);
-  }
-  for (int p = 3; p < 5; ++p) {
-    sum += fit.at(p) * fit.at(p) / 16;
-    if (slope != nullptr) {
-      (*slope)(p) -= fit.at(p) / 16;
-      (*normal)(p, p) += 1.0 / 16;
-    }
-  }
-  // A lump does not reach through the floor.
-  const double size = std::exp(fit.at(0)), depth = std::exp(fit.at(1));
-  const double over = size + depth - (patch_.view.setting.thickness_mm - 0.9 * model_.floor_mm);
-  if (over > 0) {
-    const double width = 0.2;
-    sum += over * over / (width * width);
-    if (slope != nullptr) {
-      LumpVector by = LumpVector::Zero();
-      by(0) = size / width;
-      by(1) = depth / width;
-      *slope -= by * over / width;
-      *normal += by * by.transpose();
-    }
-  }
+  add_prior(model_, patch_.view.setting, fit.at, sum, slope, normal);
   return sum;
 }
 

@@ -20,6 +20,17 @@ struct Fit {
   Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Identity();
 };
 
+/// Factors of the fields at each load, of a fitted lump's bump in a patch of this setting; optionally how
+/// they change with the fit's five numbers.
+Eigen::MatrixXd bump_of(const Model& model, const Setting& setting, const std::vector<double>& loads,
+                        const Fit& fit, std::array<Eigen::MatrixXd, 5>* changes = nullptr);
+
+/// What a lump costs before it is looked at, added to `chi_square`: wide marginals over the ranges of the
+/// training data and walls beyond them, near the patch's middle, above the floor. `slope` and `normal`: null,
+/// or both, of the five numbers.
+void add_prior(const Model& model, const Setting& setting, const LumpVector& at, double& chi_square,
+               LumpVector* slope, Eigen::Matrix<double, 5, 5>* normal);
+
 /// One patch as the emulator explains it.
 class Fitter {
  public:

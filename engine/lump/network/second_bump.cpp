@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "engine/lump/network/view.h"
 
@@ -115,6 +117,7 @@ class Islands {
     for (const size_t n : order) rise(n);
   }
   size_t higher = kSea, lower = kSea;
+  std::vector<std::pair<size_t, double>> tops;  ///< all but the highest one, each with its fall
   double fall = 0;
   static constexpr size_t kSea = std::numeric_limits<size_t>::max();
 
@@ -141,6 +144,7 @@ class Islands {
     if (a == b) return;
     size_t keep = top_[a], drop = top_[b];
     if (keep == kSea || (drop != kSea && r_.value[drop] > r_.value[keep])) std::swap(keep, drop);
+    if (drop != kSea) tops.emplace_back(drop, r_.value[drop] - level);
     if (drop != kSea && r_.value[drop] - level > fall) {
       fall = r_.value[drop] - level;
       higher = keep;
@@ -173,6 +177,13 @@ std::optional<SecondBump> find_second_bump(const PressedNodes& nodes) {
   bump.height = relief.value[islands.lower] / relief.value[islands.higher];
   bump.fall = islands.fall / relief.value[islands.higher];
   bump.noises = islands.fall / relief.noise;
+  for (const auto& [top, fall] : islands.tops) {
+    SecondBump other;
+    other.height = relief.value[top] / relief.value[islands.higher];
+    other.fall = fall / relief.value[islands.higher];
+    other.noises = fall / relief.noise;
+    if (top != islands.lower && reports_two(other)) bump.others_mm.push_back(place(relief, top));
+  }
   return bump;
 }
 
@@ -193,11 +204,14 @@ void report_second_bump(const PressedNodes& nodes, Estimate& estimate) {
   const auto bump = find_second_bump(nodes);
   if (!bump || !reports_two(*bump)) return;
   const std::string line =
-      text("two bumps, %.3g mm apart, at %.3g, %.3g mm and %.3g, %.3g mm: the estimate is of one lump only",
+      text(bump->others_mm.empty()
+               ? "two bumps, %.3g mm apart, at %.3g, %.3g mm and %.3g, %.3g mm"
+               : "three bumps or more: two are %.3g mm apart, at %.3g, %.3g mm and %.3g, %.3g mm",
            bump->distance_mm, bump->place_mm[0][0], bump->place_mm[0][1], bump->place_mm[1][0],
            bump->place_mm[1][1]);
   estimate.verdict = Status::SeveralLumps;
   estimate.bumps_mm.assign(bump->place_mm.begin(), bump->place_mm.end());
+  estimate.bumps_mm.insert(estimate.bumps_mm.end(), bump->others_mm.begin(), bump->others_mm.end());
   estimate.reasons.insert(estimate.reasons.begin(), line);
 }
 

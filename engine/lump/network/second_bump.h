@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "engine/lump/observation/observation.h"
 
@@ -18,6 +19,8 @@ struct SecondBump {
   double height = 0;  ///< of the lower top, over the higher one's
   double fall = 0;    ///< from the lower top to the highest way between them, over the higher one's height
   double noises = 0;  ///< the same fall over the noise of what is compared
+  /// Further tops that reports_two() would report beside the higher one.
+  std::vector<std::array<double, 2>> others_mm;
 };
 
 /// The pair with the greatest fall, all loads together. Tops at the edge of what was seen do not count: there

@@ -42,6 +42,8 @@ const char* to_string(Status verdict) {
       return "outside training";
     case Status::SeveralLumps:
       return "several lumps";
+    case Status::NotSeparable:
+      return "not separable";
     case Status::Saturated:
       return "saturated";
     case Status::Inconsistent:
@@ -64,6 +66,8 @@ const char* status_text(Status verdict) {
       return "unlike what the model was made for: no numbers";
     case Status::SeveralLumps:
       return "more than one lump: no numbers of one alone";
+    case Status::NotSeparable:
+      return "two lumps behind one bump, not told apart: no numbers";
     case Status::Saturated:
       return "saturated where the pressure is highest: no numbers";
     case Status::Inconsistent:

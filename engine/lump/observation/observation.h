@@ -60,12 +60,13 @@ enum class Status : uint8_t {
   StiffnessOpen,    ///< a lump; the interval of its stiffness ratio spans more than a factor of four
   NoLump,           ///< nothing above what noise alone reaches in one of 100 observations
   OutsideTraining,  ///< the observation is not like what the model was made for
-  SeveralLumps,     ///< bumps at two places or more: what an estimate says of one lump is not to be trusted
+  SeveralLumps,     ///< bumps at two places or more; of two each is estimated, see Estimate::lumps
+  NotSeparable,     ///< one bump that two lumps explain and one does not: no numbers
   Saturated,        ///< the highest pressure is beyond the sensor's limit in every load: no numbers
   Inconsistent,     ///< the observation contradicts itself: a unit, the pitch, the window ... is wrong
   Unusable,         ///< too few values, not converged: see the reasons
 };
-inline constexpr size_t kStatuses = 8;
+inline constexpr size_t kStatuses = 9;
 
 const char* to_string(Status verdict);    ///< "found", "stiffness open", ...
 const char* status_text(Status verdict);  ///< for people: "a lump", "no lump", ...
@@ -113,6 +114,10 @@ struct Estimate {
   /// Where the observation has several bumps: their tops from the block's middle, the highest first. Else
   /// empty.
   std::vector<std::array<double, 2>> bumps_mm;
+  /// Where there are two lumps that are told apart, each by itself, in the order of bumps_mm; the values
+  /// above are then NaN. Else empty.
+  std::vector<Estimate> lumps;
+  double separable_from_mm = 0;  ///< NotSeparable: distance from which on two such lumps have two tops
   std::vector<DetectionLimit> detection_limits;  ///< where there is NoLump
   std::vector<std::string> reasons;              ///< one line each, for people
   std::vector<InputEffect> input_effects;        ///< of the sources that were covered, see error_sources.h

@@ -25,6 +25,13 @@ constexpr int kRounds = 12;
 class PressedBlock {
  public:
   PressedBlock(const Observation& observation, const Estimate& estimate) : o_(observation) {
+    if (estimate.lumps.size() == 2 && estimate.lumps[0].size_mm.value > 0 &&
+        estimate.lumps[1].size_mm.value > 0) {
+      lump_ = lump_of(estimate.lumps[0]);
+      ratio_ = estimate.lumps[0].stiffness_ratio;
+      second_ = lump_of(estimate.lumps[1]);
+      return;
+    }
     if (!(estimate.detection_statistic >= 1) || !(estimate.size_mm.value > 0)) return;
     lump_ = lump_of(estimate);
     ratio_ = estimate.stiffness_ratio;
@@ -35,7 +42,12 @@ class PressedBlock {
   double log_force(size_t k, double thickness_mm, double zero_mm) const {
     const std::array block = {o_.block_mm[0], o_.block_mm[1], thickness_mm};
     const double compression = std::clamp((o_.press_mm[k] - zero_mm) / thickness_mm, 1e-4, 0.49);
-    return std::log(1e-6 * block[0] * block[1] * BlockStiffness::built_in().load(block, lump_, compression));
+    const BlockStiffness& stiffness = BlockStiffness::built_in();
+    double load = stiffness.load(block, lump_, compression);
+    // Each of two lumps stiffens the block by its own factor.
+    if (second_)
+      load *= stiffness.load(block, second_, compression) / stiffness.load(block, std::nullopt, compression);
+    return std::log(1e-6 * block[0] * block[1] * load);
   }
   /// Standard error of what the relation leaves, alike at all loads.
   double model_sd() const {
@@ -54,7 +66,7 @@ class PressedBlock {
 
  private:
   const Observation& o_;
-  std::optional<Case::Lump> lump_;
+  std::optional<Case::Lump> lump_, second_;
   Value ratio_;
 };
 
@@ -64,17 +76,17 @@ enum Unknown : uint8_t { kYoung, kThickness, kZero, kModel, kUnknowns };
 using Vector4 = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix4 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-struct Posterior {
+struct TissuePosterior {
   Vector4 at = Vector4::Zero();
   Matrix4 covariance = Matrix4::Zero();
   double chi_square = 0;  ///< of the ways and forces, and of where the plate touches
 };
 
 /// Least squares by Gauss and Newton. `prior_sd` of each unknown around `middle`; infinite: none.
-Posterior fit(const PressedBlock& block, const Observation& o, const Vector4& middle,
-              const Vector4& prior_sd) {
+TissuePosterior fit(const PressedBlock& block, const Observation& o, const Vector4& middle,
+                    const Vector4& prior_sd) {
   const double way_sd = o.press_sd_mm * std::sqrt(1 - kAlike);
-  Posterior p;
+  TissuePosterior p;
   p.at = middle;
   const auto residual = [&](size_t k, const Vector4& x) {
     return std::log(o.force_N[k]) - block.log_force(k, std::exp(x(kThickness)), x(kZero)) - x(kYoung) -
@@ -163,8 +175,8 @@ FoundTissue find_tissue(const Observation& o, const TissuePrior& prior, const Es
   const auto infinite = std::numeric_limits<double>::infinity();
   // Without a prior of the modulus first: what the way says alone.
   const double start = std::log(o.force_N.back()) - block.log_force(o.force_N.size() - 1, o.block_mm[2], 0);
-  const Posterior by_way = fit(block, o, {start, std::log(o.block_mm[2]), 0, 0},
-                               {infinite, prior.thickness_sd, zero_sd, block.model_sd()});
+  const TissuePosterior by_way = fit(block, o, {start, std::log(o.block_mm[2]), 0, 0},
+                                     {infinite, prior.thickness_sd, zero_sd, block.model_sd()});
   const auto loads = static_cast<double>(block.loads());
   // Twice what is as good as never exceeded: more of the ways' errors may be each load's own than is taken
   // here.
@@ -174,7 +186,7 @@ FoundTissue find_tissue(const Observation& o, const TissuePrior& prior, const Es
         "standard "
         "errors; is the way counted from where the plate touches, in mm, and known to %.2g mm?",
         std::sqrt(by_way.chi_square / loads), o.press_sd_mm);
-  Posterior p = by_way;
+  TissuePosterior p = by_way;
   const double told = std::log(o.young_Pa), sd = std::sqrt(by_way.covariance(kYoung, kYoung));
   if (std::isfinite(prior.young_sd) &&
       std::abs(by_way.at(kYoung) - told) > kContradicts * std::hypot(sd, prior.young_sd)) {
