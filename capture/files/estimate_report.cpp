@@ -27,6 +27,43 @@ Json to_json(const lump::InputEffect& effect) {
           {"higher", changes(effect.higher)}};
 }
 
+/// One lump of several by itself.
+Json lump_json(const lump::Estimate& e) {
+  Json one = {{"verdict", to_string(e.verdict)}, {"shape", to_string(e.shape)}, {"reasons", e.reasons}};
+  for (const EstimateQuantity& q : quantities_of(e))
+    one[std::string(q.name) + (*q.unit ? "_" : "") + q.unit] = to_json(q.value);
+  Json chances = Json::object(), effects = Json::array();
+  for (size_t s = 0; s < 4; ++s) chances[to_string(static_cast<InclusionShape>(s))] = e.shape_probability[s];
+  one["shape_probability"] = chances;
+  for (const lump::InputEffect& effect : e.input_effects) effects.push_back(to_json(effect));
+  one["input_effects"] = effects;
+  return one;
+}
+
+std::string lump_text(const lump::Estimate& e, size_t number) {
+  std::string block = text("lump %zu: %s\n", number, to_string(e.verdict));
+  if (std::isfinite(e.size_mm.value)) {
+    for (const EstimateQuantity& q : quantities_of(e))
+      block += text("  %-18s %7.3g    %.3g to %.3g %s\n", q.label, q.value.value, q.value.low, q.value.high,
+                    q.of_what);
+    block += text("  shape: %s %.0f %%\n", to_string(e.shape),
+                  100 * e.shape_probability[static_cast<size_t>(e.shape)]);
+  }
+  for (const std::string& reason : e.reasons) block += "  note: " + reason + "\n";
+  return block;
+}
+
+/// Each lump that has numbers; one alone is there too, in words it is what the whole report says.
+void add_lumps(const lump::Estimate& e, Facts& facts) {
+  Json lumps = Json::array();
+  std::string blocks;
+  for (const lump::Estimate& each : lumps_of(e)) {
+    lumps.push_back(lump_json(each));
+    if (!e.lumps.empty()) blocks += lump_text(each, lumps.size());
+  }
+  facts.add("lumps", lumps, blocks.empty() ? "" : "each lump              value    90 % interval\n" + blocks);
+}
+
 void add_shape(const lump::Estimate& e, bool shown, Facts& facts) {
   facts.add("shape", to_string(e.shape));
   Json chances = Json::object();
@@ -60,6 +97,29 @@ std::array<EstimateQuantity, 5> quantities_of(const lump::Estimate& e) {
            {"y", "centre y", e.y_mm, "mm", kFromMiddle}}};
 }
 
+std::vector<lump::Estimate> lumps_of(const lump::Estimate& e) {
+  if (!e.lumps.empty()) return e.lumps;
+  return reports_numbers(e.verdict) ? std::vector{e} : std::vector<lump::Estimate>{};
+}
+
+std::string lumps_csv(const lump::Estimate& e) {
+  std::string csv = "lump,verdict,shape";
+  for (const EstimateQuantity& q : quantities_of(e)) {
+    const std::string name = std::string(q.name) + (*q.unit ? "_" : "") + q.unit;
+    csv += "," + name + "," + name + "_low," + name + "_high";
+  }
+  csv += "\n";
+  size_t number = 0;
+  for (const lump::Estimate& each : lumps_of(e)) {
+    csv += text("%zu,%s,%s", ++number, to_string(each.verdict), to_string(each.shape));
+    for (const EstimateQuantity& q : quantities_of(each))
+      csv += std::isfinite(q.value.value) ? text(",%.9g,%.9g,%.9g", q.value.value, q.value.low, q.value.high)
+                                          : std::string(",,,");
+    csv += "\n";
+  }
+  return csv;
+}
+
 Facts facts_of(const lump::Estimate& e) {
   Facts facts;
   const bool consistent = e.verdict != lump::Status::Inconsistent;
@@ -87,6 +147,8 @@ Facts facts_of(const lump::Estimate& e) {
              young.value, young.low, young.high, thickness.value, thickness.low, thickness.high));
   }
   add_shape(e, shown, facts);
+  add_lumps(e, facts);
+  if (e.separable_from_mm > 0) facts.add("separable_from_mm", e.separable_from_mm);
   facts.add("method", e.method);
   facts.add("wall_s", e.wall_s);
   facts.add("bumps_mm", e.bumps_mm);

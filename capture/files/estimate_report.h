@@ -27,6 +27,11 @@ json::Value interval_json(const lump::Value& value);
 /// An object of depth_mm, stiffness_ratio and size_mm, which is null where none is seen.
 json::Value limit_json(const lump::DetectionLimit& limit);
 
+/// Each lump that was estimated: both of two, the one there is where its numbers may be shown, none.
+std::vector<lump::Estimate> lumps_of(const lump::Estimate& estimate);
+/// A row for each of them, with its verdict, shape and quantities.
+std::string lumps_csv(const lump::Estimate& estimate);
+
 /// Verdict, quantities, shape, notes, effects of errors of the inputs, method.
 Facts facts_of(const lump::Estimate& estimate);
 

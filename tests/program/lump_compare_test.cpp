@@ -1,4 +1,6 @@
 // palpate lump compare on the command line.
+#include <cmath>
+
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -41,6 +43,41 @@ TEST_F(LumpCompareCommand, GrowthIsToldAndKept) {
   const Table table(slurp(out / "change.csv"));
   EXPECT_GE(table.number(0, "size_high_mm"), 1.0);
   EXPECT_EQ(table.at(1, "verdict"), "no change");
+}
+
+// Two lumps in the block: each in every file of an estimate, and no change told of one of them.
+TEST_F(LumpCompareCommand, TwoLumpsAreListedAndNotCompared) {
+  const auto day_of_two = [this](const std::string& name, const std::string& seed, const char* method) {
+    const fs::path out = folder_ / name;
+    const Ended ended =
+        run({"lump",     "scan",        "--simulate", "--cells",    "24",          "24",  "12",
+             "--method", method,        "--size-mm",  "7",          "--depth-mm",  "2.5", "--stiffness-ratio",
+             "6",        "--offset-mm", "-5.5",       "1",          "--second-mm", "5.5", "-2",
+             "--seed",   seed,          "--out",      out.string(), "--json"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return parse_json(ended.out)["estimate"];
+  };
+  const Json estimate = day_of_two("may", "1", "refined");
+  EXPECT_EQ(estimate["bumps_mm"].size(), 2u) << estimate.dump();
+  ASSERT_EQ(estimate["lumps"].size(), 2u);
+  for (const Json& lump : estimate["lumps"]) {
+    EXPECT_NEAR(lump["size_mm"]["value"].get<double>(), 7, 1) << lump.dump();
+    EXPECT_LE(lump["depth_mm"]["low"].get<double>(), 2.9);
+    EXPECT_GE(lump["depth_mm"]["high"].get<double>(), 2.1);
+    EXPECT_NEAR(std::abs(lump["x_mm"]["value"].get<double>()), 5.5, 0.6);
+  }
+  day_of_two("june", "2", "none");
+  const Ended ended =
+      run({"lump", "compare", (folder_ / "may").string(), (folder_ / "june").string(), "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json days = parse_json(ended.out)["days"];
+  EXPECT_EQ(days[1]["change"]["verdict"], "not comparable") << days[1].dump();
+  EXPECT_TRUE(contains(days[1]["change"]["reasons"].dump(), "more than one lump"));
+  // The estimate of that day: no value of one lump alone, and both in JSON.
+  const Json whole = days[0]["estimate"];
+  EXPECT_EQ(whole["verdict"], "several lumps");
+  EXPECT_TRUE(whole["size_mm"].is_null());
+  EXPECT_EQ(whole["lumps"].size(), 2u);
 }
 
 TEST_F(LumpCompareCommand, NonsenseIsRefusedInOneLine) {

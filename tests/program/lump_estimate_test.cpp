@@ -62,6 +62,45 @@ TEST_F(LumpEstimateCommand, EstimateWritesATableAPlotAndWordsForPeople) {
   EXPECT_GT(fs::file_size(folder_ / "lump/lump.json"), 100u);
 }
 
+// A scan of two balls of 7 mm, 2.5 mm deep, ratio 6, at -5.5, 1 and 5.5, -2 mm: palpate lump scan --simulate
+// --cells 48 48 24 --method none --seed 3.
+TEST_F(LumpEstimateCommand, EachOfTwoLumpsIsReported) {
+  const NpyArray maps = read_npy(kReadings + "two_balls.npy");
+  ASSERT_EQ(maps.shape, (std::vector<size_t>{4, 33, 33}));
+  std::vector<std::string> words = {"lump", "estimate"};
+  for (size_t load = 0; load < 4; ++load) {
+    words.push_back(folder_ / ("load_" + std::to_string(load) + ".npy"));
+    const auto first = maps.values.begin() + static_cast<std::ptrdiff_t>(load * 33 * 33);
+    write_npy(words.back(), std::vector<float>(first, first + 33 * 33), {33, 33});
+  }
+  for (const std::string& word :
+       {std::string("--force-N"), std::string("0.50206,1.003878,1.5087,2.011764"), std::string("--young-Pa"),
+        std::string("4000"), std::string("--out"), std::string(folder_ / "two")})
+    words.push_back(word);
+  const Ended ended = run(words);
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  for (const char* part : {"verdict: several lumps", "lump 1: ", "lump 2: ", "two bumps"})
+    EXPECT_TRUE(contains(ended.out, part)) << part << ended.out;
+  EXPECT_FALSE(contains(ended.out, "if it were one lump")) << ended.out;
+  const auto found = parse_json(slurp(folder_ / "two/lump.json"));
+  EXPECT_TRUE(found["size_mm"].is_null());
+  ASSERT_EQ(found["lumps"].size(), 2u);
+  for (const auto& lump : found["lumps"]) {
+    const double x_mm = lump["x_mm"]["value"];
+    EXPECT_NEAR(std::abs(x_mm), 5.5, 0.3);
+    EXPECT_NEAR(lump["y_mm"]["value"].get<double>(), x_mm < 0 ? 1 : -2, 0.3);
+    for (const auto& [name, truth] :
+         {std::pair{"size_mm", 7.0}, {"depth_mm", 2.5}, {"stiffness_ratio", 6.0}}) {
+      EXPECT_LE(lump[name]["low"].get<double>(), truth) << lump.dump();
+      EXPECT_GE(lump[name]["high"].get<double>(), truth) << lump.dump();
+    }
+  }
+  const Table table(slurp(folder_ / "two/lumps.csv"));
+  EXPECT_NEAR(table.number(0, "size_mm"), 7, 0.7);
+  EXPECT_NEAR(table.number(1, "size_mm"), 7, 0.7);
+  EXPECT_LT(table.number(1, "depth_mm_low"), table.number(1, "depth_mm_high"));
+}
+
 TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
   spill(folder_ / "words.csv", "1,2,3\n4,five,6\n");
   spill(folder_ / "ragged.csv", "1,2,3\n4,5\n");

@@ -159,6 +159,20 @@ def test_a_lump():
     assert not nothing.found
 
 
+def test_each_of_two_lumps():
+    maps_Pa = np.load(Path(__file__).parent.parent / "data" / "lump" / "two_balls.npy")
+    force_N = [0.50206, 1.003878, 1.5087, 2.011764]
+    found = pp.lump.estimate(list(maps_Pa), force_N=force_N, young_Pa=4000)
+    assert found.state == "several lumps" and not found.found
+    assert found.size_mm is None and len(found.lumps) == 2
+    for lump in found.lumps:
+        assert lump.found
+        assert lump.size_mm.low < 7 < lump.size_mm.high
+        assert lump.depth_mm.low < 2.5 < lump.depth_mm.high
+    first, second = sorted(found.lumps, key=lambda lump: lump.x_mm.value)
+    assert abs(first.x_mm.value + 5.5) < 0.3 and abs(second.x_mm.value - 5.5) < 0.3
+
+
 def test_a_lump_in_tissue_that_nobody_measured():
     folder = Path(__file__).parent.parent / "data" / "calculix"
     about = json.loads((folder / "deep_ellipsoid.json").read_text())

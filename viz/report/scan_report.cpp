@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <numbers>
+#include <utility>
 
 #include "capture/files/estimate_report.h"
 #include "capture/files/lump_maps.h"
@@ -93,6 +94,8 @@ Json to_json(const lump::Estimate& e) {
             {"false_alarm_rate", e.false_alarm_rate},
             {"reasons", e.reasons}};
   if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;
+  v["lumps"] = facts_of(e).json.at("lumps");
+  if (e.separable_from_mm > 0) v["separable_from_mm"] = e.separable_from_mm;
   if (!reports_numbers(e.verdict)) return v;
   v["size_mm"] = interval_json(e.size_mm);
   v["depth_mm"] = interval_json(e.depth_mm);
@@ -261,6 +264,15 @@ std::string headline(const ScanAnswer& a) {
   const lump::Estimate& e = *a.estimate;
   std::string words = lump::status_text(e.verdict);
   if (!words.empty()) words[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[0])));
+  if (e.lumps.size() == 2) {
+    words = palpate::text("Two lumps, %.2g mm apart", std::hypot(e.bumps_mm[0][0] - e.bumps_mm[1][0],
+                                                                 e.bumps_mm[0][1] - e.bumps_mm[1][1]));
+    for (const lump::Estimate& each : e.lumps)
+      words += reports_numbers(each.verdict) ? palpate::text("; %.2g mm wide, its top %.2g mm deep",
+                                                             each.size_mm.value, each.depth_mm.value)
+                                             : std::string("; one without numbers");
+    return words + ".";
+  }
   if (!reports_numbers(e.verdict)) return words + ".";
   words += palpate::text(": %.2g mm wide, its top %.2g mm deep", e.size_mm.value, e.depth_mm.value);
   return words + palpate::text(std::isfinite(e.stiffness_ratio.value)
@@ -291,10 +303,11 @@ Plot map_plot(const ScanReport& r) {
   };
   outline(a.outline, "felt: half height");
   if (a.second_outline) outline(*a.second_outline, "");
-  if (a.estimate && reports_numbers(a.estimate->verdict)) {
-    const lump::Estimate& e = *a.estimate;
+  const char* estimated = "estimated size";
+  for (const lump::Estimate& e : a.estimate ? lumps_of(*a.estimate) : std::vector<lump::Estimate>{}) {
+    if (!reports_numbers(e.verdict)) continue;
     const auto [x, y] = plot_ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value);
-    map.add("estimated size", x, y, kPlotCyan).dashed = true;
+    map.add(std::exchange(estimated, ""), x, y, kPlotCyan).dashed = true;
   }
   if (r.truth && r.truth->inclusion) {
     std::vector<fem::Inclusion> lumps = {*r.truth->inclusion};
@@ -377,7 +390,8 @@ std::string html(const ScanReport& r, const fs::path& folder) {
   inputs.emplace_back("made", r.made);
   body += "<h2>Inputs</h2>\n" + html_rows(inputs);
   body +=
-      "<p class=\"small\">Intervals hold nine of ten truths where the model's assumptions hold: one lump, "
+      "<p class=\"small\">Intervals hold nine of ten truths where the model's assumptions hold: one lump or "
+      "two, "
       "even tissue whose modulus and thickness are as stated within their errors, a plate without "
       "friction. " +
       std::string(kNotice) + "</p>\n";

@@ -76,6 +76,14 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
     const auto [x, y] = plot_ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value);
     panel.add("", x, y, kPlotWhite);
   }
+  for (const lump::Estimate& each : e.lumps) {
+    if (!std::isfinite(each.size_mm.value)) continue;
+    const auto [x, y] =
+        plot_ellipse(each.x_mm.value, each.y_mm.value, each.size_mm.value, each.size_mm.value);
+    panel.add(palpate::text("%.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", each.size_mm.value,
+                            each.depth_mm.value, each.stiffness_ratio.low, each.stiffness_ratio.high),
+              x, y, kPlotWhite);
+  }
   return {.panels = {panel}, .width_px = 760, .height_px = 600};
 }
 
@@ -89,12 +97,14 @@ Report run(const Common& common, Options& o) {
     write_observation(common.out, observation);
     write_whole(common.out / "lump.json", std::string_view(report.json.dump(2, json::Utf8::Replace) + "\n"));
     std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
-    if (estimate.detection_statistic >= 1 && estimate.verdict != lump::Status::Inconsistent)
+    if (estimate.detection_statistic >= 1 && estimate.lumps.empty() &&
+        estimate.verdict != lump::Status::Inconsistent)
       for (const EstimateQuantity& q : quantities_of(estimate))
         csv += std::string(q.name) + "," + plot_number(q.value.value) + "," + plot_number(q.value.low) + "," +
                plot_number(q.value.high) + "," + q.unit + "\n";
     write_whole(common.out / "lump.csv", std::string_view(csv));
-    written += ", lump.csv, observation.json, pressure_Pa.npy";
+    write_whole(common.out / "lumps.csv", std::string_view(lumps_csv(estimate)));
+    written += ", lump.csv, lumps.csv, observation.json, pressure_Pa.npy";
     draw_plot(plot_of(observation, estimate), common.out / "lump", written);
     report.text += "wrote " + written + "\n";
   }
@@ -104,9 +114,9 @@ Report run(const Common& common, Options& o) {
 }  // namespace
 
 void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
-  CommandLine* command = group.add_subcommand(
-      "estimate",
-      "Estimate the lump behind pressure maps: size, depth, stiffness, shape, each with its interval");
+  CommandLine* command = group.add_subcommand("estimate",
+                                              "Estimate the lump behind pressure maps, or each of two: size, "
+                                              "depth, stiffness, shape, with intervals");
   auto o = std::make_shared<Options>();
   command->add_option("MAPS", o->maps, "Pressure in Pa, a file per load: .npy (height x width) or .csv")
       ->required();
@@ -140,7 +150,8 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--network", o->network, "A file of palpate-lab train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command->add_option("--out", common.out,
-                      "Folder for lump.json, lump.csv, a plot, and the observation for palpate lump compare");
+                      "Folder for lump.json, lump.csv, lumps.csv (a row a lump), a plot, and the observation "
+                      "for palpate lump compare");
   add_common(
       *command, common,
       "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 \\\n"

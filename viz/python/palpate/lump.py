@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,8 @@ class Lump:
     """Where there is no lump: what would have been seen."""
     young_Pa: Interval | None = None
     """Of the tissue, where ``press_mm`` told it."""
+    lumps: tuple[Lump, ...] = ()
+    """Each lump that was estimated: both of two that are told apart, where the values above are None."""
 
     @property
     def found(self) -> bool:
@@ -198,7 +200,11 @@ def estimate(
         float(place_sd_mm), path_text(network or "", "network"), method,
     )
     found = json.loads(answer)
+    whole = _lump(found, text.rstrip())
+    return replace(whole, lumps=tuple(_lump({**found, **one}, whole.text) for one in found["lumps"]))
 
+
+def _lump(found: dict[str, Any], text: str) -> Lump:
     def interval(name: str) -> Interval | None:
         return None if found[name] is None else Interval(**found[name])
 
@@ -215,7 +221,7 @@ def estimate(
         shape_probability=found["shape_probability"],
         method=found["method"],
         reasons=tuple(found["reasons"]),
-        text=text.rstrip(),
+        text=text,
         detection_limits=tuple(DetectionLimit(**limit) for limit in found["detection_limits"]),
         young_Pa=Interval(**found["tissue"]["young_Pa"]) if "tissue" in found else None,
     )
