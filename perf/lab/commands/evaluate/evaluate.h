@@ -19,6 +19,7 @@ void add_evaluate_force(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_change(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_limit(CommandLine& group, Common& common, Command& chosen);
+void add_evaluate_pairs(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_stiffness(CommandLine& group, Common& common, Command& chosen);
 
 /// --by, --bins and --fewest. `conditions`: what --by may name, for its help.
