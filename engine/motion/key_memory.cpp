@@ -30,12 +30,18 @@ Matrix6d error_by(const Matrix6d& before, const Registration& found) {
   return found.covariance + moved * before * moved.transpose();
 }
 
-Matrix6d error_of(const TrackKey& key, double gain_sd) {
-  const Vector6d tilted = gain_sd * key.tilted;
-  return key.before + key.link + tilted * tilted.transpose();
+Matrix6d error_of(const TrackKey& key, const MemoryOptions& options) {
+  return key.before + key.link +
+         alike_error(key.tilted, options.gain_sd, key.smoothed, options.skin_smoothing_sd_mm2);
 }
 
 }  // namespace
+
+Matrix6d alike_error(const Vector6d& tilted, double gain_sd, const Vector6d& smoothed,
+                     double smoothing_sd_mm2) {
+  return gain_sd * gain_sd * tilted * tilted.transpose() +
+         smoothing_sd_mm2 * smoothing_sd_mm2 * smoothed * smoothed.transpose();
+}
 
 void KeyMemory::keep(TrackKey key) {
   const size_t pixels = key.surface.levels().front().depth.size();
@@ -60,7 +66,7 @@ std::vector<const TrackKey*> KeyMemory::candidates(const ContactSurface& now,
   const Vector3d place = tracked.motion.inverse() * now.centroid_mm();
   std::vector<std::pair<double, const TrackKey*>> sure;
   for (const TrackKey& key : keys_) {
-    const double square = size_of(error_of(key, options_.gain_sd), radius_mm);
+    const double square = size_of(error_of(key, options_), radius_mm);
     if ((key.place_mm() - place).norm() > options_.most_way * radius_mm || square > kWorth * own) continue;
     if ((tracked.motion.turn * key.motion.turn.transpose())(2, 2) < least_cosine) continue;
     sure.emplace_back(square, &key);
@@ -113,7 +119,7 @@ std::optional<KeyMemory::Return> KeyMemory::recognise(const ContactSurface& now,
     const RigidMotion start = tracked.motion * key->motion.inverse();
     const Registration found = register_surface(key->surface, now, start, registration, sums);
     if (!fits(found, std::max(tracked.residual_mm, key->residual_mm))) continue;
-    if (size_of(error_by(error_of(*key, options_.gain_sd), found), radius_mm) >= own) continue;
+    if (size_of(error_by(error_of(*key, options_), found), radius_mm) >= own) continue;
     const Vector6d apart = twist_between(start, found.motion, found.at_mm);
     const Matrix6d moved = seen_at(tracked.at_mm, found.at_mm);
     const Eigen::MatrixXd spread = found.covariance + moved * tracked.covariance * moved.transpose();

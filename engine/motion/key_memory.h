@@ -18,6 +18,8 @@ struct TrackKey {
   /// Of all links, the twist that their turns about axes along the pad were, each about its own contact: what
   /// a depth's gain is wrong by makes all of them too small or too large alike.
   Vector6d tilted = Vector6d::Zero();
+  /// Of all links, Registration::by_smoothing.
+  Vector6d smoothed = Vector6d::Zero();
   double overlap = 0;  ///< of the last link
   Freedom freedom;
   double residual_mm = 0;  ///< of its first frame
@@ -26,6 +28,11 @@ struct TrackKey {
   /// The object's point that is in the middle of the contact, where it was at the track's begin.
   Eigen::Vector3d place_mm() const { return motion.inverse() * surface.centroid_mm(); }
 };
+
+/// Covariance of errors that all links of a track share (TrackKey::tilted and smoothed), by the standard
+/// errors of what they are by.
+Matrix6d alike_error(const Vector6d& tilted, double gain_sd, const Vector6d& smoothed,
+                     double smoothing_sd_mm2);
 
 /// Where a frame is by what was tracked: the motion since the track began, its error seen at at_mm, and what
 /// the frame leaves over where it fits.
@@ -37,8 +44,8 @@ struct TrackedMotion {
 };
 
 struct MemoryOptions {
-  double gain_sd = 0;  ///< PoseOptions::gain_sd
-  size_t most = 24;    ///< key frames that are kept; of the two that show nearly the same the later one goes
+  double gain_sd = 0, skin_smoothing_sd_mm2 = 0;  ///< of PoseOptions
+  size_t most = 24;  ///< key frames that are kept; of the two that show nearly the same the later one goes
   size_t most_pixels =
       2'000'000;  ///< of all of them, about 35 bytes each: 26 frames of 320 x 240, or 6 of 640 x 480
   // A frame is compared with the two surest key frames whose middle is no farther away than this, in radii,

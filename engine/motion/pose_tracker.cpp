@@ -163,6 +163,7 @@ void PoseTracker::begin(ContactSurface surface, uint32_t track) {
   link_.setZero();
   before_.setZero();
   tilted_.setZero();
+  smoothed_.setZero();
   last_residual_mm_ = high_residual_mm_ = calm_residual_mm_ = 0;
   restless_ = false;
   memory_.clear();
@@ -194,8 +195,9 @@ void PoseTracker::take(const TrackKey& key, const Registration& found) {
   before_ = moved * (key.before + (1 - shared) * key.link) * moved.transpose();
   tilted_ = moved * key.tilted;
   tilted_.segment<2>(3) += turn_vector(found.motion.turn).head<2>();
-  const Vector6d wrong = options_.gain_sd * tilted_;
-  pose_.covariance = link_ + before_ + wrong * wrong.transpose();
+  smoothed_ = moved * key.smoothed + found.by_smoothing;
+  pose_.covariance =
+      link_ + before_ + alike_error(tilted_, options_.gain_sd, smoothed_, options_.skin_smoothing_sd_mm2);
   pose_.freedom = found.freedom.with(key.freedom.after(found.motion));
   pose_.surface = found.freedom.kind;
   pose_.pivot_mm = found.freedom.pivot_mm;
@@ -235,6 +237,7 @@ void PoseTracker::make_key(ContactSurface surface) {
   key_.link = moved * link_ * moved.transpose();
   key_.before = moved * before_ * moved.transpose();
   key_.tilted = moved * tilted_;
+  key_.smoothed = moved * smoothed_;
   key_.overlap = pose_.overlap;
   key_.freedom = pose_.freedom.at(surface.centroid_mm());
   key_.residual_mm = 0;

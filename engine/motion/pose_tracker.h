@@ -19,6 +19,8 @@ struct PoseOptions {
   /// Relative standard error of the maps' depths, the same in all: turns about axes along the pad are wrong
   /// by as much, all alike, and do not average over key frames.
   double gain_sd = 0;
+  /// Standard error of RegistrationOptions::skin_smoothing_mm2, mm2, which all key frames share, too.
+  double skin_smoothing_sd_mm2 = 0;
   // A frame becomes the new key frame where it shares less than this with the last one, is turned from it by
   // more than this, or leaves so many times the residual of the key frame's first frame.
   double key_overlap = 0.6;
@@ -89,6 +91,7 @@ class PoseTracker {
   static MemoryOptions memory_of(const PoseOptions& options) {
     MemoryOptions memory = options.memory;
     memory.gain_sd = options.gain_sd;
+    memory.skin_smoothing_sd_mm2 = options.skin_smoothing_sd_mm2;
     return memory;
   }
   struct Found {
@@ -117,7 +120,7 @@ class PoseTracker {
   KeyMemory memory_;
   RigidMotion from_key_, last_step_;
   Matrix6d link_ = Matrix6d::Zero(), before_ = Matrix6d::Zero();  // error of from_key_, and of all before
-  Vector6d tilted_ = Vector6d::Zero();                            // TrackKey::tilted of the pose
+  Vector6d tilted_ = Vector6d::Zero(), smoothed_ = tilted_;       // as of a TrackKey, of the pose
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
   double last_residual_mm_ = 0, high_residual_mm_ = 0, calm_residual_mm_ = 0;
   bool restless_ = false;  // the last frame left twice the calm residual

@@ -11,6 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr size_t kLeastPixels = 60;                          // pixels that a motion takes
+constexpr double kFilter_px2 = 1;                            // variance of ContactSurface's filter
 constexpr double kFineStep_px = 0.01, kCoarseStep_px = 0.1;  // steps below these end a search
 
 /// The search for a guess that leaves little over; what the last one left.
@@ -115,6 +116,38 @@ double slopes_disagree(const MotionSums& sums, const ScoreNoise& noise, double l
   return all > 0 ? std::min(2 * apart / both, 1.0) * wide / all : 0;
 }
 
+/// The fit's gradient by a smoothing of depth along the pad whose variance is 2 mm2. It raises each frame's
+/// surface along z by the sum of its second derivatives, which a tilt changes, and z is another direction of
+/// the object's after it: where x goes on by tilt z, with slopes s and second derivatives H, 2 tilt . H s of
+/// it is left over. A motion without tilt has none of it, and no noise.
+Vector6d smoothing_gradient(const ScoreField& field, const Eigen::Matrix3d& turn,
+                            const ContactSurface::Level& now, double slope_of_score) {
+  const Eigen::Vector3d about = turn_vector(turn);
+  const Eigen::Vector2d tilt(about[1], -about[0]);
+  const double per_way = 1 / (2 * now.pitch_mm);
+  Vector6d sum = Vector6d::Zero();
+  double weights = 0;
+  for (size_t i = 0; i < field.pixel.size(); ++i) {
+    const uint32_t at = field.pixel[i], x = at % now.width, y = at / now.width;
+    if (x == 0 || y == 0 || x + 1 == now.width || y + 1 == now.height) continue;
+    const auto change = [&](const std::vector<float>& of, uint32_t step) {
+      return double{of[at + step] - of[at - step]} * per_way;
+    };
+    const double xx = change(now.slope_x, 1), yy = change(now.slope_y, now.width),
+                 xy = (change(now.slope_x, now.width) + change(now.slope_y, 1)) / 2;
+    // Halfway between both frames.
+    const Eigen::Vector2d slope =
+        Eigen::Vector2d(double{now.slope_x[at]}, double{now.slope_y[at]}) + tilt / 2;
+    const double changed =
+        2 * (tilt[0] * (xx * slope[0] + xy * slope[1]) + tilt[1] * (xy * slope[0] + yy * slope[1]));
+    const auto scaled = double{field.row[i][2]};
+    for (size_t k = 0; k < 6; ++k)
+      sum[static_cast<Eigen::Index>(k)] += double{field.row[i][k]} * scaled * changed;
+    weights += scaled * scaled;
+  }
+  return weights > 0 ? Vector6d(sum * (slope_of_score / weights)) : sum;
+}
+
 /// What is left over, and what it makes of the motion.
 void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now, double radius_mm,
            const MotionGuess& guess, const RegistrationOptions& options, Registration& out) {
@@ -139,6 +172,7 @@ void judge(PixelSums& by, const LeftOver& left, const ContactSurface::Level& now
   const Matrix6d turned = carried_by({guess.turn, Eigen::Vector3d::Zero()});
   const Matrix6d spread = turned * solution.inverse;
   out.covariance = spread * scores * spread.transpose();
+  out.by_smoothing = -(spread * smoothing_gradient(field, guess.turn, now, sums.weight));
   out.freedom = solution.freedom.after(out.motion);
 }
 
@@ -183,8 +217,11 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
   const Eigen::Vector3d at = out.motion * middle;
   const Matrix6d moved = seen_at(out.at_mm, at);
   out.covariance = moved * out.covariance * moved.transpose();
+  out.by_smoothing = moved * out.by_smoothing;
   out.freedom = out.freedom.at(at);
   out.at_mm = at;
+  const double own_mm2 = kFilter_px2 / 2 * std::pow(key.levels().front().pitch_mm, 2);
+  out.motion = motion_about(at, -(options.skin_smoothing_mm2 + own_mm2) * out.by_smoothing) * out.motion;
   out.covariance(2, 2) += std::pow(key.level_sd_mm(), 2) + std::pow(now.level_sd_mm(), 2);
   for (Eigen::Index k = 3; k < 5; ++k)
     out.covariance(k, k) += std::pow(key.tilt_sd_rad(), 2) + std::pow(now.tilt_sd_rad(), 2);

@@ -24,6 +24,9 @@ struct RegistrationOptions {
   /// Way over which that error goes along with itself (a Gaussian's deviation), mm; 0: not known, all from 3
   /// to 48 px are taken for alike.
   double pad_reach_mm = 0;
+  /// Half the variance of what the skin smooths a depth by, mm2, which a surface that tilts is not the same
+  /// after. The motion is corrected for it, and for what ContactSurface smooths by.
+  double skin_smoothing_mm2 = 0;
   FreedomOptions freedom;
 
   /// Slopes below this are the pad's own.
@@ -39,6 +42,8 @@ struct Registration {
   /// Of the small motion that is missing (truth = motion_about(at_mm, twist) motion), mm and radians; 0 along
   /// what is unknown.
   Matrix6d covariance = Matrix6d::Zero();
+  /// What a smoothing adds to the motion that is found, for each mm2 of half its variance, seen at at_mm.
+  Vector6d by_smoothing = Vector6d::Zero();
   Freedom freedom;         ///< seen at at_mm
   double residual_mm = 0;  ///< of depth, as a standard deviation that strangers do not raise
   double overlap = 0;      ///< pixels compared, of the smaller contact's

@@ -20,6 +20,10 @@ constexpr double kHeldBack = 0.02;
 /// simulated objects (0 to 0.055; 0.01 to 0.1).
 constexpr double kShort = 0.04, kUneven = 0.06;
 
+/// RegistrationOptions::skin_smoothing_mm2 where the skin is not known: one that smooths by 0 or 0.12 mm is a
+/// standard error from it.
+constexpr double kSkin_mm2 = 0.0036;
+
 void add_depth_error(double way_mm, Pose& pose) {
   const double wrong_mm = kShort * way_mm, tilt = kUneven * wrong_mm / pose.freedom.radius_mm;
   pose.covariance(2, 2) += wrong_mm * wrong_mm;
@@ -92,6 +96,8 @@ PoseOptions pose_options(const Sensor& sensor) {
     if (!by.presses.empty()) gain = std::max(gain, std::sqrt(squares / double(by.presses.size())));
   }
   options.gain_sd = gain;
+  options.registration.skin_smoothing_mm2 = kSkin_mm2;
+  options.skin_smoothing_sd_mm2 = kSkin_mm2;
   return options;
 }
 

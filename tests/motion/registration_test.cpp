@@ -84,6 +84,50 @@ TEST(Registration, IntervalsHoldTheTruthUnderEachNoise) {
   }
 }
 
+/// Waves on a steep ball, at another place of them each time.
+SolidObject rough_ball(double radius_mm, double deep_mm, double place_mm) {
+  return {"rough ball", [=, waves = textured_plane()](double x, double y) {
+            const double square = radius_mm * radius_mm - x * x - y * y;
+            const double relief = 0.5 * (waves.depth_mm(x + place_mm, y - 2 * place_mm) - 0.45);
+            return square > 0 ? std::sqrt(square) - radius_mm + relief + deep_mm : -radius_mm;
+          }};
+}
+
+// The skin smooths depth along the pad, so that a surface that tilts is another one: a steep ball that rolls
+// seems to slip as it does. What it is said to smooth by takes that away.
+TEST(Registration, WhatTheSkinSmoothsIsNoMotion) {
+  constexpr double kRadius_mm = 3, kDeep_mm = 0.7;
+  const PadView pad{.width = 200, .height = 160, .pitch_mm = 0.05, .skin_px = 2.4};
+  const double smoothed_mm2 = std::pow(pad.skin_px * pad.pitch_mm, 2) / 2;
+  const SurfaceOptions inner{.border_px = 8};  // at the rim the skin spans
+  std::mt19937 random(3);
+  double unsaid_mm = 0, said_mm = 0;  // along the way it rolls, means
+  constexpr int kPlaces = 6;
+  for (int place = 0; place < kPlaces; ++place) {
+    const double turn_deg = place % 2 == 0 ? 8 : -8;
+    const SolidObject object = rough_ball(kRadius_mm, kDeep_mm, 0.7 * place);
+    Vector6d twist = Vector6d::Zero();
+    twist[4] = turn_deg * kDegree;
+    const RigidMotion truth = motion_about({0, 0, kDeep_mm - kRadius_mm}, twist);
+    const PressedMap before = pressed(object, {}, pad, 0, DepthNoise::None, random);
+    const PressedMap after = pressed(object, truth, pad, 0, DepthNoise::None, random);
+    const auto error_mm = [&](double smoothing_mm2) {
+      RegistrationOptions options;
+      options.skin_smoothing_mm2 = smoothing_mm2;
+      const Registration found = register_surface(ContactSurface(before.map(), inner),
+                                                  ContactSurface(after.map(), inner), truth, options);
+      return twist_between(truth, found.motion, found.at_mm)[0] * (turn_deg > 0 ? 1 : -1);
+    };
+    const double one_mm = error_mm(0), other_mm = error_mm(smoothed_mm2);
+    std::printf("turn %.0f degrees: %.4f mm, and %.4f mm\n", turn_deg, one_mm, other_mm);
+    unsaid_mm += one_mm / kPlaces;
+    said_mm += other_mm / kPlaces;
+  }
+  std::printf("mean: %.4f mm, and %.4f mm\n", unsaid_mm, said_mm);
+  EXPECT_LT(unsaid_mm, -0.0005);
+  EXPECT_LT(std::abs(said_mm), 0.5 * std::abs(unsaid_mm));
+}
+
 // What slides along itself is named, with its axis, and is never called determined.
 TEST(Registration, NamesWhatASurfaceDoesNotDetermine) {
   const int trials = of_sweep(40, 8);
