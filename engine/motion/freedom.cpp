@@ -96,6 +96,19 @@ double Freedom::unknown_share(int component) const {
   return kind == Slippage::Screw && component < 3 ? std::max(share, std::abs(axis[component])) : share;
 }
 
+double Freedom::unknown_sd(int component, double roll_rad) const {
+  if (unknown.cols() == 0) return 0;
+  constexpr double kSpin_rad = 0.58;  // of all to 1
+  // Amounts of the unknown directions whose turns are as likely as that.
+  const Vector3d turns(1 / (roll_rad * roll_rad), 1 / (roll_rad * roll_rad), 1 / (kSpin_rad * kSpin_rad));
+  const MatrixXd turning = unknown.bottomRows<3>();
+  const MatrixXd precision =
+      MatrixXd::Identity(unknown.cols(), unknown.cols()) + turning.transpose() * turns.asDiagonal() * turning;
+  const Eigen::VectorXd row = unknown.row(component).transpose();
+  const double square = row.dot(dense::Cholesky(precision).solve(row));
+  return std::sqrt(std::max(square, 0.0)) * (component < 3 ? radius_mm : 1);
+}
+
 RigidMotion Freedom::least_turn(const RigidMotion& motion) const {
   RigidMotion out = motion;
   if (unknown.cols() == 0) return out;

@@ -25,10 +25,10 @@ struct Freedom {
   /// Whether it is known: a share of at most kShare. What is left of it counts as an error (unknown_sd).
   bool determined(int component) const { return unknown_share(component) <= kShare; }
   static constexpr double kShare = 0.1;
-  /// Standard error of a component by what is unknown, were that as large as the radius: mm, or radians.
-  double unknown_sd(int component) const {
-    return unknown_share(component) * (component < 3 ? radius_mm : 1);
-  }
+  /// Standard error of a component by what is unknown, mm or radians: of turns about axes along the pad
+  /// `roll_rad`, what the contact's way allows a body that rolls; of a turn about the normal up to a radian,
+  /// all alike; of shifts the radius.
+  double unknown_sd(int component, double roll_rad) const;
 
   /// Whether pivot_mm is one.
   bool has_pivot() const {

@@ -27,9 +27,10 @@ PoseComponents Pose::components(const Eigen::Vector3d& place_mm) const {
   PoseComponents out;
   for (int k = 0; k < 3; ++k) {
     out.shift_mm[k] = told(k, shift[k]);
-    out.shift_sd_mm[k] = told(k, std::hypot(std::sqrt(spread(k, k)), there.unknown_sd(k)));
+    out.shift_sd_mm[k] = told(k, std::hypot(std::sqrt(spread(k, k)), there.unknown_sd(k, roll_rad)));
     out.turn_rad[k] = told(k + 3, turn[k]);
-    out.turn_sd_rad[k] = told(k + 3, std::hypot(std::sqrt(spread(k + 3, k + 3)), there.unknown_sd(k + 3)));
+    out.turn_sd_rad[k] =
+        told(k + 3, std::hypot(std::sqrt(spread(k + 3, k + 3)), there.unknown_sd(k + 3, roll_rad)));
   }
   return out;
 }
@@ -165,6 +166,7 @@ void PoseTracker::begin(ContactSurface surface, uint32_t track) {
   tilted_.setZero();
   smoothed_.setZero();
   last_residual_mm_ = high_residual_mm_ = calm_residual_mm_ = 0;
+  way_mm_ = 0;
   restless_ = false;
   memory_.clear();
   make_key(std::move(surface));
@@ -201,6 +203,11 @@ void PoseTracker::take(const TrackKey& key, const Registration& found) {
   pose_.freedom = found.freedom.with(key.freedom.after(found.motion));
   pose_.surface = found.freedom.kind;
   pose_.pivot_mm = found.freedom.pivot_mm;
+  const Eigen::Vector3d place = found.freedom.has_pivot() ? pose_.pivot_mm : pose_.at_mm;
+  way_mm_ = std::max(way_mm_, (place - pose_.motion.inverse() * place).head<2>().norm());
+  const double high_mm = found.freedom.has_pivot() ? (place - pose_.at_mm).norm() : key.surface.radius_mm();
+  constexpr double kLeast_rad = 1e-3;
+  pose_.roll_rad = std::clamp(way_mm_ / std::max(high_mm, 1e-9), kLeast_rad, 1.0);
   pose_.residual_mm = found.residual_mm;
   pose_.overlap = found.overlap;
 }

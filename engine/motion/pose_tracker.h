@@ -64,6 +64,9 @@ struct Pose {
   Freedom freedom = {};                   ///< what is unknown of the motion since the track began
   Slippage surface = Slippage::None;      ///< what the contact is now
   Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< Freedom::pivot_mm of that
+  /// The most that the object can have turned by rolling, about axes along the pad: its way since the track
+  /// began over the height of its pivot, or the contact's radius; at most a radian.
+  double roll_rad = 0;
   double residual_mm = 0;
   double overlap = 0;
 
@@ -123,6 +126,7 @@ class PoseTracker {
   Vector6d tilted_ = Vector6d::Zero(), smoothed_ = tilted_;       // as of a TrackKey, of the pose
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
   double last_residual_mm_ = 0, high_residual_mm_ = 0, calm_residual_mm_ = 0;
+  double way_mm_ = 0;      // along the pad since the track began, at most
   bool restless_ = false;  // the last frame left twice the calm residual
 };
 

@@ -164,6 +164,23 @@ TEST(Registration, NamesWhatASurfaceDoesNotDetermine) {
     }
 }
 
+// What an unknown turn makes of a component grows with the way that the object may have rolled, and is the
+// same about the normal.
+TEST(Freedom, UnknownTurnsCountAsFarAsABodyRolls) {
+  Freedom rolls{.radius_mm = 2}, spins{.radius_mm = 2}, slides{.radius_mm = 2};
+  for (Freedom* of : {&rolls, &spins, &slides}) of->unknown = Eigen::MatrixXd::Zero(6, 1);
+  rolls.unknown.col(0) << 0.1, 0, 0, 0, std::sqrt(0.99), 0;
+  spins.unknown.col(0) << 0.1, 0, 0, 0, 0, std::sqrt(0.99);
+  slides.unknown.col(0) << 1, 0, 0, 0, 0, 0;
+  EXPECT_NEAR(rolls.unknown_sd(0, 0.01), 2 * 0.1 * 0.01, 1e-5);
+  EXPECT_NEAR(rolls.unknown_sd(0, 0.1), 2 * 0.1 * 0.1, 2e-4);
+  EXPECT_NEAR(rolls.unknown_sd(4, 0.1), 0.1, 0.001);
+  EXPECT_EQ(rolls.unknown_sd(1, 0.1), 0);
+  EXPECT_NEAR(spins.unknown_sd(0, 0.01), 2 * 0.1 * 0.5, 0.002);
+  EXPECT_EQ(spins.unknown_sd(0, 0.01), spins.unknown_sd(0, 1));
+  EXPECT_NEAR(slides.unknown_sd(0, 0.01), 2, 1e-9);
+}
+
 // An ellipsoid is nearly a surface of revolution: whatever is called determined is right.
 TEST(Registration, WhatIsCalledDeterminedIsRight) {
   for (const auto& [kind, noise] : kNoises) {
@@ -173,7 +190,7 @@ TEST(Registration, WhatIsCalledDeterminedIsRight) {
       for (int c = 0; c < 6; ++c)
         if (t.found.freedom.determined(c)) {
           EXPECT_LT(std::abs(t.error[c]), 4 * std::sqrt(t.found.covariance(c, c)) +
-                                              3 * t.found.freedom.unknown_sd(c) +
+                                              3 * t.found.freedom.unknown_sd(c, 1) +
                                               (c < 3 ? 0.002 : 0.02 * kDegree))
               << noise << " " << k << " component " << c;
         }
