@@ -15,17 +15,24 @@ constexpr double kDeep = 0.5;  // of the deepest point, from which a pixel count
 /// stays with the skin. RMS of four simulated objects that slip (0.005 to 0.029).
 constexpr double kHeldBack = 0.02;
 
-/// Part of its way into the pad since the track began that a depth is wrong by, where edges are steeper than
-/// pictures show, and part of that by which one side of the contact differs from the other. RMS of four
-/// simulated objects (0 to 0.055; 0.01 to 0.1).
-constexpr double kShort = 0.04, kUneven = 0.06;
+/// What a level is wrong by from one frame to another, of what the pad at rest strays by in one: most of that
+/// stays as it is. RMS of seven simulated objects (0.4 to 0.6).
+constexpr double kLevel = 0.6;
+
+/// Part of its way into the pad since the track began that a depth is wrong by: 0.002 to 0.02 of it on gentle
+/// flanks, and where flanks are steeper than pictures show by the fourth power of their slope, 0.065 (coin)
+/// and 0.17 (disc) of it at 1. Of seven simulated objects. And part of that by which one side of the contact
+/// differs from the other.
+constexpr double kShort = 0.01, kShortOfSteep = 0.15, kUneven = 0.06;
+constexpr double kRim_mm = 0.4;  // to each side of the contact's border
 
 /// RegistrationOptions::skin_smoothing_mm2 where the skin is not known: one that smooths by 0 or 0.12 mm is a
 /// standard error from it.
 constexpr double kSkin_mm2 = 0.0036;
 
-void add_depth_error(double way_mm, Pose& pose) {
-  const double wrong_mm = kShort * way_mm, tilt = kUneven * wrong_mm / pose.freedom.radius_mm;
+void add_depth_error(double way_mm, double rim_slope, Pose& pose) {
+  const double wrong_mm = std::hypot(kShort, kShortOfSteep * std::pow(rim_slope, 4)) * way_mm,
+               tilt = kUneven * wrong_mm / pose.freedom.radius_mm;
   pose.covariance(2, 2) += wrong_mm * wrong_mm;
   for (Eigen::Index k = 3; k < 5; ++k) pose.covariance(k, k) += tilt * tilt;
 }
@@ -144,7 +151,7 @@ ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touc
                       .height = height_,
                       .pitch_mm_per_px = pitch_mm_per_px_,
                       .depth_mm = depth_mm_,
-                      .level_sd_mm = level_sd_mm,
+                      .level_sd_mm = kLevel * level_sd_mm,
                       // What the level is wrong by is not the same from border to border.
                       .tilt_sd_rad = level_sd_mm / (0.5 * width_ * pitch_mm_per_px_),
                       .contact = contact_};
@@ -156,7 +163,7 @@ ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touc
     pose_ = tracker_.update(map);
   }
   if (pose_.state == PoseState::Begun) begun_mm_ = pose_.at_mm[2];
-  if (pose_.state == PoseState::Tracked) add_depth_error(pose_.at_mm[2] - begun_mm_, pose_);
+  if (pose_.state == PoseState::Tracked) add_depth_error(pose_.at_mm[2] - begun_mm_, rim_slope(), pose_);
   if (marked_) add_marker_error(pose_);
   return summary_of(pose_);
 }
@@ -180,6 +187,35 @@ void ObjectFollower::mark_contact(const GelContacts& contacts) {
     for (uint32_t x = 0; x < width_; ++x)
       contact_[size_t{y} * width_ + x] =
           followed_[size_t{y / shared::kCellSide} * cells_x + x / shared::kCellSide];
+}
+
+// The slope that nine tenths of what is next to the contact's border are below; 0 where the border is short.
+double ObjectFollower::rim_slope() {
+  constexpr size_t kLeast_px = 50;
+  const uint32_t reach = std::max(2u, static_cast<uint32_t>(std::lround(kRim_mm / pitch_mm_per_px_)));
+  const uint32_t side = 2 * reach + 1, stride = width_ + 1;
+  if (width_ <= side + 2 || height_ <= side + 2) return 0;
+  above_.assign(size_t{stride} * (height_ + 1), 0);  // pixels in contact above and to the left
+  for (uint32_t y = 0; y < height_; ++y)
+    for (uint32_t x = 0, row = 0; x < width_; ++x) {
+      row += contact_[size_t{y} * width_ + x] != 0;
+      above_[size_t{y + 1} * stride + x + 1] = above_[size_t{y} * stride + x + 1] + row;
+    }
+  rim_.clear();
+  const auto per_way = static_cast<float>(1 / (2 * pitch_mm_per_px_));
+  for (uint32_t y = reach + 1; y + reach + 1 < height_; ++y)
+    for (uint32_t x = reach + 1; x + reach + 1 < width_; ++x) {
+      const uint32_t* const top = above_.data() + size_t{y - reach} * stride + x - reach;
+      const uint32_t* const bottom = top + size_t{side} * stride;
+      const uint32_t touching = bottom[side] - bottom[0] - top[side] + top[0];
+      if (touching == 0 || touching == side * side) continue;
+      const float* const at = depth_mm_.data() + size_t{y} * width_ + x;
+      rim_.push_back(std::hypot((at[1] - at[-1]) * per_way, (at[width_] - *(at - width_)) * per_way));
+    }
+  if (rim_.size() < kLeast_px) return 0;
+  const auto most = rim_.begin() + std::ptrdiff_t(rim_.size() * 9 / 10);
+  std::nth_element(rim_.begin(), most, rim_.end());
+  return double{*most};
 }
 
 void ObjectFollower::mark(const GelContacts* contacts, bool by_depth) {

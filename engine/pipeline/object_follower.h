@@ -44,6 +44,7 @@ class ObjectFollower {
   void mark(const GelContacts* contacts, bool by_depth);
   void mark_contact(const GelContacts& contacts);
   void keep_deep();
+  double rim_slope();
 
   uint32_t width_, height_;
   double pitch_mm_per_px_;
@@ -54,6 +55,8 @@ class ObjectFollower {
   SkinSlip slip_;
   std::vector<float> depth_mm_;
   std::vector<uint8_t> contact_;          ///< of each pixel
+  std::vector<uint32_t> above_;           ///< rim_slope's: sums of contact_
+  std::vector<float> rim_;                ///< slopes there
   std::vector<uint8_t> followed_;         ///< of each cell: it was in the contact that is followed
   std::vector<uint32_t> shared_, cells_;  ///< of each contact, from 1: cells of the one followed; all cells
 };

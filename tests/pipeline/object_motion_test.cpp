@@ -147,6 +147,40 @@ void measure_object(Device& device, const std::string& keys, const PipelineOptio
   for (Frame frame; source.next(frame);) see(pipeline.process(frame).touch, *source.truth(frame.sequence));
 }
 
+// A disc whose edge is steeper than pictures show lacks depth, and says so; a dome does not.
+TEST_F(ObjectMotion, SteepFlanksAreInTheErrorOfDepth) {
+  struct Way {
+    double worst_mm = 0, largest_sd_mm = 0;
+    uint32_t told = 0, held = 0;
+  };
+  const auto way_of = [&](const char* keys) {
+    Way way;
+    double begun_mm = 0;
+    measure_object(context(), keys, {.outputs = kMoving}, [&](const Touch& touch, const Truth& truth) {
+      const ObjectPose& pose = *touch.object;
+      if (!truth.motion) return;
+      if (pose.state == PoseState::Begun) begun_mm = truth.motion->shift_mm[2];
+      if (pose.state != PoseState::Tracked || !pose.shift_mm[2].valid()) return;
+      const double error_mm = pose.shift_mm[2].value - (truth.motion->shift_mm[2] - begun_mm);
+      ++way.told;
+      way.held += std::abs(error_mm) < 1.96 * pose.shift_mm[2].standard_error;
+      way.worst_mm = std::max(way.worst_mm, std::abs(error_mm));
+      way.largest_sd_mm = std::max(way.largest_sd_mm, pose.shift_mm[2].standard_error);
+    });
+    return way;
+  };
+  const std::string scene = "&size=320x240&seconds=0.4&rate=30";
+  const Way disc = way_of(("shape=plane&path=slide" + scene).c_str()),
+            dome = way_of(("shape=textured&path=slide" + scene).c_str());
+  std::printf("disc: %.4f mm at worst, error %.4f mm; dome: %.4f mm, %.4f mm\n", disc.worst_mm,
+              disc.largest_sd_mm, dome.worst_mm, dome.largest_sd_mm);
+  EXPECT_GT(disc.told, 15u);
+  EXPECT_GT(disc.worst_mm, 0.03);
+  EXPECT_GE(disc.held, disc.told * 9 / 10);
+  EXPECT_GE(dome.held, dome.told * 9 / 10);
+  EXPECT_LT(dome.largest_sd_mm, 0.006);
+}
+
 /// Two domes, 5.5 mm to the left and to the right, the left one larger and higher; it lifts step by step
 /// while the other one stays. The scene's keys.
 std::string rocking_domes() {
