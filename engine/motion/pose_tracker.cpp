@@ -207,7 +207,9 @@ void PoseTracker::take(const TrackKey& key, const Registration& found) {
   way_mm_ = std::max(way_mm_, (place - pose_.motion.inverse() * place).head<2>().norm());
   const double high_mm = found.freedom.has_pivot() ? (place - pose_.at_mm).norm() : key.surface.radius_mm();
   constexpr double kLeast_rad = 1e-3;
-  pose_.roll_rad = std::clamp(way_mm_ / std::max(high_mm, 1e-9), kLeast_rad, 1.0);
+  const double rolled_rad =
+      std::hypot(way_mm_ / std::max(high_mm, 1e-9), turn_vector(pose_.motion.turn).norm());
+  pose_.roll_rad = std::max(pose_.roll_rad, std::clamp(rolled_rad, kLeast_rad, 1.0));
   pose_.residual_mm = found.residual_mm;
   pose_.overlap = found.overlap;
 }

@@ -64,8 +64,9 @@ struct Pose {
   Freedom freedom = {};                   ///< what is unknown of the motion since the track began
   Slippage surface = Slippage::None;      ///< what the contact is now
   Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< Freedom::pivot_mm of that
-  /// The most that the object can have turned by rolling, about axes along the pad: its way since the track
-  /// began over the height of its pivot, or the contact's radius; at most a radian.
+  /// How far the object may have turned unseen about axes along the pad: by rolling on its way since the
+  /// track began, over the height of its pivot or the contact's radius, and as far as it is seen to turn; a
+  /// radian at most.
   double roll_rad = 0;
   double residual_mm = 0;
   double overlap = 0;
