@@ -89,8 +89,11 @@ class ScanStudy {
     places.push_back(next->at_mm);
     const double top_N = std::min(top_N_, next->harder_N);
     const ScanStep before = step_of(estimate, example_);
+    // Noise is a share of the peak; a sensor's own does not grow with the force.
+    PalpationSensor sensor = sensor_;
+    sensor.noise_fraction *= kGentle * top_N_ / top_N;
     const ScanStep after =
-        step_of(estimate_of(staged_presses(tissue_, places, top_N, sensor_, 2 * seed_ + 1)).second, example_);
+        step_of(estimate_of(staged_presses(tissue_, places, top_N, sensor, 2 * seed_ + 1)).second, example_);
     if (!before.numbers || !after.numbers) return;
     found.harder_told =
         std::cbrt(next->harder_narrower[0] * next->harder_narrower[1] * next->harder_narrower[2]);
