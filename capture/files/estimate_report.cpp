@@ -106,7 +106,7 @@ std::string lumps_csv(const lump::Estimate& e) {
   std::string csv = "lump,verdict,shape";
   for (const EstimateQuantity& q : quantities_of(e)) {
     const std::string name = std::string(q.name) + (*q.unit ? "_" : "") + q.unit;
-    csv += "," + name + "," + name + "_low," + name + "_high";
+    for (const char* part : {"", "_low", "_high"}) csv.append(",").append(name).append(part);
   }
   csv += "\n";
   size_t number = 0;

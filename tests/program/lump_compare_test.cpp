@@ -49,17 +49,46 @@ TEST_F(LumpCompareCommand, GrowthIsToldAndKept) {
 TEST_F(LumpCompareCommand, TwoLumpsAreListedAndNotCompared) {
   const auto day_of_two = [this](const std::string& name, const std::string& seed, const char* method) {
     const fs::path out = folder_ / name;
-    const Ended ended =
-        run({"lump",     "scan",        "--simulate", "--cells",    "24",          "24",  "12",
-             "--method", method,        "--size-mm",  "7",          "--depth-mm",  "2.5", "--stiffness-ratio",
-             "6",        "--offset-mm", "-5.5",       "1",          "--second-mm", "5.5", "-2",
-             "--seed",   seed,          "--out",      out.string(), "--json"});
+    const Ended ended = run({"lump",
+                             "scan",
+                             "--simulate",
+                             "--cells",
+                             "24",
+                             "24",
+                             "12",
+                             "--method",
+                             method,
+                             "--size-mm",
+                             "7",
+                             "--depth-mm",
+                             "2.5",
+                             "--stiffness-ratio",
+                             "6",
+                             "--offset-mm",
+                             "-5.5",
+                             "1",
+                             "--second-mm",
+                             "5.5",
+                             "-2",
+                             "--seed",
+                             seed,
+                             "--out",
+                             out.string(),
+                             "--json",
+                             "--young-error",
+                             "0",
+                             "--thickness-error",
+                             "0",
+                             "--pitch-error",
+                             "0"});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     return parse_json(ended.out)["estimate"];
   };
   const Json estimate = day_of_two("may", "1", "refined");
   EXPECT_EQ(estimate["bumps_mm"].size(), 2u) << estimate.dump();
   ASSERT_EQ(estimate["lumps"].size(), 2u);
+  EXPECT_FALSE(contains(estimate["reasons"].dump(), "no lump that the model knows"))
+      << "one alone is no answer";
   for (const Json& lump : estimate["lumps"]) {
     EXPECT_NEAR(lump["size_mm"]["value"].get<double>(), 7, 1) << lump.dump();
     EXPECT_LE(lump["depth_mm"]["low"].get<double>(), 2.9);

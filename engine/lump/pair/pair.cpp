@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <limits>
+#include <utility>
 
 #include "engine/lump/network/view.h"
 #include "engine/lump/observation/saturated_loads.h"
@@ -14,9 +15,9 @@ void estimate_pair(const Model& model, const Observation& observation, Estimate&
   const bool two = estimate.verdict == Status::SeveralLumps && estimate.bumps_mm.size() == 2;
   if (!two && estimate.verdict != Status::OutsideTraining) return;
   const auto start = std::chrono::steady_clock::now();
-  Estimate ignored;
-  const auto seen = without_saturated_loads(observation, ignored);
-  const auto nodes = seen ? pressed_nodes(model, *seen, ignored) : std::nullopt;
+  Estimate inputs;  // for its reasons
+  const auto seen = without_saturated_loads(observation, inputs);
+  const auto nodes = seen ? pressed_nodes(model, *seen, inputs) : std::nullopt;
   if (!nodes) return;
   if (two) {
     const double temperature =
@@ -28,6 +29,9 @@ void estimate_pair(const Model& model, const Observation& observation, Estimate&
       lump.method = "refined";
       summarise(model, *nodes, Method::Refined, each, lump);
     }
+    // What one lump alone does not explain is no reason any more; where the bumps are comes first.
+    inputs.reasons.insert(inputs.reasons.begin(), estimate.reasons.front());
+    estimate.reasons = std::move(inputs.reasons);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     for (Value* value :
          {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
