@@ -78,6 +78,7 @@ Relief smoothed(const Relief& from) {
     all += gauss.back();
     all_squares += gauss.back() * gauss.back();
   }
+  const double* const middle = gauss.data() + taps;
   Relief to = from;
   for (int j = 0; j < from.height; ++j)
     for (int i = 0; i < from.width; ++i) {
@@ -85,7 +86,7 @@ Relief smoothed(const Relief& from) {
       for (int b = -taps; b <= taps; ++b)
         for (int a = -taps; a <= taps; ++a) {
           if (!from.seen(i + a, j + b)) continue;
-          const double w = gauss[static_cast<size_t>(a + taps)] * gauss[static_cast<size_t>(b + taps)];
+          const double w = middle[a] * middle[b];
           sum += w * from.value[from.at(i + a, j + b)];
           weights += w;
         }
@@ -159,9 +160,8 @@ class Islands {
 };
 
 std::array<double, 2> place(const Relief& r, size_t n) {
-  const auto width = static_cast<size_t>(r.width);
-  return {r.x_mm + static_cast<double>(n % width) * r.pitch_mm,
-          r.y_mm + static_cast<double>(n / width) * r.pitch_mm};
+  const size_t width = static_cast<size_t>(r.width), column = n % width, row = n / width;
+  return {r.x_mm + static_cast<double>(column) * r.pitch_mm, r.y_mm + static_cast<double>(row) * r.pitch_mm};
 }
 
 }  // namespace
