@@ -206,9 +206,7 @@ const char* shape_text(InclusionShape shape) {
 }
 
 std::string interval_text(const lump::Value& v, const char* unit) {
-  const std::string line =
-      text("%.3g%s%s (90 %%: %.3g to %.3g)", v.value, *unit ? " " : "", unit, v.low, v.high);
-  return line;
+  return text("%.3g%s%s (90 %%: %.3g to %.3g)", v.value, *unit ? " " : "", unit, v.low, v.high);
 }
 
 namespace {
