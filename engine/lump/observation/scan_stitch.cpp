@@ -120,7 +120,9 @@ class Registration {
   /// Between nodes noise is less than at them, which draws presses there: what a value's noise has in common
   /// with the slope's is taken out.
   void add_node(double x, double y, std::vector<double>& squares, std::vector<double>& counts) {
-    const double step_mm = grid_.pitch_mm;  // shorter, the slopes are mostly noise
+    // Slopes over less than that are mostly noise. Where places are held nothing moves along them, and a
+    // short step costs no nodes beside those that were not seen.
+    const double step_mm = options_.held_sd_mm.empty() ? grid_.pitch_mm : 0.1;
     struct Seen {
       size_t press;
       double value, weight;
