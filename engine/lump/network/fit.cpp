@@ -6,6 +6,7 @@
 #include <numbers>
 #include <optional>
 
+#include "engine/lump/network/damped_search.h"
 #include "engine/numeric/dense.h"
 
 namespace palpate::lump {
@@ -14,10 +15,8 @@ namespace {
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 constexpr double kBeyondRange = 1.1;  // of the training's ranges, where the search is turned back
-constexpr std::array<double, 5> kLongestStep = {0.4, 0.5, 0.9, 1.5, 1.5};
 constexpr double kForgiven = 30;  // chi-square beyond the best's from which on a shape is no longer followed
-constexpr double kHopeless = 1e30;                 // chi-square of what the network has no number for
-constexpr int kRatios = 11;                        // of the posterior
+constexpr int kRatios = 11;       // of the posterior
 constexpr double kUnlikely = 1e-3;                 // probability of a shape from which on it is not tried
 constexpr uint32_t kRefining = 12, kChecking = 3;  // rounds
 constexpr int kPatternRounds = 2;
@@ -133,42 +132,11 @@ double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) co
 }
 
 void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
-  LumpVector slope;
-  fit.chi_square = chi_square(fit, &slope, &fit.normal);
-  if (!std::isfinite(fit.chi_square)) {
-    fit.chi_square = kHopeless;
-    return;
-  }
-  double damping = 1e-3;
-  for (uint32_t round = 0; round < rounds; ++round) {
-    Matrix5 matrix = fit.normal;
-    matrix.diagonal() *= 1 + damping;
-    if (ratio_held) {
-      matrix.row(2).setZero();
-      matrix.col(2).setZero();
-      matrix(2, 2) = 1;
-      slope(2) = 0;
-    }
-    LumpVector step = dense::solve_ldlt<5>(matrix, slope);
-    double shrink = 1;
-    for (int p = 0; p < 5; ++p)
-      shrink = std::min(shrink, kLongestStep[static_cast<size_t>(p)] / std::max(1e-12, std::abs(step(p))));
-    step *= shrink;
-    Fit next = fit;
-    next.at += step;
-    LumpVector next_slope;
-    next.chi_square = chi_square(next, &next_slope, &next.normal);
-    if (std::isfinite(next.chi_square) && next.chi_square < fit.chi_square) {
-      const double gain = fit.chi_square - next.chi_square;
-      fit = next;
-      slope = next_slope;
-      damping = std::max(1e-6, damping * 0.2);
-      if (gain < 0.02 && shrink == 1) break;
-    } else {
-      if (step.cwiseAbs().maxCoeff() < 1e-4) break;
-      damping = std::max(damping * 10, 1e-2);
-    }
-  }
+  damped_search<LumpVector>(
+      fit, rounds, ratio_held ? 2 : -1,
+      [this](const Fit& at, LumpVector* slope, Matrix5* normal) { return chi_square(at, slope, normal); },
+      [](const Matrix5& matrix, const LumpVector& slope) { return dense::solve_ldlt<5>(matrix, slope); },
+      [](Fit& at, const LumpVector& step) { at.at += step; });
 }
 
 double Posterior::quantile(Parameter what, double fraction) const {

@@ -5,14 +5,13 @@
 #include <limits>
 #include <utility>
 
+#include "engine/lump/network/damped_search.h"
 #include "engine/lump/network/inverse_network.h"
 #include "engine/numeric/dense.h"
 
 namespace palpate::lump {
 namespace {
 
-constexpr double kHopelessPair = 1e30;  // chi-square of what the emulator has no number for
-constexpr std::array<double, 5> kPairStep = {0.4, 0.5, 0.9, 1.5, 1.5};
 constexpr uint32_t kPairRounds = 12;
 constexpr double kPairForgiven = 12;  // chi-square beyond the best's from which on shapes are not followed
 constexpr double kUnlikelyShape = 0.01;
@@ -131,42 +130,17 @@ PairBumps bumps_of(const Model& model, const PressedNodes& nodes, const PairSigh
 
 void search(const Model& model, const PressedNodes& nodes, const PairSight& sight, uint32_t rounds, int held,
             PairFit& fit) {
-  PairVector slope;
-  fit.chi_square = pair_chi_square(model, nodes, sight, fit, &slope, &fit.normal);
-  if (!std::isfinite(fit.chi_square)) {
-    fit.chi_square = kHopelessPair;
-    return;
-  }
-  double damping = 1e-3;
-  for (uint32_t round = 0; round < rounds; ++round) {
-    PairMatrix matrix = fit.normal;
-    matrix.diagonal() *= 1 + damping;
-    if (held >= 0) {
-      matrix.row(held).setZero();
-      matrix.col(held).setZero();
-      matrix(held, held) = 1;
-      slope(held) = 0;
-    }
-    PairVector step = dense::Ldlt(matrix).solve(Eigen::VectorXd(slope));
-    double shrink = 1;
-    for (int p = 0; p < 10; ++p)
-      shrink = std::min(shrink, kPairStep[static_cast<size_t>(p % 5)] / std::max(1e-12, std::abs(step(p))));
-    step *= shrink;
-    PairFit next = fit;
-    for (int i = 0; i < 2; ++i) next.lumps[static_cast<size_t>(i)].at += step.segment<5>(5 * i);
-    PairVector next_slope;
-    next.chi_square = pair_chi_square(model, nodes, sight, next, &next_slope, &next.normal);
-    if (std::isfinite(next.chi_square) && next.chi_square < fit.chi_square) {
-      const double gain = fit.chi_square - next.chi_square;
-      fit = next;
-      slope = next_slope;
-      damping = std::max(1e-6, damping * 0.2);
-      if (gain < 0.02 && shrink == 1) break;
-    } else {
-      if (step.cwiseAbs().maxCoeff() < 1e-4) break;
-      damping = std::max(damping * 10, 1e-2);
-    }
-  }
+  damped_search<PairVector>(
+      fit, rounds, held,
+      [&](const PairFit& at, PairVector* slope, PairMatrix* normal) {
+        return pair_chi_square(model, nodes, sight, at, slope, normal);
+      },
+      [](const PairMatrix& matrix, const PairVector& slope) {
+        return PairVector(dense::Ldlt(matrix).solve(Eigen::VectorXd(slope)));
+      },
+      [](PairFit& at, const PairVector& step) {
+        for (int i = 0; i < 2; ++i) at.lumps[static_cast<size_t>(i)].at += step.segment<5>(5 * i);
+      });
 }
 
 namespace {
@@ -232,7 +206,7 @@ void add_parts(const Model& model, const PressedNodes& nodes, const PairSight& s
       move(at, along, there - at.lumps[lump].at(kRatio));
       at.lumps[lump].at(kRatio) = there;
       search(model, nodes, sight, 1, ratio, at);
-      if (at.chi_square >= kHopelessPair) break;
+      if (at.chi_square >= kHopeless) break;
       PairMatrix rest = at.normal;
       rest.row(ratio).setZero();
       rest.col(ratio).setZero();
