@@ -71,8 +71,8 @@ Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads)
     options.emulator = network->shared_model();
     Estimate first = network->estimate(observation);
     estimate_pair(network->model(), observation, first);
-    if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated ||
-        first.verdict == Status::Inconsistent)
+    if (first.verdict == Status::SeveralLumps || first.verdict == Status::NotSeparable ||
+        first.verdict == Status::Saturated || first.verdict == Status::Inconsistent)
       return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
       Case::Lump start = lump_of(first);
