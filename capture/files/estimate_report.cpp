@@ -27,11 +27,15 @@ Json to_json(const lump::InputEffect& effect) {
           {"higher", changes(effect.higher)}};
 }
 
+/// "size_mm".
+std::string key_of(const EstimateQuantity& q) {
+  return std::string(q.name) + (*q.unit ? "_" : "") + q.unit;
+}
+
 /// One lump of several by itself.
 Json lump_json(const lump::Estimate& e) {
   Json one = {{"verdict", to_string(e.verdict)}, {"shape", to_string(e.shape)}, {"reasons", e.reasons}};
-  for (const EstimateQuantity& q : quantities_of(e))
-    one[std::string(q.name) + (*q.unit ? "_" : "") + q.unit] = to_json(q.value);
+  for (const EstimateQuantity& q : quantities_of(e)) one[key_of(q)] = to_json(q.value);
   Json chances = Json::object(), effects = Json::array();
   for (size_t s = 0; s < 4; ++s) chances[to_string(static_cast<InclusionShape>(s))] = e.shape_probability[s];
   one["shape_probability"] = chances;
@@ -105,7 +109,7 @@ std::vector<lump::Estimate> lumps_of(const lump::Estimate& e) {
 std::string lumps_csv(const lump::Estimate& e) {
   std::string csv = "lump,verdict,shape";
   for (const EstimateQuantity& q : quantities_of(e)) {
-    const std::string name = std::string(q.name) + (*q.unit ? "_" : "") + q.unit;
+    const std::string name = key_of(q);
     for (const char* part : {"", "_low", "_high"}) csv.append(",").append(name).append(part);
   }
   csv += "\n";
@@ -135,8 +139,7 @@ Facts facts_of(const lump::Estimate& e) {
   for (const EstimateQuantity& q : quantities_of(e)) {
     const std::string row = text("%-18s %7.3g    %.3g to %.3g %s\n", q.label, q.value.value, q.value.low,
                                  q.value.high, q.of_what);
-    facts.add(std::string(q.name) + (*q.unit ? "_" : "") + q.unit,
-              consistent ? to_json(q.value) : Json(nullptr), shown ? row : "");
+    facts.add(key_of(q), consistent ? to_json(q.value) : Json(nullptr), shown ? row : "");
   }
   if (e.tissue) {
     const auto& [young, thickness] = *e.tissue;

@@ -180,7 +180,7 @@ Estimate Estimator::in_found_tissue(const Observation& observation, const Uneven
 
 namespace {
 
-/// What an estimate has numbers of: its lump, or each of two.
+/// Lumps of an estimate: its own, or each of two.
 std::vector<Estimate> parts_of(const Estimate& estimate) {
   return estimate.lumps.empty() ? std::vector<Estimate>{estimate} : estimate.lumps;
 }

@@ -124,21 +124,16 @@ std::array<double, 3> Expectation::variances(const Coverage& coverage, double on
   std::vector<Eigen::VectorXf> quarters;
   for (const double load : expected.loads)
     quarters.push_back(model_.base.quarter(expected.thickness_mm, load));
-  Eigen::VectorXf fields(model_.patch.count());
-  const double reach = model_.patch.reach_mm() + 1e-6;
   for (size_t n = 0; n < seen.size(); ++n) {
     const double x = coverage.x_mm[seen[n]], y = coverage.y_mm[seen[n]];
     expected.x_mm.push_back(x);
     expected.y_mm.push_back(y);
-    const auto row = static_cast<Eigen::Index>(n);
-    const auto [u, v] = view.to_patch(x, y);
-    if (std::abs(u) <= reach && std::abs(v) <= reach) {
-      model_.patch.at(u, v, fields.data());
-      expected.rest.row(row) = fields.cast<double>().transpose() * factors;
-    }
     for (Eigen::Index k = 0; k < loads; ++k)
-      expected.total(row, k) = expected.rest(row, k) + model_.base.at(quarters[static_cast<size_t>(k)], x, y);
+      expected.total(static_cast<Eigen::Index>(n), k) =
+          model_.base.at(quarters[static_cast<size_t>(k)], x, y);
   }
+  lump::add_bump(model_, view, factors, expected);
+  expected.total += expected.rest;
   lump::PatchObservation patch(model_, expected, view);
   patch.set_pattern(weighing_.look.patch.pattern * harder);
   Fit fit = fit_;

@@ -155,6 +155,15 @@ std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const fem::Pres
   return presses;
 }
 
+lump::Estimate estimate_map(const lump::ScanMap& map, const std::vector<lump::ScanPress>& presses,
+                            const lump::StitchOptions& options, const lump::Estimator& estimator) {
+  return estimator(map.observation, [&](double fraction) {
+    std::vector<lump::ScanPress> lit = presses;
+    for (lump::ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
+    return stitch(lit, options).observation;
+  });
+}
+
 ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump::StitchOptions& options,
                          const lump::Estimator& estimator, uint64_t seed) {
   ScanAnswer answer;
@@ -168,12 +177,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
   if (two)
     answer.second_outline =
         outline_lump(without_place(answer.map.observation, two->place_mm[0], two->place_mm[1]), seed);
-  if (estimator)
-    answer.estimate = estimator(answer.map.observation, [&](double fraction) {
-      std::vector<lump::ScanPress> lit = presses;
-      for (lump::ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
-      return stitch(lit, options).observation;
-    });
+  if (estimator) answer.estimate = estimate_map(answer.map, presses, options, estimator);
   if (answer.estimate)
     answer.next = next_press(lump::Network::built_in().model(), answer.map, *answer.estimate,
                              {.window_mm = window_of(presses)});

@@ -59,6 +59,9 @@ struct ScanAnswer {
   lump::GaussianFit fit;                   ///< of profile less block
   std::vector<std::string> warnings;       ///< of all of them, one line each
 };
+/// Estimate by a scan's map, which is put together again for light that is uneven in each window.
+lump::Estimate estimate_map(const lump::ScanMap& map, const std::vector<lump::ScanPress>& presses,
+                            const lump::StitchOptions& options, const lump::Estimator& estimator);
 ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump::StitchOptions& options,
                          const lump::Estimator& estimator, uint64_t seed = 1);
 

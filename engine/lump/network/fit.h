@@ -25,7 +25,7 @@ struct Fit {
 Eigen::MatrixXd bump_of(const Model& model, const Setting& setting, const std::vector<double>& loads,
                         const Fit& fit, std::array<Eigen::MatrixXd, 5>* changes = nullptr);
 
-/// What a lump costs before it is looked at, added to `chi_square`: wide marginals over the ranges of the
+/// Cost of a lump before it is looked at, added to `chi_square`: wide marginals over the ranges of the
 /// training data and walls beyond them, near the patch's middle, above the floor. `slope` and `normal`: null,
 /// or both, of the five numbers.
 void add_prior(const Model& model, const Setting& setting, const LumpVector& at, double& chi_square,
@@ -99,5 +99,7 @@ Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method meth
 /// Turns what weigh_lumps() found into an estimate, with the interval calibration of its loads and noise.
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Inference& found,
                Estimate& estimate);
+/// Makes an estimate's values and intervals NaN.
+void clear_values(Estimate& estimate);
 
 }  // namespace palpate::lump

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 #include "engine/base/normal.h"
+#include "engine/base/numbers.h"
 #include "engine/base/text.h"
 #include "engine/lump/network/detection_limit.h"
 #include "engine/lump/network/fit.h"
@@ -18,6 +18,11 @@ namespace {
 constexpr double kEdge = 0.05, kMiddleEdge = 0.02, kRatioEdge = 0.08;
 
 }  // namespace
+
+void clear_values(Estimate& e) {
+  for (Value* value : {&e.size_mm, &e.depth_mm, &e.stiffness_ratio, &e.x_mm, &e.y_mm})
+    *value = {kNaN, kNaN, kNaN};
+}
 
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Inference& found,
                Estimate& estimate) {
@@ -51,14 +56,8 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
     };
     return Value{in_range(middle), in_range(low), in_range(high)};
   };
-  const auto nothing = [&] {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    for (Value* v :
-         {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
-      *v = {nan, nan, nan};
-  };
   if (estimate.detection_statistic < 1) {
-    nothing();
+    clear_values(estimate);
     if (found.plain_pattern > calibration.plain_pattern) {
       estimate.verdict = Status::OutsideTraining;
       estimate.reasons.push_back(text(

@@ -18,9 +18,7 @@ constexpr size_t kFewestNodes = 100;
 constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
 constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
 constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
-constexpr double kLoadPattern =
-    0.1;  // variance of a pattern that is each load's own, relative to the common one
-constexpr double kPatternCost = 4;  // of a pattern beyond the largest, by the square of its logarithm
+constexpr double kPatternCost = 4;    // of a pattern beyond the largest, by the square of its logarithm
 
 std::string quantity_text(double value, const char* unit) {
   return text("%.3g%s%s", value, *unit ? " " : "", unit);
@@ -312,6 +310,18 @@ std::array<double, 2> PatchView::place_mm(double u_mm, double v_mm) const {
   return {center_mm[0] + move[0], center_mm[1] + move[1]};
 }
 
+void add_bump(const Model& model, const PatchView& view, const Eigen::MatrixXd& factors,
+              PressedNodes& nodes) {
+  const double reach = model.patch.reach_mm() + 1e-6;
+  Eigen::VectorXf fields(model.patch.count());
+  for (size_t n = 0; n < nodes.x_mm.size(); ++n) {
+    const auto [u, v] = view.to_patch(nodes.x_mm[n], nodes.y_mm[n]);
+    if (std::abs(u) > reach || std::abs(v) > reach) continue;
+    model.patch.at(u, v, fields.data());
+    nodes.rest.row(static_cast<Eigen::Index>(n)) += fields.cast<double>().transpose() * factors;
+  }
+}
+
 PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view) {
   const double reach = patch.reach_mm() + 1e-6;
   std::vector<Eigen::Index> inside;
@@ -402,14 +412,25 @@ Eigen::MatrixXd PatchErrors::of_one_press() const {
   return dense::from_lower(own);
 }
 
-PatternCovariance::PatternCovariance(const PatchErrors& errors, double peak, double pattern_fraction)
-    : root_(errors.covariance(pattern_fraction * peak)) {
+PatternCovariance::PatternCovariance(const Eigen::MatrixXd& covariance, double pattern_fraction)
+    : root_(covariance) {
   const double beyond = std::max(0.0, std::log(pattern_fraction / kLargestPattern));
   cost_ = 2 * root_.lower().diagonal().array().log().sum() + kPatternCost * beyond * beyond;
 }
 
 Eigen::RowVectorXd PatternCovariance::squares(const Eigen::MatrixXd& numbers) const {
   return root_.solve_lower(numbers).colwise().squaredNorm();
+}
+
+PatternSize pattern_size(const std::array<double, kPatterns.size()>& energy, double peak) {
+  const double least = *std::min_element(energy.begin(), energy.end());
+  double sum = 0, logs = 0;
+  for (size_t p = 0; p < energy.size(); ++p) {
+    const double weight = std::exp(-0.5 * (energy[p] - least));
+    sum += weight;
+    logs += weight * std::log(kPatterns[p]);
+  }
+  return {peak * std::exp(logs / sum), least};
 }
 
 std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedNodes& nodes,
@@ -422,14 +443,9 @@ std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedN
   }
   std::vector<PatternSize> sizes;
   for (Eigen::Index c = 0; c < count; ++c) {
-    const double least = energy.col(c).minCoeff();
-    double sum = 0, logs = 0;
-    for (size_t p = 0; p < kPatterns.size(); ++p) {
-      const double weight = std::exp(-0.5 * (energy(static_cast<Eigen::Index>(p), c) - least));
-      sum += weight;
-      logs += weight * std::log(kPatterns[p]);
-    }
-    sizes.push_back({nodes.peak * std::exp(logs / sum), least});
+    std::array<double, kPatterns.size()> of{};
+    for (size_t p = 0; p < of.size(); ++p) of[p] = energy(static_cast<Eigen::Index>(p), c);
+    sizes.push_back(pattern_size(of, nodes.peak));
   }
   return sizes;
 }

@@ -22,6 +22,9 @@ inline constexpr double kModulusFraction = 0.007;  ///< of the tissue's modulus 
 inline constexpr double kUsualPattern = 1e-3, kLargestPattern = 5e-3;
 inline constexpr std::array<double, 8> kPatterns = {3e-4, 7e-4, 1.6e-3, 3.5e-3, 8e-3, 1.8e-2, 4e-2, 9e-2};
 
+/// Variance of a pattern that is each load's own, relative to the common one.
+inline constexpr double kLoadPattern = 0.1;
+
 /// Nodes that all loads saw, away from the rim.
 struct PressedNodes {
   std::vector<double> x_mm, y_mm;  ///< from the block's middle
@@ -60,6 +63,9 @@ struct PatchView {
  private:
   double sign_x_ = 1, sign_y_ = 1;
 };
+
+/// Adds a bump, as factors of the view's fields at each load, to what the nodes show beyond the block.
+void add_bump(const Model& model, const PatchView& view, const Eigen::MatrixXd& factors, PressedNodes& nodes);
 
 /// The patch as sums over its nodes: all that a fit needs of it.
 struct PatchSums {
@@ -102,7 +108,10 @@ class PatchErrors {
 /// A sensor's pattern of one size among kPatterns, and what PatchErrors' numbers cost under it.
 class PatternCovariance {
  public:
-  PatternCovariance(const PatchErrors& errors, double peak, double pattern_fraction);
+  PatternCovariance(const PatchErrors& errors, double peak, double pattern_fraction)
+      : PatternCovariance(errors.covariance(pattern_fraction * peak), pattern_fraction) {}
+  /// `covariance`: with the pattern.
+  PatternCovariance(const Eigen::MatrixXd& covariance, double pattern_fraction);
   /// Squares of unit variance, a row of each column's.
   Eigen::RowVectorXd squares(const Eigen::MatrixXd& numbers) const;
   /// Sum to add to squares for -2 log likelihood, with what large patterns cost.
@@ -118,6 +127,8 @@ struct PatternSize {
   double pattern = 0;  ///< over modulus, mean of the logarithm over what is likely
   double energy = 0;   ///< least -2 log likelihood, with what large patterns cost
 };
+/// The size by what each of kPatterns costs in -2 log likelihood; `peak`: the highest pressure over modulus.
+PatternSize pattern_size(const std::array<double, kPatterns.size()>& energy, double peak);
 /// For each of several remainders, columns.
 std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedNodes& nodes,
                                        const Eigen::MatrixXd& remainders);

@@ -1,7 +1,6 @@
 #include "engine/lump/pair/merged.h"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -18,19 +17,6 @@ constexpr std::array<double, 2> kTriedHalf_mm = {3, 4.5};  // halves of the dist
 constexpr double kLeastApart_mm = 4;  // between what is found: nearer ones are one lump of another shape
 constexpr double kLessPattern = 0.6;  // of the pattern that one lump leaves: two leave less
 constexpr double kDistanceStep_mm = 0.5, kFarthest_mm = 24;
-
-/// A bump at the nodes, added to what they show.
-void add_bump(const Model& model, const PatchView& view, const Eigen::MatrixXd& factors,
-              PressedNodes& nodes) {
-  const double reach = model.patch.reach_mm();
-  Eigen::VectorXf fields(model.patch.count());
-  for (size_t n = 0; n < nodes.x_mm.size(); ++n) {
-    const auto [u, v] = view.to_patch(nodes.x_mm[n], nodes.y_mm[n]);
-    if (std::abs(u) > reach || std::abs(v) > reach) continue;
-    model.patch.at(u, v, fields.data());
-    nodes.rest.row(static_cast<Eigen::Index>(n)) += fields.cast<double>().transpose() * factors;
-  }
-}
 
 }  // namespace
 
@@ -86,10 +72,7 @@ void report_merged(const Model& model, const PressedNodes& nodes, Estimate& esti
     return;
   estimate.verdict = Status::NotSeparable;
   estimate.separable_from_mm = separable_from_mm(model, nodes, pair);
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  for (Value* value :
-       {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
-    *value = {nan, nan, nan};
+  clear_values(estimate);
   const std::string from =
       estimate.separable_from_mm > 0
           ? text("two such lumps would be told apart from a distance of %.3g mm on",

@@ -1,7 +1,6 @@
 #include "engine/lump/pair/pair.h"
 
 #include <chrono>
-#include <limits>
 #include <utility>
 
 #include "engine/lump/network/view.h"
@@ -29,13 +28,10 @@ void estimate_pair(const Model& model, const Observation& observation, Estimate&
       lump.method = "refined";
       summarise(model, *nodes, Method::Refined, each, lump);
     }
-    // What one lump alone does not explain is no reason any more; where the bumps are comes first.
+    // Reasons of one lump alone are none any more; where the bumps are comes first.
     inputs.reasons.insert(inputs.reasons.begin(), estimate.reasons.front());
     estimate.reasons = std::move(inputs.reasons);
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    for (Value* value :
-         {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
-      *value = {nan, nan, nan};
+    clear_values(estimate);
   } else {
     report_merged(model, *nodes, estimate);
   }

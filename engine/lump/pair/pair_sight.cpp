@@ -8,9 +8,7 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kLeastSeen = 1e-3;  // of the best seen sum of fields: less is not seen
-constexpr double kOwnPattern = 0.1;  // variance of a pattern that is each load's own, over the common one's
-constexpr double kPatternCost = 4;   // of a pattern beyond the largest, by the square of its logarithm
+constexpr double kLeastSeen = 1e-3;          // of the best seen sum of fields: less is not seen
 constexpr double kInteractionLength_mm = 4;  // over which what two lumps do to each other is alike
 
 /// exp(-r^2 / (2 length^2)) between nodes.
@@ -77,7 +75,7 @@ PairSight::PairSight(const Model& model, const PressedNodes& nodes, const std::a
       const auto share = [&nodes](Eigen::Index load) {
         return nodes.loads[static_cast<size_t>(load)] / nodes.loads.back();
       };
-      const double fixed = 0.5 * (1 + share(k) * share(l)) + (k == l ? kOwnPattern : 0);
+      const double fixed = 0.5 * (1 + share(k) * share(l)) + (k == l ? kLoadPattern : 0);
       pattern_.block(k * numbers, l * numbers, numbers, numbers) = fixed * smooth;
     }
   const Eigen::MatrixXd whole = dense::product_tn(basis_, Eigen::MatrixXd(nodes.total(inside_, Eigen::all)));
@@ -145,20 +143,11 @@ Eigen::MatrixXd PairSight::whitened(const Eigen::MatrixXd& numbers) const {
 
 PatternSize PairSight::pattern_of(const Eigen::VectorXd& remainder) const {
   std::array<double, kPatterns.size()> energy{};
-  for (size_t p = 0; p < kPatterns.size(); ++p) {
-    const dense::Cholesky root(covariance(kPatterns[p] * nodes_->peak));
-    const double beyond = std::max(0.0, std::log(kPatterns[p] / kLargestPattern));
-    energy[p] = root.solve_lower(Eigen::MatrixXd(remainder)).squaredNorm() +
-                2 * root.lower().diagonal().array().log().sum() + kPatternCost * beyond * beyond;
+  for (size_t p = 0; p < energy.size(); ++p) {
+    const PatternCovariance at(covariance(kPatterns[p] * nodes_->peak), kPatterns[p]);
+    energy[p] = at.squares(Eigen::MatrixXd(remainder))(0) + at.cost();
   }
-  const double least = *std::min_element(energy.begin(), energy.end());
-  double sum = 0, logs = 0;
-  for (size_t p = 0; p < kPatterns.size(); ++p) {
-    const double weight = std::exp(-0.5 * (energy[p] - least));
-    sum += weight;
-    logs += weight * std::log(kPatterns[p]);
-  }
-  return {nodes_->peak * std::exp(logs / sum), least};
+  return pattern_size(energy, nodes_->peak);
 }
 
 PressedNodes PairSight::without(size_t lump, const Eigen::MatrixXd& factors) const {

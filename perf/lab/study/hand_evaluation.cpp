@@ -31,11 +31,7 @@ Estimate estimate_of(const std::vector<ScanPress>& presses, const StitchOptions&
   const ScanMap map = stitch(presses, options);
   used = static_cast<size_t>(
       std::count_if(map.places.begin(), map.places.end(), [](const PressPlace& p) { return p.used; }));
-  return estimator(map.observation, [&](double fraction) {
-    std::vector<ScanPress> lit = presses;
-    for (ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
-    return stitch(lit, options).observation;
-  });
+  return estimate_map(map, presses, options, estimator);
 }
 
 One judge(const Example& example, const EvaluationJob& job, const Estimator& estimator, const Model& model,

@@ -102,11 +102,7 @@ class ScanStudy {
 
   std::pair<ScanMap, Estimate> estimate_of(const std::vector<ScanPress>& presses) const {
     ScanMap map = stitch(presses, stage_);
-    Estimate estimate = estimator_(map.observation, [&](double fraction) {
-      std::vector<ScanPress> lit = presses;
-      for (ScanPress& p : lit) p.observation = with_uneven_light(std::move(p.observation), fraction);
-      return stitch(lit, stage_).observation;
-    });
+    Estimate estimate = estimate_map(map, presses, stage_, estimator_);
     return {std::move(map), std::move(estimate)};
   }
 
