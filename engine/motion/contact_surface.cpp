@@ -159,6 +159,12 @@ ContactSurface::ContactSurface(const HeightMap& map, const SurfaceOptions& optio
   find_centroid();
 }
 
+Matrix6d ContactSurface::error_of_level() const {
+  Matrix6d out = Matrix6d::Zero();
+  out(2, 2) = level_sd_mm_ * level_sd_mm_;
+  return out;
+}
+
 void ContactSurface::find_centroid() {
   const Level& level = levels_.front();
   if (level.inside.empty()) return;

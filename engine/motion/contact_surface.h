@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/motion/height_map.h"
+#include "engine/motion/rigid_motion.h"
 
 namespace palpate {
 
@@ -43,7 +44,8 @@ class ContactSurface {
   size_t count() const { return levels_.empty() ? 0 : levels_.front().inside.size(); }
   const Eigen::Vector3d& centroid_mm() const { return centroid_mm_; }
   double radius_mm() const { return radius_mm_; }
-  double level_sd_mm() const { return level_sd_mm_; }  ///< HeightMap::level_sd_mm
+  /// Covariance of a motion by HeightMap::level_sd_mm.
+  Matrix6d error_of_level() const;
   double tilt_sd_rad() const { return tilt_sd_rad_; }  ///< HeightMap::tilt_sd_rad
 
  private:

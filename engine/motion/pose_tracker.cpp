@@ -161,6 +161,7 @@ void PoseTracker::begin(ContactSurface surface, uint32_t track) {
   pose_.freedom.radius_mm = surface.radius_mm();
   pose_.overlap = 1;
   last_step_ = {};
+  first_ = surface.error_of_level();
   link_.setZero();
   before_.setZero();
   tilted_.setZero();
@@ -190,7 +191,8 @@ void PoseTracker::take(const TrackKey& key, const Registration& found) {
   pose_.motion = found.motion * key.motion;
   pose_.at_mm = found.at_mm;
   const Matrix6d moved = carried_by(found.motion);
-  link_ = pose_.since_key = found.covariance;
+  pose_.since_key = found.covariance;
+  link_ = found.covariance - found.of_levels;
   // A key frame's noise enters the motions to it and from it with opposite signs: it cancels in what both
   // share.
   const double shared = std::max(key.overlap + found.overlap - 1, 0.0);
@@ -198,8 +200,9 @@ void PoseTracker::take(const TrackKey& key, const Registration& found) {
   tilted_ = moved * key.tilted;
   tilted_.segment<2>(3) += turn_vector(found.motion.turn).head<2>();
   smoothed_ = moved * key.smoothed + found.by_smoothing;
-  pose_.covariance =
-      link_ + before_ + alike_error(tilted_, options_.gain_sd, smoothed_, options_.skin_smoothing_sd_mm2);
+  // A level is wrong wherever the contact is, and cancels: those of the first frame and of this one are left.
+  pose_.covariance = found.covariance - key.surface.error_of_level() + first_ + before_ +
+                     alike_error(tilted_, options_.gain_sd, smoothed_, options_.skin_smoothing_sd_mm2);
   pose_.freedom = found.freedom.with(key.freedom.after(found.motion));
   pose_.surface = found.freedom.kind;
   pose_.pivot_mm = found.freedom.pivot_mm;

@@ -123,8 +123,9 @@ class PoseTracker {
   TrackKey key_;
   KeyMemory memory_;
   RigidMotion from_key_, last_step_;
-  Matrix6d link_ = Matrix6d::Zero(), before_ = Matrix6d::Zero();  // error of from_key_, and of all before
-  Vector6d tilted_ = Vector6d::Zero(), smoothed_ = tilted_;       // as of a TrackKey, of the pose
+  // Error of from_key_, and of all before, without those of levels; of those, the first frame's.
+  Matrix6d link_ = Matrix6d::Zero(), before_ = link_, first_ = link_;
+  Vector6d tilted_ = Vector6d::Zero(), smoothed_ = tilted_;  // as of a TrackKey, of the pose
   Eigen::Vector3d last_at_mm_ = Eigen::Vector3d::Zero();
   double last_residual_mm_ = 0, high_residual_mm_ = 0, calm_residual_mm_ = 0;
   double way_mm_ = 0;      // along the pad since the track began, at most

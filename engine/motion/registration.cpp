@@ -222,7 +222,8 @@ Registration register_surface(const ContactSurface& key, const ContactSurface& n
   out.at_mm = at;
   const double own_mm2 = kFilter_px2 / 2 * std::pow(key.levels().front().pitch_mm, 2);
   out.motion = motion_about(at, -(options.skin_smoothing_mm2 + own_mm2) * out.by_smoothing) * out.motion;
-  out.covariance(2, 2) += std::pow(key.level_sd_mm(), 2) + std::pow(now.level_sd_mm(), 2);
+  out.of_levels = key.error_of_level() + now.error_of_level();
+  out.covariance += out.of_levels;
   for (Eigen::Index k = 3; k < 5; ++k)
     out.covariance(k, k) += std::pow(key.tilt_sd_rad(), 2) + std::pow(now.tilt_sd_rad(), 2);
   return out;

@@ -42,6 +42,8 @@ struct Registration {
   /// Of the small motion that is missing (truth = motion_about(at_mm, twist) motion), mm and radians; 0 along
   /// what is unknown.
   Matrix6d covariance = Matrix6d::Zero();
+  /// Of that covariance, what both maps' levels make.
+  Matrix6d of_levels = Matrix6d::Zero();
   /// What a smoothing adds to the motion that is found, for each mm2 of half its variance, seen at at_mm.
   Vector6d by_smoothing = Vector6d::Zero();
   Freedom freedom;         ///< seen at at_mm

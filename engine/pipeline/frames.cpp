@@ -234,10 +234,16 @@ void Frames::follow_object(uint32_t index, bool after_gap) {
   if (after_gap) object_->restart();
   const SurfaceSummary& summary = parts_.surface->summary;
   const bool corrected = slots_[index].surface.was_corrected && rest_correction_;
-  const double level_mm = corrected ? rest_correction_->rest_level_mm() : -summary.depth_offset_mm;
-  const double level_sd_mm = std::hypot(summary.depth_sd_mm, corrected ? rest_correction_->error_mm() : 0.0);
-  parts_.object = object_->follow(level_mm, level_sd_mm, parts_.touched(),
-                                  gel_contacts_ ? &*gel_contacts_ : nullptr, corrected);
+  PadAtRest rest{.level_mm = -summary.depth_offset_mm, .level_sd_mm = summary.depth_sd_mm};
+  if (corrected)
+    rest = {.level_mm = rest_correction_->rest_level_mm(),
+            .level_sd_mm = std::hypot(summary.depth_sd_mm, rest_correction_->error_mm()),
+            .cells_x = cells_along(format_.width),
+            .means_mm = rest_correction_->means_mm(),
+            .at_rest = gel_contacts_->at_rest()};
+  const double gain_sd = summary.depth_max_mm > 0 ? summary.depth_sd_mm / summary.depth_max_mm : 0;
+  parts_.object =
+      object_->follow(rest, gain_sd, parts_.touched(), gel_contacts_ ? &*gel_contacts_ : nullptr, corrected);
 }
 
 void Frames::restart_motion() {

@@ -15,10 +15,6 @@ constexpr double kDeep = 0.5;  // of the deepest point, from which a pixel count
 /// stays with the skin. RMS of four simulated objects that slip (0.005 to 0.029).
 constexpr double kHeldBack = 0.02;
 
-/// What a level is wrong by from one frame to another, of what the pad at rest strays by in one: most of that
-/// stays as it is. RMS of seven simulated objects (0.4 to 0.6).
-constexpr double kLevel = 0.6;
-
 /// Part of its way into the pad since the track began that a depth is wrong by: 0.002 to 0.02 of it on gentle
 /// flanks, and where flanks are steeper than pictures show by the fourth power of their slope, 0.065 (coin)
 /// and 0.17 (disc) of it at 1. Of seven simulated objects. And part of that by which one side of the contact
@@ -30,11 +26,16 @@ constexpr double kRim_mm = 0.4;  // to each side of the contact's border
 /// standard error from it.
 constexpr double kSkin_mm2 = 0.0036;
 
-void add_depth_error(double way_mm, double rim_slope, Pose& pose) {
-  const double wrong_mm = std::hypot(kShort, kShortOfSteep * std::pow(rim_slope, 4)) * way_mm,
+void add_depth_error(double way_mm, double gain_sd, double rim_slope, Pose& pose) {
+  const double wrong_mm = std::hypot(kShort, gain_sd, kShortOfSteep * std::pow(rim_slope, 4)) * way_mm,
                tilt = kUneven * wrong_mm / pose.freedom.radius_mm;
   pose.covariance(2, 2) += wrong_mm * wrong_mm;
   for (Eigen::Index k = 3; k < 5; ++k) pose.covariance(k, k) += tilt * tilt;
+}
+
+/// Of this frame and of the one in which the track began, as much.
+void add_tilt_error(double tilt_sd_rad, Pose& pose) {
+  for (Eigen::Index k = 3; k < 5; ++k) pose.covariance(k, k) += 2 * tilt_sd_rad * tilt_sd_rad;
 }
 
 void add_marker_error(Pose& pose) {
@@ -138,22 +139,24 @@ void ObjectFollower::look_at(const HeightRows& heights) {
     std::copy_n(heights.row(y), width_, depth_mm_.begin() + std::ptrdiff_t{y} * width_);
 }
 
-ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touched,
+ObjectPose ObjectFollower::follow(const PadAtRest& rest, double depth_gain_sd, bool touched,
                                   const GelContacts* contacts, bool by_depth) {
   if (!touched) {
     std::ranges::fill(followed_, 0);
     pose_ = tracker_.lift();
     return summary_of(pose_);
   }
-  for (float& depth : depth_mm_) depth -= static_cast<float>(level_mm);
+  if (pose_.state == PoseState::NoContact || pose_.state == PoseState::Lost) change_ = {};
+  const RestChange::Level level = change_.since(rest);
+  for (float& depth : depth_mm_) depth -= static_cast<float>(level.mm);
   mark(contacts, by_depth);
   const HeightMap map{.width = width_,
                       .height = height_,
                       .pitch_mm_per_px = pitch_mm_per_px_,
                       .depth_mm = depth_mm_,
-                      .level_sd_mm = kLevel * level_sd_mm,
+                      .level_sd_mm = level.sd_mm,
                       // What the level is wrong by is not the same from border to border.
-                      .tilt_sd_rad = level_sd_mm / (0.5 * width_ * pitch_mm_per_px_),
+                      .tilt_sd_rad = level.sd_mm / (0.5 * width_ * pitch_mm_per_px_),
                       .contact = contact_};
   pose_ = tracker_.update(map);
   if (contacts && pose_.state == PoseState::NoContact) {
@@ -162,8 +165,14 @@ ObjectPose ObjectFollower::follow(double level_mm, double level_sd_mm, bool touc
     mark(contacts, by_depth);
     pose_ = tracker_.update(map);
   }
-  if (pose_.state == PoseState::Begun) begun_mm_ = pose_.at_mm[2];
-  if (pose_.state == PoseState::Tracked) add_depth_error(pose_.at_mm[2] - begun_mm_, rim_slope(), pose_);
+  if (pose_.state == PoseState::Begun) {
+    begun_mm_ = pose_.at_mm[2];
+    change_.begin(rest, level.mm);
+  }
+  if (pose_.state == PoseState::Tracked) {
+    add_tilt_error(level.tilt_sd_per_cell / (shared::kCellSide * pitch_mm_per_px_), pose_);
+    add_depth_error(pose_.at_mm[2] - begun_mm_, depth_gain_sd, rim_slope(), pose_);
+  }
   if (marked_) add_marker_error(pose_);
   return summary_of(pose_);
 }

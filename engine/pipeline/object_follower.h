@@ -7,6 +7,7 @@
 #include "engine/measure/contact/gel_contacts.h"
 #include "engine/measure/height_rows.h"
 #include "engine/motion/pose_tracker.h"
+#include "engine/pipeline/rest_change.h"
 #include "engine/pipeline/skin_slip.h"
 #include "palpate/sensor.h"
 
@@ -28,11 +29,11 @@ class ObjectFollower {
   /// Takes a copy of a frame's surface as it was solved. What is taken off where the pad seems to be at rest
   /// differs from frame to frame, and would change the object's shape.
   void look_at(const HeightRows& heights);
-  /// The same frame, frames in order, as it was measured. `level_mm`: height of the pad at rest in that copy.
-  /// `touched`: whether something touches at all. `contacts`: those of a colour gel; null: what is deeper
+  /// The same frame, frames in order, as it was measured. `depth_gain_sd`: part of a depth that it is wrong
+  /// by. `touched`: whether something touches at all. `contacts`: those of a colour gel; null: what is deeper
   /// than half of the deepest point is in contact. `by_depth`: they are what is in contact by its depth;
   /// outlines, which skin that spans from the object to the pad is in, are not.
-  ObjectPose follow(double level_mm, double level_sd_mm, bool touched, const GelContacts* contacts,
+  ObjectPose follow(const PadAtRest& rest, double depth_gain_sd, bool touched, const GelContacts* contacts,
                     bool by_depth);
   /// Of the frame that was followed last, once its skin is: what the object does on it.
   void follow_skin(Touch& touch) { slip_.follow(pose_, touch); }
@@ -52,6 +53,7 @@ class ObjectFollower {
   PoseTracker tracker_;
   Pose pose_;
   double begun_mm_ = 0;  ///< depth of the contact's middle when the track began
+  RestChange change_;    ///< since the track began
   SkinSlip slip_;
   std::vector<float> depth_mm_;
   std::vector<uint8_t> contact_;          ///< of each pixel

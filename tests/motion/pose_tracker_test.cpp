@@ -72,6 +72,38 @@ TEST(PoseTracker, FollowsATexturedObjectForTenSeconds) {
   EXPECT_GT(held, 0.9 * asked);
 }
 
+// A key frame's level is in the motion to it and, with the other sign, in the one from it: after any number
+// of them depth is wrong by the first and the last frame's levels, and by its own noise, which is far less.
+TEST(PoseTracker, LevelsOfFramesBetweenCancel) {
+  constexpr double kLevel_mm = 0.02;
+  std::mt19937 random(11);
+  std::normal_distribution<double> level(0, kLevel_mm);
+  PoseTracker tracker;
+  double squares = 0, stated = 0, frames = 0, first_mm = 0;
+  for (int frame = 0; frame < 120; ++frame) {
+    const RigidMotion truth = on_path(frame / 20.0);
+    PressedMap pressed_map = pressed(textured_dome(), truth, {}, 0.001, DepthNoise::White, random);
+    const double wrong_mm = level(random);
+    if (frame == 0) first_mm = wrong_mm;
+    for (float& depth : pressed_map.depth) depth += static_cast<float>(wrong_mm);
+    HeightMap map = pressed_map.map();
+    map.level_sd_mm = kLevel_mm;
+    const Pose& pose = tracker.update(map);
+    if (frame == 0) continue;
+    ASSERT_EQ(pose.state, PoseState::Tracked) << frame;
+    const double error_mm = twist_between(pose.motion, truth, pose.at_mm)[2];
+    EXPECT_NEAR(-error_mm, wrong_mm - first_mm, 0.004) << frame;
+    squares += error_mm * error_mm;
+    stated += pose.covariance(2, 2);
+    ++frames;
+  }
+  EXPECT_GT(
+      tracker.update(pressed(textured_dome(), on_path(6), {}, 0.001, DepthNoise::White, random).map()).keys,
+      3u);
+  EXPECT_NEAR(std::sqrt(stated / frames), std::sqrt(2.0) * kLevel_mm, 0.1 * kLevel_mm);
+  EXPECT_NEAR(std::sqrt(squares / frames), std::sqrt(2.0) * kLevel_mm, 0.6 * kLevel_mm);
+}
+
 // A ball and a plane on the same way: what they do not show is NaN in every frame.
 TEST(PoseTracker, NeverCallsASlidingDirectionDetermined) {
   std::mt19937 random(4);
