@@ -125,16 +125,18 @@ double ContactModel::core_strain() const {
     y = scene_.inclusion->offset_mm[1];
     depth = scene_.inclusion->depth_mm + scene_.inclusion->size()[2] / 2;
   }
-  const double pitch = scene_.block_mm[2] / scene_.cells[2];
+  const uint32_t layers = scene_.cells[2];
+  const double pitch = scene_.block_mm[2] - plane_mm(scene_, layers - 1);
   const auto column = [](double at_mm, double size_mm, uint32_t most) {
     return static_cast<uint32_t>(std::clamp(std::lround(at_mm / size_mm), 0L, static_cast<long>(most)));
   };
   const uint32_t i = column(x + (quarter_ ? 0 : scene_.block_mm[0] / 2), grid_.size_x_mm, nx);
   const uint32_t j = column(y + (quarter_ ? 0 : scene_.block_mm[1] / 2), grid_.size_y_mm, ny);
   const auto down = [&](double z) {
-    const double layer = std::clamp(z / pitch, 0.0, static_cast<double>(scene_.cells[2]));
-    const auto k = std::min(static_cast<uint32_t>(layer), scene_.cells[2] - 1);
-    const double t = layer - k;
+    uint32_t k = 0;
+    while (k + 1 < layers && plane_mm(scene_, k + 1) <= z) ++k;
+    const double top = plane_mm(scene_, k), within = std::clamp(z, 0.0, scene_.block_mm[2]) - top;
+    const double t = within / (plane_mm(scene_, k + 1) - top);
     const double* u = displacement_.data() + 2 * grid_.nodes();
     return (1 - t) * u[grid_.node(i, j, above_ + k)] + t * u[grid_.node(i, j, above_ + k + 1)];
   };

@@ -30,6 +30,10 @@ void check(const Scene& s, const Inclusion& lump) {
     throw Error(Failure::Usage, "an inclusion above the block's base at " + value_text(s.block_mm[2]) + " mm",
                 "one that reaches down to " + value_text(lump.depth_mm + size[2]) + " mm",
                 "less depth or size, or a thicker block");
+  if (s.skin && lump.depth_mm < s.skin->thickness_mm * (1 - 1e-9))
+    throw Error(Failure::Usage,
+                "an inclusion below the skin, " + value_text(s.skin->thickness_mm) + " mm deep or deeper",
+                "one " + value_text(lump.depth_mm) + " mm deep", "a deeper inclusion or a thinner skin");
   for (size_t c = 0; c < 2; ++c)
     if (!(std::abs(lump.offset_mm[c]) + size[c] / 2 <= s.block_mm[c] / 2 * (1 + 1e-9)))
       throw Error(Failure::Usage, "an inclusion inside the block's sides",
@@ -60,6 +64,10 @@ void check(const Scene& s) {
   range("the tissue's Young's modulus, Pa,", s.young_Pa, 1, 1e12);
   range("Poisson's ratio", s.poisson, 0, 0.4999);
   for (size_t c = 0; c < 3; ++c) range("cells along a side", s.cells[c], 4, 512);
+  if (s.skin) {
+    range("the skin's thickness, mm,", s.skin->thickness_mm, 1e-3 * s.block_mm[2], s.block_mm[2] / 2);
+    range("the skin's stiffness ratio", s.skin->stiffness_ratio, 0.01, 1e5);
+  }
   if (s.inclusion) check(s, *s.inclusion);
   for (const Inclusion& lump : s.others) check(s, lump);
   for (const PadSheet& sheet : s.pad) {

@@ -32,6 +32,13 @@ struct Inclusion {
   std::array<double, 3> size() const;
 };
 
+/// The block's top layer, of another modulus than what lies below it and bonded to that. Poisson's ratio is
+/// the tissue's.
+struct Skin {
+  double thickness_mm = 2;     ///< part of the block's own, above 0, half of it at most
+  double stiffness_ratio = 1;  ///< its Young's modulus over the tissue's, 0.01 to 1e5
+};
+
 /// One sheet of the sensor's pad, bonded to the sheets beside it.
 struct PadSheet {
   double thickness_mm = 0;
@@ -53,6 +60,7 @@ struct Scene {
   bool bottom_slides = false;  ///< the floor holds the tissue's height only, not its sides
   std::optional<Inclusion> inclusion = Inclusion{};
   std::vector<Inclusion> others;  ///< more of them, apart from it and from each other
+  std::optional<Skin> skin;       ///< inclusions lie below it; none: the block is of one tissue
 
   std::vector<PadSheet> pad;  ///< from the tissue outwards; empty: the presser touches the tissue
   bool pad_slides = false;    ///< on the tissue, without friction and without lifting off; else bonded to it

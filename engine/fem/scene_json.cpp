@@ -28,6 +28,8 @@ json::Value to_json(const Scene& s) {
                           {"depth_mm", s.inclusion->depth_mm},
                           {"stiffness_ratio", s.inclusion->stiffness_ratio},
                           {"offset_mm", s.inclusion->offset_mm}};
+  if (s.skin)
+    value["skin"] = {{"thickness_mm", s.skin->thickness_mm}, {"stiffness_ratio", s.skin->stiffness_ratio}};
   if (!s.pad.empty()) value["pad_on_tissue"] = s.pad_slides ? "sliding" : "bonded";
   value["pad"] = json::Value::array();
   for (const PadSheet& sheet : s.pad)

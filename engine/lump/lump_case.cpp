@@ -40,6 +40,7 @@ fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, dou
   scene.presser = fem::Presser::Flat;
   scene.press_mm = what.press_mm.back();
   scene.cells = in_scene_axes(what, cells);
+  scene.skin = what.skin;
   scene.inclusion.reset();
   const auto inclusion_of = [&what](const Case::Lump& lump) {
     fem::Inclusion inclusion;

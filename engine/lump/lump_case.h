@@ -29,6 +29,7 @@ struct Case {
   std::optional<Lump> lump;
   /// Another one beside it. Long shapes lie along the same axis in both.
   std::optional<Lump> second;
+  std::optional<fem::Skin> skin;  ///< over the tissue and the lumps
   double thickness_mm = 0, young_Pa = 0;
   std::vector<double> press_mm;  ///< one per load, rising
 };

@@ -101,6 +101,23 @@ TEST_F(LumpFile, GivesBackWhatWasWritten) {
   EXPECT_GT(ended_early, 2);
 }
 
+TEST_F(LumpFile, KeepsSkins) {
+  lump::Sweep sweep = small_sweep();
+  sweep.depth_mm.low = 3;
+  sweep.skin_mm = {1, 3};
+  sweep.skin_ratio = {0.3, 5};
+  write(file(), 12, sweep);
+  const lump::Data data = lump::read_lump_file(file());
+  for (const lump::Sample& sample : data.samples) {
+    ASSERT_TRUE(sample.what.skin);
+    const lump::Case again = lump_case(sweep, sample.what.number);
+    EXPECT_EQ(sample.what.skin->thickness_mm, again.skin->thickness_mm);
+    EXPECT_EQ(sample.what.skin->stiffness_ratio, again.skin->stiffness_ratio);
+  }
+  const Hdf5 set(H5Fopen(file().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  for (const char* name : {"skin_mm", "skin_ratio"}) EXPECT_GT(H5Lexists(set, name, H5P_DEFAULT), 0) << name;
+}
+
 TEST_F(LumpFile, SameCasesMakeTheSameBytes) {
   write(file("a.h5"));
   sleep(1);  // whole seconds are what HDF5's time stamps count

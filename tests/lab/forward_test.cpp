@@ -97,6 +97,17 @@ TEST_F(ForwardCommand, SaysNothingThatDidNotConverge) {
   EXPECT_FALSE(value.contains("force_N"));
 }
 
+TEST_F(ForwardCommand, AStiffSkinStiffensTheBlock) {
+  const std::vector<std::string> coarse = {"--cells", "24x24x12"};
+  std::vector<std::string> under = coarse;
+  under.insert(under.end(), {"--skin-mm", "2", "--skin-ratio", "5"});
+  const Json bare = answer(coarse), stiff = answer(under);
+  EXPECT_FALSE(bare["scene"].contains("skin"));
+  EXPECT_EQ(stiff["scene"]["skin"]["stiffness_ratio"].get<double>(), 5);
+  EXPECT_EQ(stiff["scene"]["skin"]["thickness_mm"].get<double>(), 2);
+  EXPECT_GT(stiff["force_N"].get<double>(), 1.05 * bare["force_N"].get<double>());
+}
+
 TEST_F(ForwardCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"forward", "--poisson", "0.5"}, 2, {"Poisson"});
   expect_refusal({"forward", "--cells", "64x64"}, 2, {"--cells"});
@@ -104,6 +115,8 @@ TEST_F(ForwardCommand, RefusesWhatMakesNoSense) {
   expect_refusal({"forward", "--depth-mm", "18"}, 2, {"base"});
   expect_refusal({"forward", "--presser", "ball"}, 2, {"radius"});
   expect_refusal({"forward", "--press-mm", "1", "--force-N", "1"}, 2, {"--force-N"});
+  expect_refusal({"forward", "--skin-mm", "6"}, 2, {"below the skin"});
+  expect_refusal({"forward", "--skin-ratio", "3"}, 2, {"--skin-ratio", "--skin-mm 2"});
   expect_refusal({"forward", "--pad", "2mm"}, 2, {"--pad"});
   expect_refusal({"forward", "--size-mm", "3", "4"}, 2, {"one size or three"});
   expect_refusal({"forward", "sweep", "--no-inclusion"}, 2, {"inclusion"});

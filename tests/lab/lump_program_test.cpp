@@ -207,6 +207,9 @@ TEST_F(LumpCommand, RefusesNonsenseInOneLine) {
   refused({"--count", "0"}, 2, {"cases"});
   refused({"--first", "4294967295"}, 2, {"2^32"});
   refused({"--greatest-press", "0.9"}, 2, {"press"});
+  refused({"--skin-mm", "2"}, 2, {"below the skin"});
+  refused({"--skin-mm", "0", "1"}, 2, {"skin above 0"});
+  refused({"--skin-mm", "9", "--depth-mm", "9", "10"}, 2, {"half the block"});
   refused({"--loads", "many"}, 2, {"--loads"});
   expect_refusal({"dataset", "/nowhere/set.h5", "--count", "1"}, 7, {"/nowhere"});
   expect_refusal({"info", at("none.h5")}, 3, {"none.h5", "nothing"});

@@ -221,6 +221,35 @@ TEST(LumpSweep, GoesThroughJson) {
   EXPECT_THROW(lump::sweep_from_json(other), Error);
 }
 
+TEST(LumpSweep, SkinsChangeNothingElse) {
+  lump::Sweep plain;
+  plain.depth_mm.low = 3.2;
+  lump::Sweep skinned = plain;
+  skinned.skin_mm = {1, 3};
+  skinned.skin_ratio = {0.3, 5};
+  check(skinned);
+  const std::string line = lump::to_json(skinned).dump();
+  EXPECT_EQ(lump::to_json(lump::sweep_from_json(line)).dump(), line);
+  EXPECT_EQ(lump::to_json(plain).dump().find("skin"), std::string::npos);
+  double thick = 0, stiff = 0;
+  constexpr uint32_t kCases = 500;
+  for (uint32_t n = 0; n < kCases; ++n) {
+    const lump::Case a = lump_case(plain, n), b = lump_case(skinned, n);
+    ASSERT_TRUE(b.skin && !a.skin);
+    EXPECT_EQ(a.thickness_mm, b.thickness_mm);
+    EXPECT_EQ(a.press_mm, b.press_mm);
+    if (a.lump) {
+      EXPECT_EQ(a.lump->diameter_mm, b.lump->diameter_mm);
+      EXPECT_EQ(a.lump->stiffness_ratio, b.lump->stiffness_ratio);
+    }
+    check(scene_of(skinned, b));
+    thick += b.skin->thickness_mm / kCases;
+    stiff += std::log(b.skin->stiffness_ratio) / kCases;
+  }
+  EXPECT_NEAR(thick, 2, 0.02);
+  EXPECT_NEAR(stiff, std::log(0.3 * 5) / 2, 0.03);
+}
+
 TEST(LumpSweep, RefusesWhatCannotBe) {
   const auto refused = [](const auto& change, const char* word) {
     lump::Sweep sweep;
@@ -246,6 +275,7 @@ TEST(LumpSweep, RefusesWhatCannotBe) {
   refused([](lump::Sweep& s) { s.coarser_cells = {48, 48, 24}; }, "coarser cells");
   refused([](lump::Sweep& s) { s.nodes = {33, 1}; }, "nodes");
   refused([](lump::Sweep& s) { s.centred_fraction = -0.1; }, "middle");
+  refused([](lump::Sweep& s) { s.skin_mm = {1, 2}; }, "below the skin");
   refused([](lump::Sweep& s) { s.shapes.clear(); }, "shape");
   refused([](lump::Sweep& s) { s.no_lump_fraction = 1.5; }, "without a lump");
 }

@@ -132,6 +132,10 @@ LargeStrainResult solve_extrapolated(const Scene& scene, const std::array<uint32
   const auto start = std::chrono::steady_clock::now();
   Scene coarse_scene = scene;
   coarse_scene.cells = coarser;
+  if (skin_layers(scene) * coarser[2] != skin_layers(coarse_scene) * scene.cells[2])
+    throw Error(Failure::Usage, "grids with one share of their layers in the skin, such as multiples of 6",
+                std::to_string(scene.cells[2]) + " and " + std::to_string(coarser[2]) + " layers",
+                "48x48x24 cells and half as many");
   LargeStrainOptions own = options;
   for (size_t c = 0; c < 2; ++c)
     if (own.map_nodes[c] == 0) own.map_nodes[c] = scene.cells[c] + 1;

@@ -35,7 +35,8 @@ std::optional<std::array<uint32_t, 3>> common_cells(const std::array<uint32_t, 3
 /// of 40 mm a cylinder's face is right to 0.05 mm, a ball's to 0.02. Bricks on 64 and 40 misplace it by up to
 /// 0.3 mm, as it happens to lie between their planes. The rim's part of force and pressure is measured
 /// without the lump on grids that cost a twentieth of the two. Loads say how far off they may be. Throws
-/// Error(Failure::Usage) where the cells do not have the same proportions.
+/// Error(Failure::Usage) where the cells do not have the same proportions, or not as large a share of their
+/// layers in a skin.
 LargeStrainResult solve_extrapolated(const Scene& scene, const std::array<uint32_t, 3>& coarser,
                                      const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});

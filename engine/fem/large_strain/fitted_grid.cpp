@@ -89,24 +89,27 @@ double enclosing(InclusionShape shape, const InclusionCells& cells) {
   return ball(shape) ? std::cbrt(4 * std::numbers::pi / 3 / sum) : std::sqrt(2 * std::numbers::pi / sum);
 }
 
-/// Moves the places of an even grid so that the box of the lump's cells becomes the lump.
+/// Moves the places of an even grid so that the box of the lump's cells becomes the lump. A skin stays as it
+/// is.
 class Bend {
  public:
-  Bend(const Scene& scene, const InclusionCells& cells) : lump_(*scene.inclusion) {
+  Bend(const Scene& scene, const InclusionCells& cells)
+      : lump_(*scene.inclusion), skin_mm_(scene.skin ? scene.skin->thickness_mm : 0) {
     const double grown = enclosing(lump_.shape, cells);
     const std::array<bool, 3> round = round_axes(lump_.shape);
     const std::array<double, 3> size = lump_.size();
     for (size_t c = 0; c < 3; ++c) {
-      wall_[c][0] = c < 2 ? -scene.block_mm[c] / 2 : 0;
-      wall_[c][1] = wall_[c][0] + scene.block_mm[c];
-      const double pitch = scene.block_mm[c] / scene.cells[c];
-      box_[c] = {wall_[c][0] + cells.first[c] * pitch, wall_[c][0] + cells.last[c] * pitch};
+      const double pitch = scene.block_mm[c] / scene.cells[c], half_mm = scene.block_mm[c] / 2;
+      wall_[c] = c < 2 ? std::array{-half_mm, half_mm} : std::array{skin_mm_, scene.block_mm[2]};
+      box_[c] = c < 2 ? std::array{cells.first[c] * pitch - half_mm, cells.last[c] * pitch - half_mm}
+                      : std::array{plane_mm(scene, cells.first[2]), plane_mm(scene, cells.last[2])};
       centre_[c] = c < 2 ? lump_.offset_mm[c] : lump_.depth_mm + size[2] / 2;
       half_[c] = size[c] / 2 * (round[c] ? grown : 1);
     }
   }
 
   Place operator()(const Place& from) const {
+    if (skin_mm_ > 0 && from[2] <= skin_mm_) return from;
     Place held, q;
     double fraction = 1;
     for (size_t c = 0; c < 3; ++c) {
@@ -124,6 +127,7 @@ class Bend {
 
  private:
   const Inclusion& lump_;
+  double skin_mm_;
   std::array<std::array<double, 2>, 3> wall_{}, box_{};
   Place centre_{}, half_{};
 };
@@ -149,8 +153,11 @@ std::array<std::array<double, 2>, 3> best_box(const Scene& scene) {
   std::array<std::array<double, 2>, 3> box{};
   for (size_t c = 0; c < 3; ++c) {
     const double centre = c < 2 ? lump.offset_mm[c] + scene.block_mm[c] / 2 : lump.depth_mm + size[2] / 2;
-    const double per_mm = scene.cells[c] / scene.block_mm[c], half = size[c] / 2 * fraction[c];
-    box[c] = {(centre - half) * per_mm, (centre + half) * per_mm};
+    const double half = size[c] / 2 * fraction[c];
+    const uint32_t of_skin = c < 2 ? 0 : skin_layers(scene);
+    const double from_mm = of_skin > 0 ? scene.skin->thickness_mm : 0;
+    const double per_mm = (scene.cells[c] - of_skin) / (scene.block_mm[c] - from_mm);
+    box[c] = {of_skin + (centre - half - from_mm) * per_mm, of_skin + (centre + half - from_mm) * per_mm};
   }
   return box;
 }
@@ -173,16 +180,17 @@ bool InclusionCells::in_middle(const std::array<uint32_t, 3>& of) const {
 InclusionCells inclusion_cells(const Scene& scene) {
   InclusionCells cells;
   const auto box = best_box(scene);
+  const long above = std::max(kAbove, static_cast<long>(skin_layers(scene)) + (scene.skin ? 1 : 0));
   for (size_t c = 0; c < 3; ++c) {
     const auto [low, high] = box[c];
     const bool middle =
         c < 2 && scene.cells[c] % 2 == 0 && std::abs(low + high - scene.cells[c]) <= 2 * kMiddle;
     const auto all = static_cast<long>(scene.cells[c]);
     long count = middle ? 2 * std::lround((high - low) / 2) : std::lround(high - low);
-    count = std::clamp(count, 2L, all - 1 - (c < 2 ? 1 : kAbove));
+    count = std::clamp(count, 2L, all - 1 - (c < 2 ? 1 : above));
     const long first =
         middle ? (all - count) / 2 : std::lround((low + high - static_cast<double>(count)) / 2);
-    cells.first[c] = static_cast<uint32_t>(std::clamp(first, c < 2 ? 1L : kAbove, all - 1 - count));
+    cells.first[c] = static_cast<uint32_t>(std::clamp(first, c < 2 ? 1L : above, all - 1 - count));
     cells.last[c] = cells.first[c] + static_cast<uint32_t>(count);
   }
   return cells;
@@ -216,9 +224,9 @@ std::optional<CellGrid> fit(const Scene& scene, const InclusionCells& cells, boo
   for (uint32_t k = 0; k <= grid.cells[2]; ++k)
     for (uint32_t j = 0; j <= grid.cells[1]; ++j)
       for (uint32_t i = 0; i <= grid.cells[0]; ++i) {
-        const Place place = bend({(i + skipped[0]) * grid.size_x_mm - scene.block_mm[0] / 2,
-                                  (j + skipped[1]) * grid.size_y_mm - scene.block_mm[1] / 2,
-                                  k * scene.block_mm[2] / scene.cells[2]});
+        const Place place =
+            bend({(i + skipped[0]) * grid.size_x_mm - scene.block_mm[0] / 2,
+                  (j + skipped[1]) * grid.size_y_mm - scene.block_mm[1] / 2, plane_mm(scene, k)});
         for (size_t c = 0; c < 3; ++c) grid.place_mm[c * nodes + grid.node(i, j, k)] = place[c];
         if (i < grid.cells[0] && j < grid.cells[1] && k < grid.cells[2] && inside({i, j, k}))
           grid.young[grid.cell(i, j, k)] = static_cast<float>(scene.inclusion->stiffness_ratio);

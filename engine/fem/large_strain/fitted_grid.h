@@ -20,8 +20,8 @@ struct InclusionCells {
 };
 
 /// Cells that have to be bent least to be the scene's inclusion: about as many as have its volume, two at
-/// least along each side, two layers at least above and one below. In the block's middle, an even number of
-/// them, where the lump lies within a quarter of a cell of it.
+/// least along each side, two layers at least above (below a skin, which stays even: one) and one below. In
+/// the block's middle, an even number of them, where the lump lies within a quarter of a cell of it.
 InclusionCells inclusion_cells(const Scene& scene);
 /// Whether cells that were chosen for another lump are within a cell of the best on each side.
 bool matches(const InclusionCells& cells, const Scene& scene);

@@ -10,6 +10,7 @@
 namespace palpate::fem {
 namespace {
 
+constexpr uint32_t kSkinLayers = 6;                    // along z of the coarsest of the three under a skin
 constexpr uint32_t kFewest = 8, kMost = 24;            // cells along x of the three grids
 constexpr double kLeastOrder = 0.3, kMostOrder = 1.6;  // apart from the square of the rest
 constexpr double kNoError = 1e-5;  // of the force: two grids that agree so well say nothing of an order
@@ -74,7 +75,18 @@ double end_slope(const PressedBlock& first, const PressedBlock& middle, const Pr
 
 }  // namespace
 
-std::optional<std::array<Cells, 3>> RimError::grids(const Cells& cells) {
+std::optional<std::array<Cells, 3>> RimError::grids(const Cells& cells, bool skin) {
+  if (skin) {
+    std::array<Cells, 3> three{};
+    for (uint32_t g = 0; g < 3; ++g)
+      for (size_t c = 0; c < 3; ++c) {
+        const uint32_t layers = kSkinLayers * (g + 1);
+        if (cells[c] * layers % cells[2] != 0) return std::nullopt;
+        three[g][c] = cells[c] * layers / cells[2];
+        if (three[g][c] % (c < 2 ? 4 : 2) != 0) return std::nullopt;
+      }
+    return three;
+  }
   const uint32_t common = std::gcd(std::gcd(cells[0], cells[1]), cells[2]);
   const Cells unit = {cells[0] / common, cells[1] / common, cells[2] / common};
   std::vector<uint32_t> times;
@@ -105,7 +117,7 @@ std::optional<std::array<Cells, 3>> RimError::grids(const Cells& cells) {
 
 std::optional<RimError> RimError::measure(const Scene& scene, const std::vector<double>& press_mm,
                                           const LargeStrainOptions& options) {
-  const auto grids_ = grids(scene.cells);
+  const auto grids_ = grids(scene.cells, scene.skin.has_value());
   if (!grids_ || press_mm.empty() || scene.bottom_slides) return std::nullopt;
   Scene plain = scene;
   plain.inclusion.reset();

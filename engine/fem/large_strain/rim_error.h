@@ -27,9 +27,11 @@ class RimError {
   /// How much of the error may be wrong: most that was found on blocks 16 to 24 mm thick, to 20 % of press.
   static constexpr double kDoubt = 1.0 / 3;
 
-  /// Three grids, 8 to 24 cells along x, of the scene's proportions and no finer than half of it. None where
-  /// there are no such.
-  static std::optional<std::array<std::array<uint32_t, 3>, 3>> grids(const std::array<uint32_t, 3>& cells);
+  /// Three grids, 8 to 24 cells along x, of the scene's proportions and no finer than half of it. Under a
+  /// skin those of 6, 12 and 18 layers, which have one share of their layers in it (see skin_layers()). None
+  /// where there are no such.
+  static std::optional<std::array<std::array<uint32_t, 3>, 3>> grids(const std::array<uint32_t, 3>& cells,
+                                                                     bool skin = false);
 
   /// Presses the block to `press_mm`, which rise. None where grids() are none or a press does not converge.
   static std::optional<RimError> measure(const Scene& scene, const std::vector<double>& press_mm,

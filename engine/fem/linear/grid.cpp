@@ -55,6 +55,19 @@ std::vector<uint32_t> pad_layers(const Scene& scene) {
   return layers;
 }
 
+uint32_t skin_layers(const Scene& scene) {
+  if (!scene.skin) return 0;
+  const double sixths = std::max(1.0, std::round(6 * scene.skin->thickness_mm / scene.block_mm[2]));
+  return std::max(1u, static_cast<uint32_t>(std::lround(scene.cells[2] * sixths / 6)));
+}
+
+double plane_mm(const Scene& scene, uint32_t layer) {
+  const uint32_t of_skin = skin_layers(scene);
+  if (layer < of_skin) return layer * scene.skin->thickness_mm / of_skin;
+  const double skin_mm = scene.skin ? scene.skin->thickness_mm : 0;
+  return skin_mm + (layer - of_skin) * (scene.block_mm[2] - skin_mm) / (scene.cells[2] - of_skin);
+}
+
 CellGrid voxelise(const Scene& scene, bool quarter) {
   CellGrid grid;
   const std::vector<uint32_t> sheets = pad_layers(scene);
@@ -68,8 +81,11 @@ CellGrid voxelise(const Scene& scene, bool quarter) {
     grid.slit = above++;
     grid.size_z_mm.push_back(0);
   }
-  const double height = scene.block_mm[2] / scene.cells[2];
-  grid.size_z_mm.insert(grid.size_z_mm.end(), scene.cells[2], height);
+  const uint32_t of_skin = skin_layers(scene);
+  const double skin_mm = scene.skin ? scene.skin->thickness_mm : 0;
+  const double height = (scene.block_mm[2] - skin_mm) / (scene.cells[2] - of_skin);
+  grid.size_z_mm.insert(grid.size_z_mm.end(), of_skin, skin_mm / std::max(1u, of_skin));
+  grid.size_z_mm.insert(grid.size_z_mm.end(), scene.cells[2] - of_skin, height);
   grid.cells = {scene.cells[0] / (quarter ? 2 : 1), scene.cells[1] / (quarter ? 2 : 1),
                 scene.cells[2] + above};
   grid.size_x_mm = scene.block_mm[0] / scene.cells[0];
@@ -84,18 +100,19 @@ CellGrid voxelise(const Scene& scene, bool quarter) {
     for (uint32_t layer = 0; layer < sheets[s]; ++layer)
       fill(k++, scene.pad[sheets.size() - 1 - s].young_Pa / scene.young_Pa);
   if (grid.slit) fill(*grid.slit, 0);
+  for (uint32_t k = 0; k < of_skin; ++k) fill(k + above, scene.skin->stiffness_ratio);
 
   std::vector<Inclusion> lumps = scene.others;
   if (scene.inclusion) lumps.push_back(*scene.inclusion);
   const double left = quarter ? 0 : -scene.block_mm[0] / 2, front = quarter ? 0 : -scene.block_mm[1] / 2;
   for (const Inclusion& lump : lumps) {
     const std::array<double, 3> size = lump.size();
-    for (uint32_t k = 0; k < scene.cells[2]; ++k)
+    for (uint32_t k = of_skin; k < scene.cells[2]; ++k)
       for (uint32_t j = 0; j < grid.cells[1]; ++j)
         for (uint32_t i = 0; i < grid.cells[0]; ++i) {
           const std::array<double, 3> low = {left + i * grid.size_x_mm - lump.offset_mm[0],
                                              front + j * grid.size_y_mm - lump.offset_mm[1],
-                                             k * height - lump.depth_mm - size[2] / 2};
+                                             skin_mm + (k - of_skin) * height - lump.depth_mm - size[2] / 2};
           const double inside = share_inside(
               lump.shape, size, low, {low[0] + grid.size_x_mm, low[1] + grid.size_y_mm, low[2] + height});
           if (inside > 0)

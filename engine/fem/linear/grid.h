@@ -58,6 +58,13 @@ double share_inside(InclusionShape shape, const std::array<double, 3>& size_mm,
 /// % low at 64 x 64 x 32 (harmonic 1.2 %), and hardly changes with the grid at ratios of 0.1 and 1000.
 double mixed_modulus(double fraction, double ratio);
 
+/// Layers of cells that a scene's skin has: a sixth of the tissue's for each sixth of the thickness, one
+/// sixth at least, so that its lower face is a plane of nodes and grids of the same proportions have as large
+/// a share of their layers in it. 0 without a skin.
+uint32_t skin_layers(const Scene& scene);
+/// Depth of the plane of nodes below so many of the tissue's layers of cells, mm: even but for a skin.
+double plane_mm(const Scene& scene, uint32_t layer);
+
 /// Tissue and inclusion of a scene, moduli relative to the tissue's. Pad sheets lie on top, a slit under them
 /// where they slide. `quarter`: only x, y >= the middle.
 CellGrid voxelise(const Scene& scene, bool quarter);

@@ -22,7 +22,8 @@ namespace {
 struct Options {
   lump::DatasetJob job;
   std::string file, cells, coarser_cells;
-  std::vector<double> size_mm, depth_mm, stiffness_ratio, thickness_mm, young_Pa, greatest_press, block_mm;
+  std::vector<double> size_mm, depth_mm, stiffness_ratio, thickness_mm, young_Pa, greatest_press, block_mm,
+      skin_mm, skin_ratio;
   std::vector<uint32_t> nodes;
   std::vector<std::string> shapes;
   bool linear = false;  // diameter and depth
@@ -43,6 +44,8 @@ lump::Sweep sweep_of(const Common& common, const Options& o) {
   set(sweep.thickness_mm, o.thickness_mm);
   set(sweep.young_Pa, o.young_Pa);
   set(sweep.greatest_press, o.greatest_press);
+  set(sweep.skin_mm, o.skin_mm);
+  set(sweep.skin_ratio, o.skin_ratio);
   if (!o.block_mm.empty()) sweep.block_mm = {o.block_mm.front(), o.block_mm.back()};
   if (!o.cells.empty()) sweep.cells = parse_cells("--cells", o.cells, "32x32x16");
   if (o.coarser_cells == "0")
@@ -164,6 +167,9 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
       ->option_text("NUM [0]");
   command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
       ->delimiter(',');
+  range("--skin-mm", o->skin_mm,
+        "Thickness of a skin, part of the tissue's, lumps lie below (default: none)");
+  range("--skin-ratio", o->skin_ratio, "Its modulus over the tissue's, even in its logarithm (default 1)");
   command
       ->add_option("--second-lump", sweep.second_gap_mm,
                    "Beside each lump a second one, at least so many mm of tissue between them")

@@ -29,7 +29,7 @@ struct Options {
   std::vector<double> offset_mm;
   std::vector<std::string> pad;
   std::string cells;
-  double press_mm = 0, force_N = 0;
+  double press_mm = 0, force_N = 0, skin_mm = 0, skin_ratio = 1;
   std::string sensor;
 
   std::mutex opening;
@@ -62,6 +62,10 @@ fem::Scene scene_of(const Options& options) {
     scene.inclusion = lump;
   }
   std::copy_n(options.block_mm.begin(), options.block_mm.size(), scene.block_mm.begin());
+  if (options.skin_mm != 0)
+    scene.skin = fem::Skin{options.skin_mm, options.skin_ratio};
+  else if (options.skin_ratio != 1)
+    throw Error(Failure::Usage, "a skin's thickness with --skin-ratio", "none", "--skin-mm 2");
   for (const std::string& sheet : options.pad) scene.pad.push_back(parse_sheet(sheet));
   if (!options.cells.empty()) scene.cells = parse_cells("--cells", options.cells, "64x64x32");
   if (options.force_N != 0) {
@@ -144,6 +148,10 @@ void add_tissue_options(CommandLine& command, Options& o) {
       ->expected(3);
   command.add_option("--young-Pa", o.scene.young_Pa, "Young's modulus of the tissue")->capture_default_str();
   command.add_option("--poisson", o.scene.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
+  command.add_option("--skin-mm", o.skin_mm, "Thickness of a skin, part of the tissue's (default: none)")
+      ->check(Check::positive());
+  command.add_option("--skin-ratio", o.skin_ratio, "The skin's modulus over the tissue's (default 1)")
+      ->check(Check::positive());
   command.add_flag("--bottom-slides", o.scene.bottom_slides,
                    "The tissue slides on its base without friction");
 }

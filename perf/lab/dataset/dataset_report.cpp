@@ -52,7 +52,12 @@ std::string sweep_text(const Sweep& s) {
                        100 * s.greatest_press.low, 100 * s.greatest_press.high) +
          "                " + shapes_of(s) +
          palpate::text("; %.3g %% without a lump, %.3g %% of the lumps in the middle\n",
-                       100 * s.no_lump_fraction, 100 * s.centred_fraction);
+                       100 * s.no_lump_fraction, 100 * s.centred_fraction) +
+         (s.has_skin()
+              ? palpate::text("                under a skin of %.3g to %.3g mm, %.3g to %.3g times as "
+                              "stiff as the tissue\n",
+                              s.skin_mm.low, s.skin_mm.high, s.skin_ratio.low, s.skin_ratio.high)
+              : std::string());
 }
 
 }  // namespace

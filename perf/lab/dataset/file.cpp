@@ -126,6 +126,9 @@ class Writer {
         places.add(s.block_mm[c] * (double(i) / (s.nodes[c] - 1) - 0.5));
       places.flush();
     }
+    if (s.has_skin())
+      skin_.emplace(Skin{column("skin_mm", {}, "mm", "thickness of the skin, part of thickness_mm"),
+                         column("skin_ratio", {}, "1", "Young's modulus of the skin over the tissue's")});
     if (s.second_gap_mm > 0)
       second_.emplace(
           Second{column<int8_t>("second_shape", {}, "1", "the second lump's, as shape"),
@@ -146,6 +149,10 @@ class Writer {
     if (second_)
       add_lump(what.second, second_->shape, second_->axis, second_->diameter, second_->depth, second_->ratio,
                second_->offset);
+    if (skin_) {
+      skin_->thickness.add(what.skin->thickness_mm);
+      skin_->ratio.add(what.skin->stiffness_ratio);
+    }
     thickness_.add(what.thickness_mm);
     block_.add(sweep_.block_mm.data(), 2);
     young_.add(what.young_Pa);
@@ -177,6 +184,8 @@ class Writer {
     for (auto* c : {&diameter_, &size_, &depth_, &ratio_, &offset_, &thickness_, &block_, &young_, &poisson_,
                     &press_, &force_, &residual_, &volume_, &last_press_, &last_force_})
       c->flush();
+    if (skin_)
+      for (auto* c : {&skin_->thickness, &skin_->ratio}) c->flush();
     if (second_) {
       for (auto* c : {&second_->shape, &second_->axis}) c->flush();
       for (auto* c : {&second_->diameter, &second_->depth, &second_->ratio, &second_->offset}) c->flush();
@@ -185,6 +194,9 @@ class Writer {
   }
 
  private:
+  struct Skin {
+    Column<double> thickness, ratio;
+  };
   struct Second {
     Column<int8_t> shape, axis;
     Column<double> diameter, depth, ratio, offset;
@@ -219,6 +231,7 @@ class Writer {
       force_, residual_, volume_, last_press_, last_force_;
   Column<uint32_t> steps_, cuts_, newton_, iterations_;
   Column<float> pressure_;
+  std::optional<Skin> skin_;
   std::optional<Second> second_;
 };
 

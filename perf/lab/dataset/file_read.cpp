@@ -138,6 +138,11 @@ Data read_lump_file(const std::filesystem::path& path) {
     second_diameter = column("second_diameter_mm");
     second_ratio = column("second_stiffness_ratio");
   }
+  std::vector<double> skin(n, NAN), skin_ratio(n, NAN);
+  if (s.has_skin()) {
+    skin = column("skin_mm");
+    skin_ratio = column("skin_ratio");
+  }
   Reader::Rows pressure(file, "pressure_Pa", {n, loads, height, width});
 
   data.first = number[0];
@@ -154,6 +159,8 @@ Data read_lump_file(const std::filesystem::path& path) {
         !same(ratio[i], lump ? lump->stiffness_ratio : NAN) ||
         !same(second_diameter[i], second ? second->diameter_mm : NAN) ||
         !same(second_ratio[i], second ? second->stiffness_ratio : NAN) ||
+        !same(skin[i], sample.what.skin ? sample.what.skin->thickness_mm : NAN) ||
+        !same(skin_ratio[i], sample.what.skin ? sample.what.skin->stiffness_ratio : NAN) ||
         !same(thickness[i], sample.what.thickness_mm) || !same(young[i], sample.what.young_Pa))
       file.refuse("case " + std::to_string(number[i]) + " unlike what its sweep makes it");
     sample.state = static_cast<State>(state[i]);

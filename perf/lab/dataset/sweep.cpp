@@ -31,6 +31,8 @@ enum Coordinate : uint8_t {
 
 constexpr uint64_t kSecondSeed = 0x632be59bd9b4e019ULL;  // of the second lumps' sequence, over the first's
 
+constexpr uint64_t kSkinSeed = 0x8cb92ba72f3d8dd7ULL;  // the same of the skins'
+
 double even(const Range& range, double u) {
   return range.low + u * (range.high - range.low);
 }
@@ -66,6 +68,21 @@ double longest(const Sweep& s) {
   return length;
 }
 
+void check_skin(const Sweep& s) {
+  inside("thickness of a skin, mm,", s.skin_mm, 0, 100);
+  inside("stiffness ratio of a skin", s.skin_ratio, 0.01, 1e5);
+  if (!s.has_skin()) return;
+  if (s.skin_mm.low == 0)
+    throw Error(Failure::Usage, "a skin above 0 mm on every block, or none", "some of 0 mm",
+                "--skin-mm 1 3, and another data set without");
+  if (s.skin_mm.high > s.thickness_mm.low / 2)
+    throw Error(Failure::Usage, "a skin of half the block's thickness at most",
+                text(s.skin_mm.high) + " mm of " + text(s.thickness_mm.low), "a thinner skin");
+  if (s.depth_mm.low < s.skin_mm.high)
+    throw Error(Failure::Usage, "lumps below the skin, " + text(s.skin_mm.high) + " mm deep or deeper",
+                text(s.depth_mm.low) + " mm", "a larger least --depth-mm");
+}
+
 }  // namespace
 
 bool Sweep::follows_lumps() const {
@@ -94,6 +111,7 @@ void check(const Sweep& s) {
   if (s.second_gap_mm > 0 && longest(s) * s.size_mm.high + s.second_gap_mm > 2 * s.offset_mm)
     throw Error(Failure::Usage, "offsets that leave room for two of the largest lumps",
                 text(s.offset_mm) + " mm to either side", "a larger --offset-mm or smaller lumps");
+  check_skin(s);
   inside("the share in the middle", s.centred_fraction, 0, 1);
   inside("loads", s.loads, 1, 32);
   for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
@@ -114,7 +132,7 @@ void check(const Sweep& s) {
   inside("the residual", s.residual, 1e-10, 1e-2);
   inside("the step of the press, mm,", s.step_mm, 0.01, 10);
   if (s.shapes.empty()) throw Error(Failure::Usage, "a shape or more", "none", "--shapes sphere");
-  if (s.grown > 0 && s.size_mm.high * s.grown / 2 > std::min(s.depth_mm.low, s.floor_mm))
+  if (s.grown > 0 && s.size_mm.high * s.grown / 2 > std::min(s.depth_mm.low - s.skin_mm.high, s.floor_mm))
     throw Error(Failure::Usage, "a least depth and tissue below a lump that its growth leaves room for",
                 text(s.size_mm.high * s.grown / 2) + " mm of growth to either side",
                 "a larger --depth-mm and --floor-mm");
@@ -179,6 +197,10 @@ Case lump_case(const Sweep& s, uint32_t number) {
   what.young_Pa = even_in_logarithm(s.young_Pa, u[kYoung]);
   const double greatest_mm = even(s.greatest_press, u[kGreatestPress]) * what.thickness_mm;
   for (uint32_t load = 1; load <= s.loads; ++load) what.press_mm.push_back(greatest_mm * load / s.loads);
+  if (s.has_skin()) {
+    const std::array<double, kSobolDimensions> v = sobol(s.seed ^ kSkinSeed, number);
+    what.skin = fem::Skin{even(s.skin_mm, v[kThickness]), even_in_logarithm(s.skin_ratio, v[kStiffness])};
+  }
   if (u[kNoLump] < s.no_lump_fraction) return what;
 
   Case::Lump lump = drawn_lump(s, what.thickness_mm, u, u[kAxis] < 0.5);
@@ -233,7 +255,11 @@ json::Value to_json(const Sweep& s) {
                      {"nodes", s.nodes},
                      {"residual", s.residual},
                      {"step_mm", s.step_mm}};
-  // Files of a first day have neither, those of single lumps no gap.
+  // Files of a first day have neither, those of single lumps no gap, those of tissue alone no skin.
+  if (s.has_skin()) {
+    all["skin_mm"] = pair(s.skin_mm);
+    all["skin_ratio"] = pair(s.skin_ratio);
+  }
   if (s.grown != 0) all["grown"] = s.grown;
   if (s.stiffened != 0) all["stiffened"] = s.stiffened;
   if (s.second_gap_mm != 0) all["second_gap_mm"] = s.second_gap_mm;
@@ -268,6 +294,10 @@ Sweep sweep_from_json(const std::string& text) {
       if (found == std::end(kShapeNames))
         throw Error(Failure::Input, "a shape", printable(name.text()), "another file");
       s.shapes.push_back(static_cast<InclusionShape>(found - std::begin(kShapeNames)));
+    }
+    if (v.contains("skin_mm")) {
+      s.skin_mm = range("skin_mm");
+      s.skin_ratio = range("skin_ratio");
     }
     if (v.contains("grown")) s.grown = v.at("grown").get<double>();
     if (v.contains("stiffened")) s.stiffened = v.at("stiffened").get<double>();

@@ -28,6 +28,8 @@ struct Sweep {
   double offset_mm = 6;              ///< of the lump's centre from the middle, to either side in x and y
   double centred_fraction =
       0.67;  ///< of the lumps, in the middle: a quarter is solved, in a quarter of the time
+  /// Of a skin, part of the thickness (see fem::Skin): even in mm, its ratio even in its logarithm. 0: none.
+  Range skin_mm{0, 0}, skin_ratio{1, 1};
   std::array<double, 2> block_mm = {40, 40};
   double poisson = 0.495;
   double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
@@ -52,6 +54,7 @@ struct Sweep {
   std::array<double, 2> pitch_mm() const {
     return {block_mm[0] / (nodes[0] - 1), block_mm[1] / (nodes[1] - 1)};
   }
+  bool has_skin() const { return skin_mm.high > 0; }
   bool two_grids() const { return coarser_cells[0] != 0; }
   /// Their cells follow each lump's surface, see solve_extrapolated(); else they are straight.
   bool follows_lumps() const;

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/base/stop.h"
+#include "engine/fem/scene.h"
 #include "engine/lump/network/network.h"
 
 namespace palpate::lump {
@@ -21,7 +23,8 @@ struct Example {
   std::array<double, 2> offset_mm{};
   std::array<double, 3> block_mm = {40, 40, 20};
   double young_Pa = 4000;
-  double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
+  std::optional<fem::Skin> skin;  ///< over the tissue, part of its thickness
+  double cell_mm = 1.25;          ///< of the grid that it was solved on, along x
   std::vector<PressureMap> pressure_Pa;
   std::vector<double> force_N, press_mm;
 };
