@@ -84,6 +84,11 @@ void write_observation(const std::filesystem::path& folder, const lump::Observat
     about["press_mm"] = o.press_mm;
     about["press_sd_mm"] = o.press_sd_mm;
   }
+  if (o.skin)
+    about["skin"] = {{"thickness_mm", o.skin->thickness_mm},
+                     {"stiffness_ratio", o.skin->stiffness_ratio},
+                     {"thickness_sd", o.skin->thickness_sd},
+                     {"ratio_sd", o.skin->ratio_sd}};
   write_whole(folder / kObservationFile, std::string_view(about.dump(2) + "\n"));
 }
 
@@ -113,6 +118,14 @@ lump::Observation read_observation(const std::filesystem::path& path) {
     if (v.contains("press_mm")) {
       v.at("press_mm").get_to(o.press_mm);
       v.at("press_sd_mm").get_to(o.press_sd_mm);
+    }
+    if (v.contains("skin")) {
+      const json::Value& skin = v.at("skin");
+      o.skin.emplace();
+      skin.at("thickness_mm").get_to(o.skin->thickness_mm);
+      skin.at("stiffness_ratio").get_to(o.skin->stiffness_ratio);
+      skin.at("thickness_sd").get_to(o.skin->thickness_sd);
+      skin.at("ratio_sd").get_to(o.skin->ratio_sd);
     }
   } catch (const json::Error& error) {
     refuse(file.string() + ": " + error.what());

@@ -10,6 +10,7 @@
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
+#include "engine/lump/skin/skin_effect.h"
 #include "engine/lump/tissue/found_tissue.h"
 #include "palpate/error.h"
 
@@ -20,6 +21,9 @@ constexpr int kTissueRounds = 3;         // of lump and tissue in turn
 constexpr double kTissueSettled = 1e-3;  // change of the modulus
 constexpr double kMostShare = 0.5;       // of an input's error
 
+constexpr double kSkinShare = 0.05;  // of a skin's effect, 90 % interval: see skin/README.md
+
+constexpr const char* kSkinEffect = "skin's effect";
 constexpr const char *kLight = "light", *kAlongX = "place along x", *kAlongY = "place along y";
 
 constexpr std::array kLogarithmic{&Estimate::size_mm, &Estimate::depth_mm, &Estimate::stiffness_ratio};
@@ -123,6 +127,7 @@ Estimator Estimator::until(const StopAsked& stop) const {
 }
 
 Estimate Estimator::operator()(const Observation& observation, const UnevenLight& uneven) const {
+  if (observation.skin) return under_skin(observation, uneven);
   return observation.press_mm.empty() ? widened(observation, sources_, uneven)
                                       : in_found_tissue(observation, uneven);
 }
@@ -304,6 +309,51 @@ Estimate Estimator::widened(const Observation& observation, const ErrorSources& 
   return estimate;
 }
 
+Estimate Estimator::under_skin(const Observation& observation, const UnevenLight& uneven) const {
+  const Estimator quick(moves_ ? moves_ : inverse_, ErrorSources::none());
+  const Skin& skin = *observation.skin;
+  const SkinTakenOff taken = take_off_skin(observation, [&quick](const Observation& o) { return quick(o); });
+  if (!taken.effect) {
+    Estimate estimate;
+    estimate.method = "none";
+    estimate.reasons = {taken.unusable};
+    return estimate;
+  }
+  const auto lit = [&](double fraction) { return taken.effect->without_skin(uneven(fraction)); };
+  Estimate estimate = (*this)(taken.bare, uneven ? UnevenLight(lit) : uneven);
+  estimate.reasons.push_back(
+      text("under a skin of %.3g mm, %.3g times as stiff as the tissue below, bumps are %.2g times as high",
+           skin.thickness_mm, skin.stiffness_ratio, taken.effect->bump_factor()));
+  PartWidening widening(estimate);
+  if (!widening.any()) return estimate;
+  const auto parts_as = [own = parts_of(estimate)](const Estimate& other) {
+    std::vector<Estimate> parts = same_parts(own, other);
+    for (size_t i = 0; i < own.size(); ++i)
+      if (!reports_numbers(parts[i].verdict)) parts[i] = own[i];
+    return parts;
+  };
+  const auto at = [&](double thickness, double ratio) {
+    const std::optional<Observation> other = without_other_skin(observation, taken, thickness, ratio);
+    return other ? quick(*other) : Estimate{};
+  };
+  const double thick = std::exp(kNormal90 * skin.thickness_sd), stiff = std::exp(kNormal90 * skin.ratio_sd);
+  if (thick > 1 || stiff > 1) {
+    const std::vector<Estimate> rough = parts_as(at(1, 1));
+    if (thick > 1) widening.add("skin's thickness", thick - 1, rough, at(1 / thick, 1), at(thick, 1));
+    if (stiff > 1) widening.add("skin's stiffness", stiff - 1, rough, at(1, 1 / stiff), at(1, stiff));
+  }
+  const std::vector<Estimate> reference = parts_as(quick(taken.bare));
+  widening.add(kSkinEffect, kSkinShare, reference,
+               quick(taken.effect->without_skin(observation, 1 - kSkinShare)),
+               quick(taken.effect->without_skin(observation, 1 + kSkinShare)));
+  widening.apply();
+  if (reports_numbers(estimate.verdict) && estimate.depth_mm.high < skin.thickness_mm) {
+    estimate.verdict = Status::OutsideTraining;
+    estimate.reasons.insert(estimate.reasons.begin(), "a lump within the skin, where it would be less deep");
+  }
+  return estimate;
+}
+
 const char* to_string(Input input) {
   constexpr const char* kNames[] = {"modulus", "thickness", "pitch"};
   return kNames[static_cast<size_t>(input)];
@@ -342,6 +392,9 @@ std::string effect_text(const InputEffect& effect) {
   if (effect.input == kLight)
     return text("if the window's middle reads %.2g %% darker than its corners: ", percent) +
            side_text(effect.lower) + text("; %.2g %% brighter: ", percent) + side_text(effect.higher);
+  if (effect.input == kSkinEffect)
+    return text("if the skin changes the press by %.2g %% less than computed: ", percent) +
+           side_text(effect.lower) + text("; %.2g %% more: ", percent) + side_text(effect.higher);
   if (effect.input == kAlongX || effect.input == kAlongY)
     return "if the " + effect.input + text(" is %.2g mm less than stated: ", effect.error) +
            side_text(effect.lower) + text("; %.2g mm more: ", effect.error) + side_text(effect.higher);

@@ -51,6 +51,9 @@ class Estimator {
   /// takes the place of these sources. What contradicts itself is Inconsistent, a modulus that is known to no
   /// better than a half Unusable.
   ///
+  /// An Observation::skin is taken off first (skin/README.md); what is open of it, and of its effect, is in
+  /// the intervals.
+  ///
   /// Estimates, and again with each source at both ends of its range; fills Estimate::input_effects and
   /// widens the intervals: distances to a value's interval and its moves add as squares, of size, depth and
   /// ratio in logarithms. An end where there are no numbers counts as the other end does. A lump that goes
@@ -59,6 +62,7 @@ class Estimator {
   Estimate operator()(const Observation& observation, const UnevenLight& uneven = {}) const;
 
  private:
+  Estimate under_skin(const Observation& observation, const UnevenLight& uneven) const;
   Estimate in_found_tissue(const Observation& observation, const UnevenLight& uneven) const;
   Estimate widened(const Observation& observation, const ErrorSources& sources,
                    const UnevenLight& uneven) const;

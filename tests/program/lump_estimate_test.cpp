@@ -165,6 +165,35 @@ TEST_F(LumpEstimateCommand, TheWayOfThePlateFindsTheModulus) {
   expect_refusal(with({"--young-Pa", "4000", "--thickness-mm", "-1+-0.1"}), 2, {"--thickness-mm"});
 }
 
+TEST_F(LumpEstimateCommand, ASkinThatIsToldIsTakenOffAndKept) {
+  const std::string block = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
+  const auto about = parse_json(slurp(block + ".json"));
+  std::string forces;
+  for (const auto& load : about["loads"]) forces += (forces.empty() ? "" : ",") + load["force_N"].dump();
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"lump", "estimate",   block + "_1.csv", block + "_2.csv", "--force-N",
+                                      forces, "--young-Pa", "4000",           "--noise-Pa",     "4"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  // One as stiff as the tissue is none.
+  const Ended bare = run(with({"--json"})), skin = run(with({"--skin-mm", "2+-0.1", "--skin-ratio", "1",
+                                                             "--json", "--out", (folder_ / "out").string()}));
+  ASSERT_EQ(skin.exit_code, 0) << skin.err;
+  const auto without = parse_json(bare.out), under = parse_json(skin.out);
+  EXPECT_NEAR(under["size_mm"]["value"].get<double>() / without["size_mm"]["value"].get<double>(), 1, 0.02);
+  EXPECT_TRUE(contains(skin.out, "skin's thickness"));
+  EXPECT_FALSE(contains(bare.out, "skin"));
+  const auto kept = parse_json(slurp(folder_ / "out" / "observation.json"));
+  EXPECT_EQ(kept["skin"]["thickness_mm"].get<double>(), 2);
+  EXPECT_NEAR(kept["skin"]["thickness_sd"].get<double>(), 0.05, 1e-6);
+
+  expect_refusal(with({"--skin-mm", "2"}), 2, {"--skin-mm alone", "--skin-ratio 3"});
+  expect_refusal(with({"--skin-ratio", "2"}), 2, {"--skin-ratio alone"});
+  expect_refusal(with({"--skin-mm", "12", "--skin-ratio", "2"}), 2, {"--skin-mm", "0.05 to 10", "12"});
+  expect_refusal(with({"--skin-mm", "2", "--skin-ratio", "stiff"}), 2, {"--skin-ratio", "'stiff'"});
+}
+
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
   PressureMap map;
   map.width = 60;

@@ -301,6 +301,10 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
   change.size_mm = change.depth_mm = {kNaN, kNaN, kNaN};
   change.factor.fill(change.size_mm);
   change.least_mm = kNaN;
+  if (first.observation.skin || second.observation.skin) {
+    change.reasons.emplace_back("a lump under a skin is estimated on each day, its change is not told");
+    return change;
+  }
   if (!followed(first.estimate) || !followed(second.estimate)) {
     without_numbers(first.estimate, second.estimate, change);
     return change;

@@ -14,6 +14,13 @@ namespace palpate::lump {
 /// Standard error of a window's place in the block, along x and along y, where nothing else is known, mm.
 inline constexpr double kPlaceSd_mm = 0.2;
 
+/// What is known of a skin: a layer of another modulus on top of the tissue, bonded to it and counted in the
+/// block's thickness. Lumps lie below it.
+struct Skin {
+  double thickness_mm = 0, stiffness_ratio = 1;  ///< its Young's modulus over that of the tissue below
+  double thickness_sd = 0, ratio_sd = 0;         ///< standard deviations of their logarithms
+};
+
 /// Pressure maps of one block at rising loads, all of the same window, and what else is known.
 struct Observation {
   /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
@@ -35,6 +42,9 @@ struct Observation {
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
   /// Modulus of the tissue, known from a place without a lump; 0, with press_mm: not known.
   double young_Pa = 4000;
+  /// Taken off by an Estimator (error_sources.h) alone; modulus and stiffness ratio are then those of, and
+  /// over, the tissue below it. None: the block is of one tissue.
+  std::optional<Skin> skin;
 };
 
 /// Each load as force over the block's area and the tissue's modulus.

@@ -25,11 +25,22 @@ double quantile(std::vector<double> values, double fraction) {
   return values[place];
 }
 
-/// The observation as it is without its modulus, with the plate's way instead.
-void untell(const EvaluationJob& job, const std::vector<double>& press_mm, uint64_t seed, Observation& o) {
+/// The observation as it is without its modulus, with the plate's way instead; and with the skin that is
+/// told.
+void untell(const EvaluationJob& job, const Example& e, const std::vector<double>& press_mm, uint64_t seed,
+            Observation& o) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   o.block_mm[2] *= std::exp(job.thickness_sd * normal(random));
+  if (job.skin_told && e.skin) {
+    // Of its own, so that the other errors are those of the same reading without a skin told.
+    std::mt19937_64 of_skin(seed ^ 0x2545f491ULL);
+    std::normal_distribution<double> skin_normal;
+    const double thicker = std::exp(job.skin_sd * skin_normal(of_skin)),
+                 stiffer = std::exp(job.skin_sd * skin_normal(of_skin));
+    o.skin =
+        Skin{e.skin->thickness_mm * thicker, e.skin->stiffness_ratio * stiffer, job.skin_sd, job.skin_sd};
+  }
   if (job.press_sd_mm == 0) return;
   const double zero_mm = std::sqrt(job.press_sd_alike) * job.press_sd_mm * normal(random);
   if (job.modulus_error == 0) o.young_Pa = 0;
@@ -95,7 +106,7 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)
         observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
-      untell(job, press_mm, seed ^ 0x5851f42dULL, observation);
+      untell(job, e, press_mm, seed ^ 0x5851f42dULL, observation);
       Judged judged{i, e, job.estimator(observation), observation.saturated_fraction};
       judged.truth.pressure_Pa.clear();
       found[n] = std::move(judged);
@@ -242,6 +253,8 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
       {"modulus_error", job.modulus_error},
       {"press_sd_mm", job.press_sd_mm},
       {"thickness_sd", job.thickness_sd},
+      {"skin_told", job.skin_told},
+      {"skin_sd", job.skin_sd},
       {"tissues", s.tissues},
       {"young",
        {{"median_error", s.young_median}, {"p90_error", s.young_ninetieth}, {"coverage", s.young_coverage}}},

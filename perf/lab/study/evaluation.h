@@ -24,6 +24,8 @@ struct EvaluationJob {
   double press_sd_mm = 0;
   double press_sd_alike = 0.5;  ///< share of that variance that is alike at all loads
   double thickness_sd = 0;  ///< of the thickness as stated, share; the estimator's sources have to cover it
+  bool skin_told = false;   ///< of blocks that have one
+  double skin_sd = 0;       ///< of its thickness and its ratio as told, of each one's logarithm
   size_t first = 0, every = 1;  ///< of the examples: that one, and each so many after it
   uint32_t repeats = 1;         ///< of each, with other noise, patterns and errors of the gauge
   uint64_t seed = 1;

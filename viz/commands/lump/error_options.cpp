@@ -1,6 +1,8 @@
 #include "viz/commands/lump/error_options.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <string_view>
 
@@ -18,6 +20,13 @@ std::optional<double> number_in(std::string_view text) {
   return value;
 }
 
+/// "--young-Pa 4000 or --young-Pa 4000+-400", within the range.
+std::string example(const std::string& option, double least, double most) {
+  const bool small = most < 4000;
+  const double value = small ? std::max(least, std::min(2.0, most)) : 4000;
+  return option + palpate::text(" %g or ", value) + option + palpate::text(" %g+-%g", value, value / 10);
+}
+
 }  // namespace
 
 double stated_value(const std::string& option, const std::string& text, double least, double most,
@@ -32,8 +41,22 @@ double stated_value(const std::string& option, const std::string& text, double l
     throw Error(Failure::Usage,
                 palpate::text("%s as a value from %g to %g, or with its standard deviation of at most 30 %%",
                               option.c_str(), least, most),
-                "'" + text + "'", option + " 4000 or " + option + " 4000+-400");
+                "'" + text + "'", example(option, least, most));
   return *value;
+}
+
+std::optional<lump::Skin> skin_of(const SkinOptions& o, double block_thickness_mm) {
+  if (o.thickness_mm.empty() && o.ratio.empty()) return std::nullopt;
+  if (o.thickness_mm.empty() || o.ratio.empty())
+    throw Error(Failure::Usage, "a skin's thickness and its modulus over the tissue's",
+                o.ratio.empty() ? "--skin-mm alone" : "--skin-ratio alone", "--skin-mm 2 --skin-ratio 3");
+  lump::Skin skin;
+  double thickness = 0, ratio = 0;  // of 90 % intervals
+  skin.thickness_mm = stated_value("--skin-mm", o.thickness_mm, 0.05, block_thickness_mm / 2, thickness);
+  skin.stiffness_ratio = stated_value("--skin-ratio", o.ratio, 0.05, 50, ratio);
+  skin.thickness_sd = thickness / kNormal90;
+  skin.ratio_sd = ratio / kNormal90;
+  return skin;
 }
 
 }  // namespace palpate

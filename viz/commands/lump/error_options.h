@@ -1,6 +1,7 @@
 // Options for the errors of inputs that an estimate's intervals cover.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "engine/lump/error_sources.h"
@@ -22,6 +23,23 @@ inline void add_error_sources(CommandLine& command, lump::ErrorSources& sources)
       ->capture_default_str()
       ->check(Check::range(0.0, 0.5));
 }
+
+/// A skin as --skin-mm and --skin-ratio state it.
+struct SkinOptions {
+  std::string thickness_mm, ratio;
+};
+inline void add_skin(CommandLine& command, SkinOptions& skin) {
+  command
+      .add_option("--skin-mm", skin.thickness_mm,
+                  "Thickness of a skin on the tissue, part of the thickness; 2+-0.2: known to 0.2 mm (sd)")
+      ->option_text("MM");
+  command
+      .add_option("--skin-ratio", skin.ratio, "Its modulus over that of the tissue below; 3+-0.6 likewise")
+      ->option_text("NUM");
+}
+/// None where neither is given. Throws Error(Failure::Usage) where one is missing or makes no sense, also for
+/// a block of this thickness.
+std::optional<lump::Skin> skin_of(const SkinOptions& skin, double block_thickness_mm);
 
 /// A value as it is stated: "4000", or "4000+-400" with its standard deviation, of which `share`, the error
 /// of a 90 % interval relative to it, is set. Throws Error(Failure::Usage) for another text, a value outside

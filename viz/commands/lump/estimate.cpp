@@ -27,6 +27,7 @@ struct Options {
   double pitch_mm = 1.25, noise_Pa = -1, press_sd_mm = lump::Observation{}.press_sd_mm;
   double uneven_sd = lump::Observation{}.uneven_sd, place_sd_mm = lump::kPlaceSd_mm;
   lump::ErrorSources errors;
+  SkinOptions skin;
   std::string network, method = "refined";
 };
 
@@ -40,6 +41,7 @@ void set_tissue(Options& o, lump::Observation& observation) {
   observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                           o.block_mm.empty() ? 40 : o.block_mm.back(),
                           stated_value("--thickness-mm", o.thickness_mm, 1, 1000, o.errors.thickness)};
+  observation.skin = skin_of(o.skin, observation.block_mm[2]);
   observation.press_mm = o.press_mm;
   observation.press_sd_mm = o.press_sd_mm;
 }
@@ -131,6 +133,7 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_setting("--pitch-mm", o->pitch_mm, Check::range(0.01, 10.0), "Between a map's nodes");
   command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue; 20+-0.5: known to 0.5 mm (sd)")
       ->option_text("MM [20]");
+  add_skin(*command, o->skin);
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);
   command

@@ -49,16 +49,17 @@ struct Options {
   RecordedOptions recorded;
   std::string method = "refined";
   lump::ErrorSources errors;
+  SkinOptions skin;
   bool force_given = false;
   std::string of_others;  ///< an option that says nothing of presses by hand; empty: none is given
 };
 
 /// Of a simulated block and its sensor, and of a stage.
-constexpr const char* kNotByHand[] = {
-    "--no-inclusion",    "--shape",          "--size-mm",   "--depth-mm",
-    "--stiffness-ratio", "--offset-mm",      "--second-mm", "--poisson",
-    "--cells",           "--window-mm",      "--size",      "--noise",
-    "--full-scale-Pa",   "--stage-error-mm", "--leave-out", "--stage-sd-mm"};
+constexpr const char* kNotByHand[] = {"--no-inclusion",    "--shape",          "--size-mm",   "--depth-mm",
+                                      "--stiffness-ratio", "--offset-mm",      "--second-mm", "--poisson",
+                                      "--cells",           "--window-mm",      "--size",      "--noise",
+                                      "--full-scale-Pa",   "--stage-error-mm", "--leave-out", "--stage-sd-mm",
+                                      "--skin-mm",         "--skin-ratio"};
 constexpr const char* kByHandAlone[] = {"--first-mm", "--first-sd-mm"};
 
 ScanPlan plan_of(const Common& common, const Options& o) {
@@ -84,6 +85,8 @@ ScanPlan plan_of(const Common& common, const Options& o) {
       plan.scene.others = {lump};
     }
   }
+  if (const auto skin = skin_of(o.skin, plan.scene.block_mm[2]))
+    plan.scene.skin = fem::Skin{skin->thickness_mm, skin->stiffness_ratio};
   check(plan.scene);
   return plan;
 }
@@ -184,6 +187,16 @@ HandRecording by_hand(const Common& common, const Options& o, HandScanOptions& h
   return recording;
 }
 
+/// A skin as it is stated, over the block of all presses.
+void set_skin(const Options& o, std::vector<lump::ScanPress>& presses, ScanReport& report) {
+  const double thickness_mm = presses.empty() ? 20 : presses.front().observation.block_mm[2];
+  const std::optional<lump::Skin> skin = skin_of(o.skin, thickness_mm);
+  if (!skin) return;
+  for (lump::ScanPress& press : presses) press.observation.skin = skin;
+  report.inputs.emplace_back("skin", text("%g mm, %g times as stiff as the tissue below", skin->thickness_mm,
+                                          skin->stiffness_ratio));
+}
+
 Report scan(const Common& common, const Options& o) {
   if (!o.by_hand && !o.of_others.empty())
     throw Error(Failure::Usage, "--by-hand for " + o.of_others, "a scan without it",
@@ -201,6 +214,7 @@ Report scan(const Common& common, const Options& o) {
   else
     presses = recorded(common, o, report, notes);
   if (interrupted()) return interrupted_report("interrupted");
+  set_skin(o, presses, report);
   lump::Estimator estimator;
   if (o.method != "none") {
     const auto network = lump::load_network("");
@@ -304,6 +318,7 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
                        std::string(kLumpMethodHelp) + ", none");
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   add_block_options(*command, *o);
+  add_skin(*command, o->skin);
   add_error_sources(*command, o->errors);
   command
       ->add_option("--cells", o->cells,

@@ -18,6 +18,7 @@
 #include "perf/lab/study/input_faults.h"
 #include "perf/lab/study/lump_evaluation_plot.h"
 #include "perf/lab/study/next_press_evaluation.h"
+#include "perf/lab/study/skin_evaluation.h"
 #include "perf/lab/training/examples.h"
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
@@ -33,7 +34,7 @@ struct Options {
   lump::EvaluationJob job;
   judge::CellOptions cells;
   uint32_t count = 0;
-  bool faults = false, by_hand = false, next_press = false;
+  bool faults = false, by_hand = false, next_press = false, by_skin = false;
 };
 
 /// With --out the table goes there too.
@@ -112,6 +113,11 @@ Report run(const Common& common, Options& o) {
   }
   const std::vector<lump::Judged> judged = judge_lumps(examples, o.job);
   if (judged.empty()) return nothing;
+  if (o.by_skin) {
+    if (interrupted()) return nothing;
+    const std::vector<lump::SkinRow> rows = lump::skin_rows(judged);
+    return with_table(common, {skin_text(rows), skin_json(rows)}, "lump_by_skin.csv", skin_csv(rows));
+  }
   const bool complete = judged.size() == observations;
   const lump::Score score = score_of(judged);
   json::Value json = score_json(score, o.method, o.job);
@@ -164,6 +170,9 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
                        "Share of that variance that is alike at all loads");
   command->add_setting("--thickness-sd", o->job.thickness_sd, Check::range(0.0, 0.3),
                        "Relative standard error of the thickness as stated, which intervals cover");
+  command->add_flag("--tell-skin", o->job.skin_told, "The skin of blocks that have one is told");
+  command->add_setting("--skin-sd", o->job.skin_sd, Check::range(0.0, 0.3),
+                       "Relative standard error of its thickness and of its ratio, which intervals cover");
   command->add_setting("--full-scale-Pa", o->job.sensor.full_scale_Pa, Check::range(0.0, 1e9),
                        "Of gray level 255; 0: the highest peak at 90 % of it");
   command->add_option("--window-mm", o->job.sensor.window_mm,
@@ -188,6 +197,7 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
                     "Scans of several presses instead: on a stage, and by hand without one");
   command->add_flag("--next-press", o->next_press,
                     "Scans whose next press is proposed instead, beside a raster of presses");
+  command->add_flag("--by-skin", o->by_skin, "A table by the blocks' skins instead");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
   command->add_option("--first", o->job.first, "First case to read, counted over all data sets")

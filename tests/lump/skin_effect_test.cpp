@@ -1,0 +1,198 @@
+// A lump under a skin: the finite elements' press with the skin taken off, and estimates that know of it or
+// do not.
+#include "engine/lump/skin/skin_effect.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/fem/large_strain/extrapolation.h"
+#include "engine/lump/change/change.h"
+#include "engine/lump/error_sources.h"
+#include "engine/lump/network/network.h"
+#include "engine/lump/observation/map_at_load.h"
+#include "engine/lump/observation/sensor_model.h"
+
+namespace palpate {
+namespace {
+
+const lump::Case::Lump kBall{InclusionShape::Sphere, false, 9, 4, 6, {0, 0}};
+
+/// A block of 4000 Pa under a skin, on other cells than those that take it off, as a sensor without noise
+/// reads it.
+lump::Observation pressed(const std::optional<fem::Skin>& skin, const std::optional<lump::Case::Lump>& lump) {
+  lump::Case block;
+  block.lump = lump;
+  block.skin = skin;
+  block.thickness_mm = 20;
+  block.young_Pa = 4000;
+  block.press_mm = {2.8};
+  fem::LargeStrainOptions options;
+  options.map_nodes = {33, 33};
+  options.step_mm = 2;
+  options.residual = 1e-5;
+  const std::vector<fem::PressLoad> loads = {
+      {0.7, std::nullopt}, {1.4, std::nullopt}, {2.1, std::nullopt}, {2.8, std::nullopt}};
+  const fem::LargeStrainResult result =
+      solve_extrapolated(scene_of(block, {40, 40}, 0.495, {36, 36, 18}), {24, 24, 12}, loads, options);
+  EXPECT_TRUE(result.converged);
+  std::vector<PressureMap> maps;
+  std::vector<double> force_N, press_mm;
+  for (const fem::PressedBlock& load : result.loads) {
+    maps.push_back(load.pressure_Pa);
+    force_N.push_back(load.force_N);
+    press_mm.push_back(load.press_mm);
+  }
+  lump::Observation o = lump::ideal_observation(maps, force_N, {40, 40, 20}, 4000, 1.25);
+  o.noise_Pa = 2;
+  o.press_mm = press_mm;
+  return o;
+}
+
+/// The ball, and the same under a skin of 2 mm, four times as stiff as the tissue.
+const lump::Observation& ball_alone() {
+  static const lump::Observation observation = pressed(std::nullopt, kBall);
+  return observation;
+}
+const lump::Observation& ball_under_skin() {
+  static const lump::Observation observation = pressed(fem::Skin{2, 4}, kBall);
+  return observation;
+}
+
+lump::Estimator estimator(const lump::ErrorSources& sources = lump::ErrorSources::none()) {
+  return {[](const lump::Observation& o) { return lump::Network::built_in().estimate(o); }, sources};
+}
+
+lump::Observation told(lump::Observation o, const lump::Skin& skin) {
+  o.skin = skin;
+  return o;
+}
+
+/// What a polynomial through all loads of an observation has at a force.
+double at_force(const lump::Observation& o, const std::vector<double>& values, double force_N) {
+  double sum = 0;
+  for (size_t k = 0; k < values.size(); ++k) {
+    double weight = force_N / o.force_N[k];
+    for (size_t l = 0; l < values.size(); ++l)
+      if (l != k) weight *= (force_N - o.force_N[l]) / (o.force_N[k] - o.force_N[l]);
+    sum += weight * values[k];
+  }
+  return sum;
+}
+
+TEST(SkinEffect, MapsAndWaysAreThoseOfTheBlockWithoutIt) {
+  const lump::Observation &bare = ball_alone(), &under = ball_under_skin();
+  lump::SkinEffect effect(under, {2, 4});
+  ASSERT_TRUE(effect.converged());
+  ASSERT_TRUE(effect.set_lumps({kBall}));
+  const lump::Observation off = effect.without_skin(under);
+  EXPECT_FALSE(off.skin);
+  // The third load's force lies between two of the bare block's.
+  const double force_N = under.force_N[2];
+  ASSERT_TRUE(force_N > bare.force_N[2] && force_N < bare.force_N[3]);
+  const double way_mm = at_force(bare, bare.press_mm, force_N);
+  EXPECT_NEAR(off.press_mm[2], way_mm, 0.01);
+  EXPECT_GT(std::abs(under.press_mm[2] - way_mm), 0.2) << "the skin hardly matters";
+  const PressureMap wanted = map_at_load(bare, force_N);
+  double left = 0, there = 0, peak = 0;
+  for (size_t n = 0; n < wanted.values.size(); ++n) {
+    const auto want = double{wanted.values[n]};
+    if (std::max(n % wanted.width, n / wanted.width) > 28 || std::min(n % wanted.width, n / wanted.width) < 4)
+      continue;  // at the rim cells differ most
+    left += std::pow(double{off.pressure_Pa[2].values[n]} - want, 2);
+    there += std::pow(double{under.pressure_Pa[2].values[n]} - want, 2);
+    peak = std::max(peak, want);
+  }
+  const auto count = static_cast<double>(wanted.values.size());
+  left = std::sqrt(left / count) / peak;
+  there = std::sqrt(there / count) / peak;
+  std::printf("a skin of 2 mm, ratio 4, changes the map by %.2f %% of its peak (RMS); taken off: %.2f %%\n",
+              100 * there, 100 * left);
+  EXPECT_GT(there, 0.01);
+  EXPECT_LT(left, 0.15 * there);
+}
+
+TEST(SkinEffect, NoneTakesNothingOff) {
+  const lump::Observation& bare = ball_alone();
+  lump::SkinEffect effect(bare, {2, 1});
+  ASSERT_TRUE(effect.converged() && effect.set_lumps({kBall}));
+  const lump::Observation off = effect.without_skin(bare);
+  for (size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(off.press_mm[k], bare.press_mm[k], 1e-9);
+    for (size_t n = 0; n < off.pressure_Pa[k].values.size(); ++n)
+      EXPECT_NEAR(off.pressure_Pa[k].values[n], bare.pressure_Pa[k].values[n], 0.05);
+  }
+  const lump::Observation& under = ball_under_skin();
+  const lump::Observation same = lump::SkinEffect(under, {2, 4}).without_skin(under, 0);
+  for (size_t n = 0; n < same.pressure_Pa[3].values.size(); ++n)
+    EXPECT_NEAR(same.pressure_Pa[3].values[n], under.pressure_Pa[3].values[n], 0.05);
+}
+
+TEST(SkinEffect, ALumpUnderAStatedSkinIsWhatItIs) {
+  const lump::Observation& under = ball_under_skin();
+  const lump::Estimate ignored = estimator()(under);
+  const lump::Estimate known = estimator()(told(under, {2, 4}));
+  for (const auto& [name, e] : {std::pair{"ignored", &ignored}, std::pair{"told", &known}})
+    std::printf("%s: %s, %.2f mm (%.2f to %.2f), %.2f deep (%.2f to %.2f), ratio %.1f (%.1f to %.1f)\n", name,
+                to_string(e->verdict), e->size_mm.value, e->size_mm.low, e->size_mm.high, e->depth_mm.value,
+                e->depth_mm.low, e->depth_mm.high, e->stiffness_ratio.value, e->stiffness_ratio.low,
+                e->stiffness_ratio.high);
+  ASSERT_TRUE(reports_numbers(known.verdict)) << to_string(known.verdict);
+  EXPECT_NEAR(known.size_mm.value, 9, 0.6);
+  EXPECT_NEAR(known.depth_mm.value, 4, 0.5);
+  EXPECT_TRUE(known.size_mm.low <= 9 && known.size_mm.high >= 9);
+  EXPECT_TRUE(known.depth_mm.low <= 4 && known.depth_mm.high >= 4);
+  EXPECT_TRUE(known.stiffness_ratio.low <= 6 && known.stiffness_ratio.high >= 6);
+  ASSERT_FALSE(known.input_effects.empty());
+  EXPECT_EQ(known.input_effects.back().input, "skin's effect");
+}
+
+TEST(SkinEffect, ASkinHardlyKnownWidensTheIntervals) {
+  const lump::Observation& under = ball_under_skin();
+  const lump::Estimate known = estimator()(told(under, {2, 4})),
+                       unsure = estimator()(told(under, {2, 4, 0.15, 0.2}));
+  ASSERT_TRUE(reports_numbers(unsure.verdict));
+  EXPECT_EQ(unsure.size_mm.value, known.size_mm.value);
+  EXPECT_GT(std::log(unsure.depth_mm.high / unsure.depth_mm.low),
+            1.05 * std::log(known.depth_mm.high / known.depth_mm.low));
+}
+
+TEST(SkinEffect, TheWayFindsTheTissueBelow) {
+  lump::Observation under = ball_under_skin();
+  under.young_Pa = 0;
+  const lump::Estimate ignored = estimator()(under), known = estimator()(told(under, {2, 4}));
+  ASSERT_TRUE(ignored.tissue && known.tissue);
+  std::printf("modulus %.0f Pa, the skin ignored %.0f\n", known.tissue->young_Pa.value,
+              ignored.tissue->young_Pa.value);
+  EXPECT_NEAR(known.tissue->young_Pa.value, 4000, 80);
+  EXPECT_GT(std::abs(ignored.tissue->young_Pa.value - 4000), 160);
+}
+
+TEST(SkinEffect, ABlockWithoutALumpHasNone) {
+  lump::Observation under = pressed(fem::Skin{2, 4}, std::nullopt);
+  under.press_mm.clear();
+  const lump::Estimate known = estimator()(told(under, {2, 4}));
+  EXPECT_EQ(known.verdict, lump::Status::NoLump) << known.reasons.front() << known.reasons.back();
+  EXPECT_EQ(estimator()(pressed(std::nullopt, std::nullopt)).verdict, lump::Status::NoLump);
+}
+
+TEST(SkinEffect, WhatFindsNoEquilibriumHasNoNumbers) {
+  lump::Observation under = ball_under_skin();
+  under.press_mm.clear();
+  under.young_Pa = 4;  // kPa
+  const lump::Estimate found = estimator()(told(under, {2, 4}));
+  EXPECT_EQ(found.verdict, lump::Status::Unusable);
+  ASSERT_FALSE(found.reasons.empty());
+  EXPECT_NE(found.reasons.front().find("no equilibrium"), std::string::npos) << found.reasons.front();
+}
+
+TEST(SkinEffect, DaysUnderASkinAreNotCompared) {
+  const lump::Day day{told(ball_under_skin(), {2, 4}), {}};
+  const lump::LumpChange change = compare(lump::Network::built_in(), day, day, {});
+  EXPECT_EQ(change.verdict, lump::ChangeVerdict::NotComparable);
+  ASSERT_FALSE(change.reasons.empty());
+  EXPECT_NE(change.reasons.front().find("skin"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate
