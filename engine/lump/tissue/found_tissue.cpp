@@ -194,8 +194,7 @@ FoundTissue find_tissue(const Observation& o, const TissuePrior& prior, const Es
     found.contradiction = text(
         "by the way of the plate the tissue's modulus is %.4g Pa (%.4g to %.4g), %.4g Pa is stated: was that "
         "measured on this tissue, is the way counted from where the plate touches, does the floor hold the "
-        "block and "
-        "the plate let it slide?",
+        "block and the plate let it slide, is a skin on it that was not told?",
         young_Pa, young_Pa / factor, young_Pa * factor, o.young_Pa);
   } else if (std::isfinite(prior.young_sd)) {
     p = fit(block, o, {told, std::log(o.block_mm[2]), 0, 0},
