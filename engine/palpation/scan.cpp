@@ -17,8 +17,8 @@ namespace {
 
 std::vector<double> along(double block_mm, double window_mm, double overlap) {
   // Over the rim by so much: what lies beside a window's own rim is seen in part only.
-  constexpr double kOver_mm = 1.5;
-  const double way_mm = block_mm + 2 * kOver_mm - window_mm;
+  constexpr double kOverRim_mm = 1.5;
+  const double way_mm = block_mm + 2 * kOverRim_mm - window_mm;
   if (way_mm <= 0) return {0};
   const auto steps = static_cast<int>(std::ceil(way_mm / ((1 - overlap) * window_mm) - 1e-9));
   std::vector<double> places;

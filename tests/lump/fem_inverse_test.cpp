@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "engine/fem/large_strain/extrapolation.h"
+#include "engine/lump/network/network.h"
 #include "engine/lump/observation/sensor_model.h"
 #include "palpate/error.h"
 
@@ -144,6 +146,51 @@ TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
 TEST(DirectInversion, TissueAloneIsNoLump) {
   const lump::Estimate estimate = invert_directly(read(press(std::nullopt, {1.5, 3}), 0.01), quick());
   EXPECT_EQ(estimate.verdict, lump::Status::NoLump) << estimate.detection_statistic;
+}
+
+/// The built-in emulator with bumps so many times as high.
+std::shared_ptr<const lump::Model> emulator(float times = 1) {
+  auto model = std::make_shared<lump::Model>(lump::Network::built_in().model());
+  model->out_mean *= times;
+  model->out_scale *= times;
+  return model;
+}
+
+// Elements say what the emulator is off by: one whose bumps are a fifth too high leads to the same lump.
+TEST(DirectInversion, AWrongEmulatorLeadsToTheSameLump) {
+  fem::Inclusion hard;  // 8 mm, 5 mm deep
+  hard.stiffness_ratio = 10;
+  const lump::Observation observation = read(press(hard, {2, 4}, 48, 24), 0.002);
+  lump::DirectInversionOptions options;
+  options.model.centred = true;
+  options.starts = {{ball(9, 4.4, 7), 1}};
+  std::array<lump::Estimate, 2> led;
+  for (size_t wrong = 0; wrong < 2; ++wrong) {
+    options.emulator = emulator(wrong == 0 ? 1 : 1.2F);
+    led[wrong] = invert_directly(observation, options);
+    EXPECT_TRUE(reports_numbers(led[wrong].verdict));
+    EXPECT_NEAR(led[wrong].size_mm.value, 8, 0.1);
+    EXPECT_NEAR(led[wrong].depth_mm.value, 5, 0.1);
+    EXPECT_NEAR(std::log(led[wrong].stiffness_ratio.value / 10), 0, 0.15);
+    EXPECT_TRUE(holds(led[wrong].stiffness_ratio, 10));
+  }
+  EXPECT_NEAR(std::log(led[1].size_mm.value / led[0].size_mm.value), 0, 0.004);
+  EXPECT_NEAR(std::log(led[1].depth_mm.value / led[0].depth_mm.value), 0, 0.008);
+  EXPECT_NEAR(std::log(led[1].stiffness_ratio.value / led[0].stiffness_ratio.value), 0, 0.03);
+}
+
+TEST(DirectInversion, TheEmulatorSeesNothingInTissueAloneButSmallLumps) {
+  lump::DirectInversionOptions options = quick();
+  options.emulator = emulator();
+  const lump::Estimate nothing = invert_directly(read(press(std::nullopt, {1.5, 3}), 0.01), options);
+  EXPECT_EQ(nothing.verdict, lump::Status::NoLump) << nothing.detection_statistic;
+  fem::Inclusion small;
+  small.size_mm = {5, 5, 5};
+  small.depth_mm = 4;
+  small.stiffness_ratio = 4;
+  const lump::Estimate found = invert_directly(read(press(small, {1.5, 3}), 0.01), options);
+  EXPECT_TRUE(reports_numbers(found.verdict)) << found.detection_statistic;
+  EXPECT_TRUE(holds(found.size_mm, 5)) << found.size_mm.low << " to " << found.size_mm.high;
 }
 
 TEST(DirectInversion, WhatCannotBeReadIsUnusable) {

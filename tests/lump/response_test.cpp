@@ -1,9 +1,11 @@
 // Response of finite elements to an observation's forces, on several grids.
-#include "engine/lump/fem_inverse/response.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "engine/lump/fem_inverse/grid_series.h"
+#include "engine/lump/fem_inverse/prediction.h"
 
 namespace palpate {
 namespace {
@@ -39,15 +41,17 @@ lump::ResponseOptions on(std::vector<uint32_t> grids) {
   return options;
 }
 
+/// Of cells of no size.
+Eigen::VectorXd pressure_Pa(const std::optional<lump::GridAnswer>& answer) {
+  return answer ? Eigen::VectorXd(answer->searched_Pa + answer->correction.add_Pa) : Eigen::VectorXd();
+}
+
 TEST(LumpResponse, MoreGridsAreNearerToCellsOfNoSize) {
   const lump::Observation observation = empty_observation();
   const lump::ComparedNodes nodes(observation, 4);
-  const auto without_size = [&](const lump::ResponseOptions& options) -> Eigen::VectorXd {
+  const auto without_size = [&](const lump::ResponseOptions& options) {
     const lump::FittedLump lump{ball(), response_cells(observation, ball(), options)};
-    const lump::Prediction prediction = predict(nodes, lump, options, false);
-    const lump::GridCorrection grids = grid_correction(nodes, lump, options);
-    EXPECT_TRUE(prediction.converged && grids.converged);
-    return prediction.pressure_Pa + grids.add_Pa;
+    return pressure_Pa(lump::GridSeries(nodes, options).all(lump));
   };
   const Eigen::VectorXd truth = without_size(on({2, 3, 4}));
   const double one = (without_size(on({2})) - truth).norm(), two = (without_size(on({1, 2})) - truth).norm(),
@@ -59,15 +63,48 @@ TEST(LumpResponse, MoreGridsAreNearerToCellsOfNoSize) {
 TEST(LumpResponse, WhichGridIsSearchedDoesNotChangeTheSum) {
   const lump::Observation observation = empty_observation();
   const lump::ComparedNodes nodes(observation, 4);
-  const auto sum = [&](uint32_t searched) -> Eigen::VectorXd {
+  const auto sum = [&](uint32_t searched) {
     lump::ResponseOptions options = on({1, 2});
     options.searched = searched;
     const lump::FittedLump lump{ball(), response_cells(observation, ball(), options)};
-    return predict(nodes, lump, options, false).pressure_Pa + grid_correction(nodes, lump, options).add_Pa;
+    return pressure_Pa(lump::GridSeries(nodes, options).all(lump));
   };
   const Eigen::VectorXd a = sum(1), b = sum(2);
   EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 1e-3 * a.maxCoeff());
   EXPECT_GT(a.maxCoeff(), 600);
+}
+
+// A finer grid starts from a coarser one's answer and ends near the forces: the grids by themselves, each
+// from rest to the forces, answer the same.
+TEST(LumpResponse, GridsThatStartFromOthersAnswerAsFromRest) {
+  lump::Observation observation = empty_observation();
+  observation.force_N = {0.5, 1, 1.5};
+  observation.pressure_Pa.resize(3, observation.pressure_Pa[0]);
+  const lump::ComparedNodes nodes(observation, 4);
+  lump::ResponseOptions options = on({1, 2, 3});
+  options.residual = 1e-5;
+  lump::GridSeries series(nodes, options);
+  lump::FittedLump lump{ball(), response_cells(observation, ball(), options)};
+  const auto from_rest = [&](uint32_t times) {
+    lump::ResponseOptions one = options;
+    one.searched = times;
+    return predict(nodes, lump, one, false).pressure_Pa;
+  };
+  const auto expect_grids = [&](const std::optional<lump::GridAnswer>& answer) {
+    // The polynomial in the square of the cells' size through 12, 24 and 36 cells.
+    const Eigen::VectorXd wanted = from_rest(1) / 24 - from_rest(2) * 16 / 15 + from_rest(3) * 81 / 40;
+    ASSERT_TRUE(answer);
+    EXPECT_LT((pressure_Pa(answer) - wanted).cwiseAbs().maxCoeff(), 3e-4 * wanted.maxCoeff());
+  };
+  ASSERT_TRUE(series.all(lump));
+  // The next lump starts from the last one's fields, with the same cells.
+  lump.lump.diameter_mm *= 1.03;
+  lump.lump.stiffness_ratio *= 1.3;
+  expect_grids(series.all(lump));
+  lump.lump.depth_mm *= 1.02;
+  const auto searched = series.searched(lump, {});
+  ASSERT_TRUE(searched);
+  EXPECT_LT((searched->searched_Pa - from_rest(1)).cwiseAbs().maxCoeff(), 3e-4 * from_rest(1).maxCoeff());
 }
 
 }  // namespace

@@ -98,8 +98,7 @@ double LargeStrainModel::plate_mm(const std::vector<double>& displacement, size_
 bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
   const size_t nodes = grid_.nodes();
   const auto [nx, ny, nz] = grid_.cells;
-  std::vector<double> u = displacement_, force(u.size()), correction(u.size());
-  std::vector<double> pressure = pressure_;
+  std::vector<double> u = displacement_, pressure = pressure_;
   if (press_mm_ == 0) {
     const double whole = std::accumulate(grid_.size_z_mm.begin(), grid_.size_z_mm.end(), 0.0);
     double depth = 0;
@@ -115,6 +114,20 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
     for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * nodes + n] = plate_mm(u, n, press_mm);
     for (size_t n = 0; n < pressure.size(); ++n) pressure[n] += way * (pressure_[n] - last_pressure_[n]);
   }
+  return search(press_mm, u, pressure, result);
+}
+
+bool LargeStrainModel::move_near(PressedState guess, double press_mm, LargeStrainResult& result) {
+  guess.scale(press_mm / guess.press_mm);
+  std::vector<double>& u = guess.displacement;
+  for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * grid_.nodes() + n] = plate_mm(u, n, press_mm);
+  return search(press_mm, u, guess.pressure, result);
+}
+
+// Newton's search from displacements and pressures that it changes.
+bool LargeStrainModel::search(double press_mm, std::vector<double>& u, std::vector<double>& pressure,
+                              LargeStrainResult& result) {
+  std::vector<double> force(u.size()), correction(u.size());
   double open = out_of_balance(u, force);
   tangent_fresh_ = false;
   uint32_t worse = 0;

@@ -7,6 +7,7 @@
 
 #include "engine/fem/large_strain/neo_hookean.h"
 #include "engine/fem/large_strain/press.h"
+#include "engine/fem/large_strain/pressed_state.h"
 #include "engine/fem/large_strain/pressed_surface.h"
 #include "engine/fem/linear/multigrid.h"
 #include "engine/numeric/conjugate_gradients.h"
@@ -23,6 +24,9 @@ class LargeStrainModel {
   /// Moves the plate to `press_mm` in one step of Newton's search. False where that does not end: the block
   /// is as it was. `result` gathers rounds and iterations.
   bool move_to(double press_mm, LargeStrainResult& result);
+  /// The same from a state that is near the one at `press_mm`, of this grid: a coarser grid's, or another
+  /// lump's. It is scaled to the way first.
+  bool move_near(PressedState guess, double press_mm, LargeStrainResult& result);
   /// From the next move on the plate is tilted about the block's middle, where the way is that of the move:
   /// it goes deeper by so much a mm along x and y. It stays frictionless, and nothing lifts off. Of a whole
   /// block.
@@ -30,6 +34,7 @@ class LargeStrainModel {
 
   double press_mm() const { return press_mm_; }
   double force_N() const { return force_N_; }
+  PressedState state() const { return {press_mm_, displacement_, pressure_}; }
   PressedSurface surface() const { return surface_of(displacement_, force_); }
   PressedBlock measure() const;
   std::array<uint32_t, 2> map_nodes() const;
@@ -50,6 +55,8 @@ class LargeStrainModel {
   void take_forces();
   double plate_mm(const std::vector<double>& displacement, size_t top_node, double press_mm) const;
   PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
+  bool search(double press_mm, std::vector<double>& u, std::vector<double>& pressure,
+              LargeStrainResult& result);
   uint32_t correct(double target_fraction, std::vector<double>& correction);
   PressedSurface change(std::vector<double>& displacement, const std::vector<double>& plus_force,
                         LargeStrainResult& result);

@@ -1,5 +1,5 @@
-// How a prediction changes with the lump, the forces and the modulus, by the network's emulator: a hundred
-// times quicker than by finite elements and right to a few per cent, which a search needs no better.
+// How a prediction changes with the lump, the forces and the modulus, by the network's emulator: a thousand
+// times quicker than by finite elements and right to a few per cent of the change.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 
 #include "engine/lump/fem_inverse/response.h"
 #include "engine/lump/network/model.h"
+#include "engine/lump/network/view.h"
 
 namespace palpate::lump {
 
@@ -15,9 +16,13 @@ class EmulatedSlopes {
   /// Keeps both. `model` may be null: no lump is known.
   EmulatedSlopes(std::shared_ptr<const Model> model, const ComparedNodes& nodes);
 
-  /// Block, loads and lump are such as the emulator was taught.
-  bool knows(const Case::Lump& lump) const;
-  /// Fills by_unknown, by_force and by_modulus of a prediction for a lump that it knows.
+  /// Block and loads are such as the emulator was taught, and the lump is not far from those: differences
+  /// between it and others nearby are worth using. Smaller lumps than it was taught change with their volume,
+  /// ratios beyond its own as the bump of a small ball does.
+  bool reaches(const Case::Lump& lump) const;
+  /// Pressure beyond that of tissue alone, Pa, load after load, of a lump that it reaches.
+  Eigen::VectorXd bump_Pa(const Case::Lump& lump) const;
+  /// Fills by_unknown, by_force and by_modulus of a prediction for a lump that it reaches.
   void fill(const Case::Lump& lump, Prediction& prediction) const;
   /// Pressure of tissue alone, Pa, load after load; of a block and loads that it knows.
   Eigen::VectorXd tissue_Pa() const;
@@ -28,6 +33,12 @@ class EmulatedSlopes {
   // Nodes x loads.
   Eigen::MatrixXd tissue_Pa(const std::vector<double>& loads) const;
   Eigen::MatrixXd bump_Pa(const Case::Lump& lump, const std::vector<double>& loads) const;
+  /// The patch's fields at the nodes around a lump at this place, nodes x fields; zeros beyond its reach.
+  Eigen::MatrixXd fields_at(const PatchView& view) const;
+  PatchView view_of(const Case::Lump& lump) const;
+  /// Factors of the fields at each load, Pa.
+  Eigen::MatrixXd factors_Pa(const Case::Lump& lump, const PatchView& view,
+                             const std::vector<double>& loads) const;
 
   std::shared_ptr<const Model> model_;
   const ComparedNodes& nodes_;

@@ -26,6 +26,8 @@ constexpr double kRivalLikelihood =
 // Standard deviations of the ratio's logarithm, from which on the curvature at the best lump says too little
 // of its likelihood further away.
 constexpr double kCurved = 0.2;
+// Detection statistic by the emulator up to which finite elements would not make it 1.
+constexpr double kNearlyNothing = 0.6;
 constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
 
 void check_reading(const Observation& observation) {
@@ -150,17 +152,23 @@ class Inversion {
   Inversion(const Observation& observation, const DirectInversionOptions& options)
       : observation_(observation), options_(options), search_(observation, options) {}
 
+  /// An answer without a lump where tissue alone by the elements leaves nothing that the emulator's best ball
+  /// explains beyond chance; else, and without an emulator, none, and `start` is that ball.
+  std::optional<ShapeAnswer> without_lump(DirectInversionOptions::Start& start) {
+    ShapeAnswer answer = unanswered(start);
+    if (!usable(answer)) return std::nullopt;
+    std::optional<DirectSearch::Glimpse> glimpse = search_.glimpse(start.lump);
+    if (!glimpse) return std::nullopt;
+    start.lump = glimpse->best.lump;
+    answer.best = std::move(glimpse->best);
+    judge(answer, true);
+    if (answer.estimate.detection_statistic > kNearlyNothing) return std::nullopt;
+    return answer;
+  }
+
   ShapeAnswer from(const DirectInversionOptions::Start& start) {
-    ShapeAnswer answer;
-    answer.estimate.method = "direct inversion";
-    answer.estimate.false_alarm_rate = 0.01;
-    answer.odds_chi2 = -2 * std::log(std::max(start.odds, 1e-300));
-    if (search_.values() < kFewestValues)
-      summarise(answer, Status::Unusable,
-                "only " + std::to_string(search_.values()) + " places were seen at every load");
-    else if (observation_.saturated_fraction > kMostSaturated)
-      summarise(answer, Status::Unusable, "the sensor is saturated at the highest load: press less");
-    else {
+    ShapeAnswer answer = unanswered(start);
+    if (usable(answer)) {
       Case::Lump guess = start.lump;
       if (options_.model.centred) guess.offset_mm = {0, 0};
       answer.best = search_.state_at(search_.moved(guess, LumpStep::Zero()));
@@ -176,7 +184,7 @@ class Inversion {
   void follow_ratio(ShapeAnswer& answer) {
     for (uint32_t better = 0; answer.reports() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
       // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
-      search_.correct(*answer.best);
+      if (!answer.best->emulated()) search_.correct(*answer.best);
       const double allowed = kNormal90 * kNormal90 * std::max(1.0, reduced_chi_square(answer));
       const double step = kNormal90 * answer.spread.noise(kLnRatio);
       std::array<Case::Lump, 2> ends;
@@ -193,6 +201,26 @@ class Inversion {
   }
 
  private:
+  static ShapeAnswer unanswered(const DirectInversionOptions::Start& start) {
+    ShapeAnswer answer;
+    answer.estimate.method = "direct inversion";
+    answer.estimate.false_alarm_rate = 0.01;
+    answer.odds_chi2 = -2 * std::log(std::max(start.odds, 1e-300));
+    return answer;
+  }
+
+  /// Whether the observation can be read; else the answer says why not.
+  bool usable(ShapeAnswer& answer) const {
+    if (search_.values() < kFewestValues)
+      summarise(answer, Status::Unusable,
+                "only " + std::to_string(search_.values()) + " places were seen at every load");
+    else if (observation_.saturated_fraction > kMostSaturated)
+      summarise(answer, Status::Unusable, "the sensor is saturated at the highest load: press less");
+    else
+      return true;
+    return false;
+  }
+
   double reduced_chi_square(const ShapeAnswer& answer) const {
     const auto values = static_cast<double>(search_.values() * observation_.force_N.size());
     return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
@@ -206,8 +234,12 @@ class Inversion {
 
   /// The best lump near the answer's, and what it is worth.
   void settle(ShapeAnswer& answer) {
-    DirectSearch::State& best = *answer.best;
-    const bool settled = search_.settle(best);
+    const bool settled = search_.settle(*answer.best);
+    judge(answer, settled);
+  }
+
+  void judge(ShapeAnswer& answer, bool settled) {
+    const DirectSearch::State& best = *answer.best;
     Estimate& estimate = answer.estimate;
     const double reduced = reduced_chi_square(answer);
     answer.spread = spread_at(search_, best, reduced, observation_, options_.model);
@@ -249,6 +281,10 @@ double likelihood(const ShapeAnswer& answer, const ShapeAnswer& best) {
   return answer.reports() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
 }
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 }  // namespace
 
 Estimate invert_directly(const Observation& observation, const DirectInversionOptions& options) {
@@ -256,8 +292,14 @@ Estimate invert_directly(const Observation& observation, const DirectInversionOp
   check(options.model);
   const auto begin = std::chrono::steady_clock::now();
   std::vector<DirectInversionOptions::Start> starts = options.starts;
-  if (starts.empty()) starts.push_back({first_guess(observation), 1});
   Inversion inversion(observation, options);
+  if (starts.empty()) {
+    starts.push_back({first_guess(observation), 1});
+    if (std::optional<ShapeAnswer> nothing = inversion.without_lump(starts.front())) {
+      nothing->estimate.wall_s = seconds_since(begin);
+      return nothing->estimate;
+    }
+  }
   std::vector<ShapeAnswer> answers;
   answers.reserve(starts.size());
   for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));
@@ -284,7 +326,7 @@ Estimate invert_directly(const Observation& observation, const DirectInversionOp
     for (double& probability : estimate.shape_probability) probability /= sum;
     open_wide_ratio(estimate);
   }
-  estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  estimate.wall_s = seconds_since(begin);
   return estimate;
 }
 

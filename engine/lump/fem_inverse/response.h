@@ -47,9 +47,9 @@ struct Prediction {
   Eigen::VectorXd by_modulus;
 };
 
-/// Difference between a prediction and cells of no size, by finer grids. Zeros where there is but one grid.
+/// Difference between a prediction and cells of no size, by finer grids (GridSeries). It changes so slowly
+/// with the lump that predictions of others nearby share it. Zeros where there is but one grid.
 struct GridCorrection {
-  bool converged = false;
   Eigen::VectorXd add_Pa;
   /// Uncertainty of the correction: how much less would be added without the coarsest of three or more; of
   /// two, if errors shrank with the cells' power of 1.8 instead of their square.
@@ -78,22 +78,5 @@ struct FittedLump {
   Case::Lump lump;
   fem::InclusionCells cells;
 };
-
-fem::InclusionCells response_cells(const Observation& observation, const Case::Lump& lump,
-                                   const ResponseOptions& options);
-/// Whether these cells still follow the lump without much bending.
-bool matches(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
-             const ResponseOptions& options);
-
-/// Presses the lump's block (`lump` empty: tissue alone) to the observation's forces, on the grid that is
-/// searched.
-/// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
-/// follow the lump. Throws as solve_large_strain().
-Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                   const ResponseOptions& options, bool derivatives);
-
-/// The same on all grids. It changes so slowly with the lump that predictions of others nearby share it.
-GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                               const ResponseOptions& options);
 
 }  // namespace palpate::lump

@@ -4,35 +4,22 @@
 #include <cmath>
 
 #include "engine/base/statistics.h"
+#include "engine/lump/fem_inverse/prediction.h"
 #include "engine/numeric/dense.h"
 
 namespace palpate::lump {
 namespace {
 
 constexpr uint32_t kMostCorrections = 4;
-constexpr uint32_t kMostInVain = 3;
-constexpr double kStands = 0.2;    // standard deviations that count as none
-constexpr double kExplains = 1.2;  // chi2 of a value, of an observation that the lump explains
-constexpr double kNoGain = 0.3;    // of chi2, before the finer grids are asked again
+constexpr double kSameEmulated = 0.4;  // of kSameGrids, where asking all grids is most of the work anyway
 constexpr double kHeaviest = 1e3;
-constexpr Range kRatioRange{0.02, 1000};  // beyond, nothing changes any more
-constexpr Range kAnyRatios{0.1, 100};     // beyond, a ratio counts as open: hardly anything changes any more
 constexpr uint32_t kMostAlongRatio = 5;
-constexpr double kWorthAnother = 1;     // of chi2, that a second step at a ratio gains
-constexpr Range kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
-constexpr double kLower = 1;            // of chi2: a better lump than the best
-constexpr double kGridDoubt = 2;        // standard deviations of the change that fewer grids would make
+constexpr double kWorthAnother = 1;  // of chi2, that a second step at a ratio gains
+constexpr double kGridDoubt = 2;     // standard deviations of the change that fewer grids would make
 // Gaussians whose sum is the elements' error.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
 constexpr double kPlainlyThere =
     1000;  // of chi2, that a lump gains where the emulator's tissue is near enough
-const LumpStep kLongestLumpStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
-/// Way of a lump on which the grids' correction stays the same.
-const LumpStep kSameGrids{{0.03, 0.06, 0.15, 0.3, 0.3}};
-
-LumpStep shortened(const LumpStep& step) {
-  return step / std::max(1.0, step.cwiseAbs().cwiseQuotient(kLongestLumpStep).maxCoeff());
-}
 
 /// Gaussians over the nodes, on a grid, scaled so that factors of unit variance make unit variance
 /// everywhere; last what is the same everywhere.
@@ -71,7 +58,8 @@ DirectSearch::DirectSearch(const Observation& observation, const DirectInversion
     : observation_(observation),
       options_(options),
       nodes_(observation, options.model.rim_mm),
-      slopes_(options.emulator, nodes_),
+      emulator_(options.emulator, nodes_),
+      series_(nodes_, options.model),
       wanted_(nodes_.values()),
       doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
   const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
@@ -82,58 +70,96 @@ void DirectSearch::judge(State& state) const {
   state.chi2 = solve(state, 0, Sought::Nothing).chi2;
 }
 
+void DirectSearch::emulate(State& state) const {
+  state.prediction.converged = true;
+  Eigen::VectorXd& pressure_Pa = state.prediction.pressure_Pa;
+  pressure_Pa = state.beyond_Pa + emulator_.bump_Pa(state.lump);
+  const bool bent = state.beyond_by_unknown.size() > 0;
+  if (bent) pressure_Pa += state.beyond_by_unknown * difference(state.lump, *state.pressed);
+  emulator_.fill(state.lump, state.prediction);
+  if (bent) state.prediction.by_unknown += state.beyond_by_unknown;
+}
+
 std::optional<DirectSearch::State> DirectSearch::moved_to(const Case::Lump& lump, const State& from) const {
-  const bool emulated = slopes_.knows(lump);
-  State state{lump, from.cells, from.grids, from.corrected,
-              predict(nodes_, FittedLump{lump, from.cells}, options_.model, !emulated)};
-  if (!state.prediction.converged) return std::nullopt;
-  if (emulated) slopes_.fill(lump, state.prediction);
-  state.prediction.pressure_Pa += state.grids->add_Pa;
+  State state = from;
+  state.lump = lump;
+  if (from.emulated()) {
+    if (!emulator_.reaches(lump)) return std::nullopt;
+    emulate(state);
+  } else {
+    state.prediction = predict(nodes_, FittedLump{lump, from.cells}, options_.model, true);
+    if (!state.prediction.converged) return std::nullopt;
+    state.prediction.pressure_Pa += state.grids->add_Pa;
+  }
   judge(state);
   return state;
 }
 
-std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump) const {
-  State first;
-  first.cells = response_cells(observation_, lump, options_.model);
-  auto grids = std::make_shared<const GridCorrection>(
-      grid_correction(nodes_, FittedLump{lump, first.cells}, options_.model));
-  if (!grids->converged) return std::nullopt;
-  first.grids = std::move(grids);
-  first.corrected = lump;
-  return moved_to(lump, first);
-}
-
-bool DirectSearch::correct(State& state) const {
-  auto grids = std::make_shared<const GridCorrection>(
-      grid_correction(nodes_, FittedLump{state.lump, state.cells}, options_.model));
-  if (!grids->converged) return false;
-  state.prediction.pressure_Pa += grids->add_Pa - state.grids->add_Pa;
-  state.grids = std::move(grids);
-  state.corrected = state.lump;
+// The elements at the state's lump, in its cells.
+bool DirectSearch::press(State& state, bool all_grids) {
+  const FittedLump fitted{state.lump, state.cells};
+  const std::optional<GridAnswer> answer =
+      all_grids ? series_.all(fitted) : series_.searched(fitted, *state.grids);
+  if (!answer) return false;
+  const Eigen::VectorXd last_Pa = state.grids ? state.grids->add_Pa : Eigen::VectorXd();
+  if (all_grids) {
+    state.grids = std::make_shared<const GridCorrection>(answer->correction);
+    state.corrected = state.lump;
+  }
+  if (emulator_.reaches(state.lump) && emulator_.reaches(*answer->lump)) {
+    state.pressed = state.lump;
+    state.beyond_Pa = answer->searched_Pa + state.grids->add_Pa - emulator_.bump_Pa(*answer->lump);
+    state.beyond_by_unknown = {};
+    emulate(state);
+  } else if (state.prediction.converged && !state.emulated()) {
+    state.prediction.pressure_Pa += state.grids->add_Pa - last_Pa;
+  } else {
+    state.beyond_Pa = {};
+    std::optional<State> own = moved_to(state.lump, state);
+    if (!own) return false;
+    state = std::move(*own);
+  }
   judge(state);
   return true;
+}
+
+std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump) {
+  State first;
+  first.lump = lump;
+  first.cells = response_cells(observation_, lump, options_.model);
+  if (!press(first, true)) return std::nullopt;
+  return first;
+}
+
+bool DirectSearch::correct(State& state) {
+  if (!cells_match(state)) {
+    std::optional<State> fresh = state_at(state.lump);
+    if (fresh) state = std::move(*fresh);
+    return fresh.has_value();
+  }
+  const LumpStep way = difference(state.lump, state.corrected).cwiseAbs().cwiseQuotient(kSameGrids);
+  const bool near = state.pressed && way.maxCoeff() < kSameEmulated;
+  return press(state, !(state.emulated() && near));
 }
 
 bool DirectSearch::cells_match(const State& state) const {
   return matches(state.cells, observation_, state.lump, options_.model);
 }
 
+bool DirectSearch::press_tissue() {
+  if (!tissue_) tissue_ = series_.all(std::nullopt);
+  return tissue_.has_value();
+}
+
 std::optional<double> DirectSearch::without_lump(const State& with_lump) {
   State tissue = with_lump;
-  if (tissue_Pa_.size() == 0 && slopes_.knows_block()) {
-    tissue.prediction.pressure_Pa = slopes_.tissue_Pa();
+  if (!tissue_ && emulator_.knows_block()) {
+    tissue.prediction.pressure_Pa = emulator_.tissue_Pa();
     const double chi2 = solve(tissue, 0, Sought::Nothing).chi2;
     if (chi2 > with_lump.chi2 + kPlainlyThere) return chi2;
   }
-  if (tissue_Pa_.size() == 0) {
-    const Prediction alone = predict(nodes_, std::nullopt, options_.model, false);
-    if (!alone.converged) return std::nullopt;
-    const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
-    if (!grids.converged) return std::nullopt;
-    tissue_Pa_ = alone.pressure_Pa + grids.add_Pa;
-  }
-  tissue.prediction.pressure_Pa = tissue_Pa_;
+  if (!press_tissue()) return std::nullopt;
+  tissue.prediction.pressure_Pa = tissue_->searched_Pa + tissue_->correction.add_Pa;
   return solve(tissue, 0, Sought::Nothing).chi2;
 }
 
@@ -210,22 +236,25 @@ Eigen::MatrixXd DirectSearch::doubted(const State& state) const {
   return by_factor;
 }
 
-bool DirectSearch::descend(State& best, uint32_t& rounds) const {
+bool DirectSearch::descend(State& best, uint32_t& rounds) {
   double damping = 5e-3;
   uint32_t in_vain = 0;  // rounds in a row
   const auto all = static_cast<double>(best.prediction.pressure_Pa.size());
+  const bool emulated = best.emulated();
+  const double no_gain = emulated ? kNoEmulatedGain : kNoGain;
   for (; rounds > 0; --rounds) {
     const Step step = solve(best, damping, Sought::Lump);
     const LumpStep change = shortened(step.change);
     const bool fits = best.chi2 < kExplains * all;
-    if ((fits && best.chi2 - step.chi2 < kNoGain) ||
-        (change.cwiseAbs() - kStands * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3)
+    if ((fits && best.chi2 - step.chi2 < no_gain) ||
+        (change.cwiseAbs() - (emulated ? 0.1 : 1) * kStands * step.sd).maxCoeff() <= 0 ||
+        change.cwiseAbs().maxCoeff() < (emulated ? 2e-4 : 2e-3))
       return true;
     std::optional<State> next = moved_to(moved(best.lump, change), best);
     if (next && next->chi2 < best.chi2) {
       const bool settled = best.chi2 - next->chi2 < 0.05;
       best = std::move(*next);
-      if (!cells_match(best))
+      if (!best.emulated() && !cells_match(best))
         if (std::optional<State> fresh = state_at(best.lump)) best = std::move(*fresh);
       if (settled) return true;
       in_vain = 0;
@@ -238,7 +267,7 @@ bool DirectSearch::descend(State& best, uint32_t& rounds) const {
   return false;
 }
 
-bool DirectSearch::settle(State& best) const {
+bool DirectSearch::settle_by_elements(State& best) {
   uint32_t rounds = options_.most_rounds;
   bool settled = descend(best, rounds);
   for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
@@ -253,8 +282,19 @@ bool DirectSearch::settle(State& best) const {
   return settled;
 }
 
-DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double direction, double allowed,
-                                               double step) const {
+bool DirectSearch::settle(State& best) {
+  if (best.emulated()) {
+    if (settle_emulated(best)) return true;
+    best.beyond_Pa = {};
+    std::optional<State> own = moved_to(best.lump, best);
+    if (!own) return false;
+    best = std::move(*own);
+  }
+  return settle_by_elements(best);
+}
+
+DirectSearch::RatioEnd DirectSearch::ratio_end_by_elements(const State& best, double direction,
+                                                           double allowed, double step) {
   const double least = solve(best, 0, Sought::LumpOfThisRatio).chi2;
   const auto at_limit = [&](const Case::Lump& lump) {
     return moved(lump, LumpStep::Unit(kLnRatio) * (direction * std::log(kRatioRange.high / kRatioRange.low)));

@@ -9,12 +9,11 @@
 #include <Eigen/Core>
 
 #include "engine/lump/fem_inverse/emulated_slopes.h"
+#include "engine/lump/fem_inverse/grid_series.h"
 #include "engine/lump/fem_inverse/options.h"
+#include "engine/lump/fem_inverse/search_limits.h"
 
 namespace palpate::lump {
-
-/// Changes of what is sought: see Unknown.
-using LumpStep = Eigen::Matrix<double, kLumpUnknowns, 1>;
 
 /// From one lump to another.
 LumpStep difference(const Case::Lump& to, const Case::Lump& from);
@@ -29,18 +28,26 @@ class DirectSearch {
   size_t values() const { return nodes_.count(); }  ///< of each load
 
   /// States that come of each other share cells, so that they compare, and what the grids said of the first.
+  /// Where the emulator reaches a lump it stands in for the elements: what these differed from it where they
+  /// were asked last is added.
   struct State {
     Case::Lump lump;
     fem::InclusionCells cells;
     std::shared_ptr<const GridCorrection> grids;
-    Case::Lump corrected;   ///< lump that the grids were asked for
-    Prediction prediction;  ///< with the correction
+    Case::Lump corrected;               ///< lump that all grids were asked for
+    std::optional<Case::Lump> pressed;  ///< lump that elements were asked for last; none: tissue alone
+    Eigen::VectorXd beyond_Pa;          ///< elements less the emulator's bump there; empty: elements alone
+    Eigen::MatrixXd beyond_by_unknown;  ///< slopes of that, where others were asked for nearby
+    Prediction prediction;              ///< with the correction
     double chi2 = HUGE_VAL;
+
+    bool emulated() const { return beyond_Pa.size() > 0; }
   };
   /// In cells of its own, all grids asked. None where there is no equilibrium.
-  std::optional<State> state_at(const Case::Lump& lump) const;
-  /// Asks all grids again. Whether that gave the state new numbers.
-  bool correct(State& state) const;
+  std::optional<State> state_at(const Case::Lump& lump);
+  /// Asks the elements again, all grids where the state is a way off from where they were. Whether that gave
+  /// the state new numbers.
+  bool correct(State& state);
   /// A lump that the block can hold.
   Case::Lump moved(const Case::Lump& from, const LumpStep& by) const;
 
@@ -54,9 +61,9 @@ class DirectSearch {
   };
   Step solve(const State& from, double damping, Sought sought) const;
 
-  /// Moves the state to the best lump near it, all grids asked again as often as they change it. False where
-  /// that did not end within the options' rounds.
-  bool settle(State& best) const;
+  /// Moves the state to the best lump near it, the elements asked again as often as they change it. False
+  /// where that did not end within the options' rounds.
+  bool settle(State& best);
 
   struct RatioEnd {
     Case::Lump lump;             ///< whose chi2 is higher than the best's by what was allowed
@@ -65,27 +72,51 @@ class DirectSearch {
   /// From the best lump along lumps that are the best of their ratios (the likelihood's profile), to higher
   /// ratios (`direction` 1) or lower ones (-1), until chi2 has risen by `allowed`. A lump of 0.02 or 1000 is
   /// none. `step`: of the ratio's logarithm, the first one.
-  RatioEnd ratio_end(const State& best, double direction, double allowed, double step) const;
+  RatioEnd ratio_end(const State& best, double direction, double allowed, double step);
 
   /// chi2 of tissue alone, on which forces and modulus act as they do with a lump, nearly.
   std::optional<double> without_lump(const State& with_lump);
 
+  /// The best lump near one by elements of tissue alone and the emulator's bump, and chi2 of that tissue.
+  /// None where the emulator does not know the block or there is no equilibrium.
+  struct Glimpse {
+    State best;
+    double tissue_chi2;
+  };
+  std::optional<Glimpse> glimpse(const Case::Lump& from);
+
  private:
   /// Moves the state to the best one that shares its correction, or its last one where other cells became
   /// needed; false where `rounds` ran out before.
-  bool descend(State& best, uint32_t& rounds) const;
+  bool descend(State& best, uint32_t& rounds);
   std::optional<State> moved_to(const Case::Lump& lump, const State& from) const;
+  void emulate(State& state) const;
   void judge(State& state) const;
+  bool press(State& state, bool all_grids);
+  bool press_tissue();
   bool cells_match(const State& state) const;
+  class RatioWalk;
+  struct Asked {
+    Case::Lump lump;
+    Eigen::VectorXd beyond_Pa;
+  };
+  /// Gives what elements answer beyond the emulator slopes, by other lumps that they were asked for.
+  void lean_on(const std::vector<Asked>& others, State& state) const;
+  /// Takes these slopes away: the state keeps its numbers.
+  static void level(State& state);
+  RatioEnd ratio_end_by_elements(const State& best, double direction, double allowed, double step);
+  bool settle_emulated(State& best);
+  bool settle_by_elements(State& best);
   Eigen::MatrixXd doubted(const State& state) const;
 
   const Observation& observation_;
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
-  EmulatedSlopes slopes_;
+  EmulatedSlopes emulator_;
+  GridSeries series_;
   Eigen::VectorXd wanted_;
-  Eigen::MatrixXd doubt_;      // nodes x fields
-  Eigen::VectorXd tissue_Pa_;  // of tissue alone, once it was asked for
+  Eigen::MatrixXd doubt_;             // nodes x fields
+  std::optional<GridAnswer> tissue_;  // alone, once it was asked for
   double sigma_Pa_ = 1;
 };
 
