@@ -9,11 +9,11 @@
 namespace palpate::lump {
 namespace {
 
-constexpr uint32_t kMostAsked = 8;   // times that elements are asked
+constexpr uint32_t kMostAsked = 10;  // times that elements are asked
 constexpr uint32_t kMostHalved = 4;  // ways to a lump that they refuse
 constexpr Eigen::Index kMostSecants = 2;
 constexpr double kLongestSecant = 3;  // of kSameGrids: the slope of a longer way is none here
-constexpr double kSecantDoubt = 0.3;  // of kSameGrids: way below which elements differ by chance
+constexpr double kSecantDoubt = 0.1;  // of kSameGrids: way below which elements differ by chance
 /// Lumps that are the same for a search: half of what cells may be off by.
 const LumpStep kSameLump{{0.0015, 0.003, 0.01, 0.01, 0.01}};
 
@@ -72,7 +72,7 @@ bool DirectSearch::settle_emulated(State& best) {
     descend(next, rounds);
     const LumpStep way = difference(next.lump, best.lump),
                    same = (kStands * solve(next, 0, Sought::Lump).sd).cwiseMax(kSameLump);
-    if (best.chi2 - next.chi2 < kNoGain || (way.cwiseAbs() - same).maxCoeff() <= 0) {
+    if (best.chi2 - next.chi2 < kNoGain / 2 || (way.cwiseAbs() - same).maxCoeff() <= 0) {
       best = std::move(next);
       break;
     }

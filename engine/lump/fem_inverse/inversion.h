@@ -10,9 +10,10 @@ namespace palpate::lump {
 /// place of the lump; forces and the tissue's modulus may err by their shares. Intervals from the curvature
 /// at the end, widened where the observation fits worse than its noise; where the ratio is little determined,
 /// from its likelihood's profile. StiffnessOpen, NoLump, Unusable as Status says; NoLump where the lump
-/// gains less than chance does in one of 100 observations. One to four minutes of one processor for four
-/// loads and each start, up to ten where the ratio is open or there is no lump. Throws Error(Failure::Usage)
-/// where the observation's parts do not fit together.
+/// gains less than chance does in one of 100 observations. Four loads by elements alone: one to four minutes
+/// of one processor for each start, up to ten where the ratio is open or there is no lump; led by an emulator
+/// that knows the block: 2 to 20 s, up to 60 s where the ratio of a lump off the middle is open. Throws
+/// Error(Failure::Usage) where the observation's parts do not fit together.
 Estimate invert_directly(const Observation& observation, const DirectInversionOptions& options = {});
 
 }  // namespace palpate::lump

@@ -21,7 +21,8 @@ struct DirectInversionOptions {
   /// Each is searched from: shapes that fit as well widen the best one's intervals. Empty: a sphere at the
   /// place of the bump.
   std::vector<Start> starts;
-  /// Slopes of lumps that it knows, in place of the finite elements' own; null: theirs alone.
+  /// Leads the search among lumps that it reaches: elements are asked where it arrives, and what they differ
+  /// from it is added. Null: elements alone.
   std::shared_ptr<const Model> emulator;
   uint32_t most_rounds = 16;
   double gauge_fraction = 0.001;   ///< standard deviation of a force of the observation
