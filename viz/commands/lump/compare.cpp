@@ -37,7 +37,8 @@ Rows change_rows(const lump::LumpChange& c) {
     rows.emplace_back("change of the size", interval_text(c.size_mm, "mm"));
     rows.emplace_back("change of the depth of its top", interval_text(c.depth_mm, "mm"));
     rows.emplace_back("stiffness ratio", ratio_words(c));
-    if (std::hypot(c.moved_mm[0], c.moved_mm[1]) > 0)
+    constexpr double kSeen_mm = 1e-3;
+    if (std::hypot(c.moved_mm[0], c.moved_mm[1]) > kSeen_mm)
       rows.emplace_back(
           "window against the first day's",
           palpate::text("%+.2g, %+.2g mm beside where it was told", c.moved_mm[0], c.moved_mm[1]));
