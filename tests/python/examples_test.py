@@ -187,6 +187,19 @@ def test_a_lump_in_tissue_that_nobody_measured():
     assert abs(lump.young_Pa.value / about["young_Pa"] - 1) < 0.02
 
 
+def test_a_skin_that_is_told():
+    folder = Path(__file__).parent.parent / "data" / "calculix"
+    about = json.loads((folder / "deep_ellipsoid.json").read_text())
+    maps = [np.loadtxt(folder / load["file"], delimiter=",") for load in about["loads"]]
+    forces = [load["force_N"] for load in about["loads"]]
+    bare = pp.lump.estimate(maps, force_N=forces, young_Pa=4000, noise_Pa=4)
+    # One as stiff as the tissue is none; a stiff one would look like a shallower lump.
+    none = pp.lump.estimate(maps, force_N=forces, young_Pa=4000, noise_Pa=4, skin_mm=(2, 0.1), skin_ratio=1)
+    assert none.found and abs(none.depth_mm.value / bare.depth_mm.value - 1) < 0.02
+    stiff = pp.lump.estimate(maps, force_N=forces, young_Pa=4000, noise_Pa=4, skin_mm=2, skin_ratio=4)
+    assert stiff.depth_mm is None or abs(stiff.depth_mm.value / bare.depth_mm.value - 1) > 0.02
+
+
 def test_a_lump_on_two_days(tmp_path):
     x = (np.arange(23) - 11) * 1.25
     r2 = x[:, None] ** 2 + x[None, :] ** 2

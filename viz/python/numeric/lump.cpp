@@ -3,6 +3,7 @@
 
 #include "capture/files/estimate_report.h"
 #include "capture/run/palpation/compared_days.h"
+#include "engine/base/text.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
 #include "viz/python/arrays.h"
@@ -22,13 +23,36 @@ PressureMap map_of(const py::handle& given, double pitch_mm) {
   return map;
 }
 
+using ValueAndError = std::array<double, 2>;  ///< a standard deviation, 0: exact
+
+/// Throws an ArgumentError where one is missing or makes no sense, also for a block of this thickness.
+std::optional<lump::Skin> skin_of(const std::optional<ValueAndError>& thickness_mm,
+                                  const std::optional<ValueAndError>& ratio, double block_thickness_mm) {
+  if (!thickness_mm && !ratio) return std::nullopt;
+  if (!thickness_mm || !ratio)
+    throw bad_argument("skin_mm and skin_ratio", ratio ? "skin_ratio alone" : "skin_mm alone",
+                       "skin_mm=2, skin_ratio=3");
+  const auto check = [](const char* wanted, const ValueAndError& found, double least, double most) {
+    const auto [value, sd] = found;
+    if (!(value >= least && value <= most) || !(sd >= 0 && sd <= 0.3 * value))
+      throw bad_argument(wanted, text("%g +- %g", value, sd), "2, or (2, 0.2) for 2 +- 0.2");
+  };
+  check("skin_mm from 0.05 to half of the thickness, and a standard deviation of at most 30 %", *thickness_mm,
+        0.05, block_thickness_mm / 2);
+  check("skin_ratio from 0.05 to 50, and a standard deviation of at most 30 %", *ratio, 0.05, 50);
+  return lump::Skin{(*thickness_mm)[0], (*ratio)[0], (*thickness_mm)[1] / (*thickness_mm)[0],
+                    (*ratio)[1] / (*ratio)[0]};
+}
+
 /// The estimate as JSON and as lines for people.
 py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, std::optional<double> young_Pa,
                    const std::vector<double>& press_mm, double press_sd_mm,
                    const std::array<double, 3>& block_mm, double pitch_mm,
                    const std::array<double, 2>& window_mm, std::optional<double> noise_Pa,
-                   const std::array<double, 3>& input_errors, double uneven_sd, double place_sd_mm,
-                   const std::string& network, const std::string& method) {
+                   const std::optional<ValueAndError>& skin_mm,
+                   const std::optional<ValueAndError>& skin_ratio, const std::array<double, 3>& input_errors,
+                   double uneven_sd, double place_sd_mm, const std::string& network,
+                   const std::string& method) {
   if (young_Pa && !(*young_Pa > 0))
     throw bad_argument("young_Pa above 0", std::to_string(*young_Pa), "the tissue's modulus in Pa");
   if (!young_Pa && press_mm.empty())
@@ -46,6 +70,7 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, std
   observation.press_sd_mm = press_sd_mm;
   observation.block_mm = block_mm;
   observation.window_mm = window_mm;
+  observation.skin = skin_of(skin_mm, skin_ratio, block_mm[2]);
   if (noise_Pa) observation.noise_Pa = *noise_Pa;
   observation.uneven_sd = uneven_sd;
   observation.place_sd_mm = place_sd_mm;
@@ -71,7 +96,7 @@ std::string compare(const std::vector<std::filesystem::path>& folders,
 void bind_lump(py::module_& module) {
   bind_function(module, "lump_estimate", &estimate,
                 "maps force_N young_Pa press_mm press_sd_mm block_mm pitch_mm window_mm noise_Pa "
-                "input_errors uneven_sd place_sd_mm "
+                "skin_mm skin_ratio input_errors uneven_sd place_sd_mm "
                 "network method");
   bind_function(module, "lump_compare", &compare, "folders input_errors network");
 }

@@ -158,6 +158,8 @@ def estimate(
     pitch_mm: float = 1.25,
     window_mm: tuple[float, float] = (0.0, 0.0),
     noise_Pa: float | None = None,
+    skin_mm: float | tuple[float, float] | None = None,
+    skin_ratio: float | tuple[float, float] | None = None,
     young_error: float = 0.1,
     thickness_error: float = 0.05,
     pitch_error: float = 0.01,
@@ -179,6 +181,8 @@ def estimate(
         pitch_mm: between a map's nodes.
         window_mm: the maps' middle from the block's middle, x and y.
         noise_Pa: standard deviation of a value; by default from the last map's roughness.
+        skin_mm, skin_ratio: thickness of a skin on the tissue, part of ``thickness_mm``, and its modulus over that
+            of the tissue below; ``(2, 0.2)``: 2 with a standard deviation of 0.2.
         young_error, thickness_error, pitch_error: relative errors of these (90 % intervals);
             they widen the intervals.
         uneven_sd: slow errors of pressure across the window, relative standard deviation.
@@ -196,12 +200,25 @@ def estimate(
         ) from None
     answer, text = _palpate.lump_estimate(
         maps, forces, young_Pa, ways, float(press_sd_mm), (*map(float, block_mm), float(thickness_mm)), pitch_mm,
-        tuple(map(float, window_mm)), noise_Pa, (young_error, thickness_error, pitch_error), float(uneven_sd),
+        tuple(map(float, window_mm)), noise_Pa, _with_error(skin_mm), _with_error(skin_ratio), (young_error, thickness_error, pitch_error), float(uneven_sd),
         float(place_sd_mm), path_text(network or "", "network"), method,
     )
     found = json.loads(answer)
     whole = _lump(found, text.rstrip())
     return replace(whole, lumps=tuple(_lump({**found, **one}, whole.text) for one in found["lumps"]))
+
+
+def _with_error(value: float | tuple[float, float] | None) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    try:
+        one, *error = (float(v) for v in np.atleast_1d(value))
+        (sd,) = error or (0.0,)
+    except (TypeError, ValueError):
+        raise ArgumentError(
+            "a number, or one with its standard deviation", repr(value)[:80], "skin_mm=(2, 0.2)"
+        ) from None
+    return one, sd
 
 
 def _lump(found: dict[str, Any], text: str) -> Lump:
