@@ -12,6 +12,7 @@
 #include "engine/base/text.h"
 #include "engine/lump/skin/skin_effect.h"
 #include "engine/lump/tissue/found_tissue.h"
+#include "engine/lump/tissue/relaxation.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -23,7 +24,7 @@ constexpr double kMostShare = 0.5;       // of an input's error
 
 constexpr double kSkinShare = 0.05;  // of a skin's effect, 90 % interval: see skin/README.md
 
-constexpr const char* kSkinEffect = "skin's effect";
+constexpr const char *kSkinEffect = "skin's effect", *kRelaxation = "relaxation";
 constexpr const char *kLight = "light", *kAlongX = "place along x", *kAlongY = "place along y";
 
 constexpr std::array kLogarithmic{&Estimate::size_mm, &Estimate::depth_mm, &Estimate::stiffness_ratio};
@@ -127,6 +128,7 @@ Estimator Estimator::until(const StopAsked& stop) const {
 }
 
 Estimate Estimator::operator()(const Observation& observation, const UnevenLight& uneven) const {
+  if (observation.relaxation) return of_relaxing(observation, uneven);
   if (observation.skin) return under_skin(observation, uneven);
   return observation.press_mm.empty() ? widened(observation, sources_, uneven)
                                       : in_found_tissue(observation, uneven);
@@ -203,6 +205,15 @@ std::vector<Estimate> same_parts(const std::vector<Estimate>& parts, const Estim
   return found;
 }
 
+/// The same lumps in another estimate; an estimate's own where that has no numbers.
+std::vector<Estimate> reference_parts(const Estimate& estimate, const Estimate& other) {
+  const std::vector<Estimate> own = parts_of(estimate);
+  std::vector<Estimate> parts = same_parts(own, other);
+  for (size_t i = 0; i < own.size(); ++i)
+    if (!reports_numbers(parts[i].verdict)) parts[i] = own[i];
+  return parts;
+}
+
 /// The intervals of each lump of an estimate.
 class PartWidening {
  public:
@@ -259,12 +270,8 @@ Estimate Estimator::widened(const Observation& observation, const ErrorSources& 
   std::vector<Estimate> reference;
   const auto add = [&](const std::string& input, double error, const Observation& low,
                        const Observation& high) {
-    if (reference.empty()) {
-      const std::vector<Estimate> own = parts_of(estimate);
-      reference = moves_ ? same_parts(own, estimate_again(observation)) : own;
-      for (size_t i = 0; i < own.size(); ++i)
-        if (!reports_numbers(reference[i].verdict)) reference[i] = own[i];
-    }
+    if (reference.empty())
+      reference = moves_ ? reference_parts(estimate, estimate_again(observation)) : parts_of(estimate);
     const Estimate lower = estimate_again(low), higher = estimate_again(high);
     widening.add(input, error, reference, lower, higher);
     return lower.verdict != Status::NoLump && higher.verdict != Status::NoLump;
@@ -309,6 +316,34 @@ Estimate Estimator::widened(const Observation& observation, const ErrorSources& 
   return estimate;
 }
 
+Estimate Estimator::of_relaxing(const Observation& observation, const UnevenLight& uneven) const {
+  const auto lit = [&](double fraction) {
+    Observation other = uneven(fraction);
+    other.relaxation = observation.relaxation;
+    return without_relaxation(other);
+  };
+  const Observation elastic = without_relaxation(observation);
+  Estimate estimate = (*this)(elastic, uneven ? UnevenLight(lit) : uneven);
+  PartWidening widening(estimate);
+  const double error = observation.relaxation->share_error;
+  if (!widening.any() || error <= 0) return estimate;
+  const Estimator quick(moves_ ? moves_ : inverse_, ErrorSources::none());
+  const Estimate reference = quick(elastic), less = quick(without_relaxation(observation, 1 - error)),
+                 more = quick(without_relaxation(observation, 1 + error));
+  widening.add(kRelaxation, error, reference_parts(estimate, reference), less, more);
+  widening.apply();
+  if (estimate.tissue && reference.tissue && less.tissue && more.tissue) {
+    const auto moved = [&](const Estimate& other) {
+      return std::abs(std::log(other.tissue->young_Pa.value / reference.tissue->young_Pa.value));
+    };
+    Value& young = estimate.tissue->young_Pa;
+    const double by = std::max(moved(less), moved(more));
+    young.low = young.value * std::exp(-std::hypot(std::log(young.value / young.low), by));
+    young.high = young.value * std::exp(std::hypot(std::log(young.high / young.value), by));
+  }
+  return estimate;
+}
+
 Estimate Estimator::under_skin(const Observation& observation, const UnevenLight& uneven) const {
   const Estimator quick(moves_ ? moves_ : inverse_, ErrorSources::none());
   const Skin& skin = *observation.skin;
@@ -326,23 +361,18 @@ Estimate Estimator::under_skin(const Observation& observation, const UnevenLight
            skin.thickness_mm, skin.stiffness_ratio, taken.effect->bump_factor()));
   PartWidening widening(estimate);
   if (!widening.any()) return estimate;
-  const auto parts_as = [own = parts_of(estimate)](const Estimate& other) {
-    std::vector<Estimate> parts = same_parts(own, other);
-    for (size_t i = 0; i < own.size(); ++i)
-      if (!reports_numbers(parts[i].verdict)) parts[i] = own[i];
-    return parts;
-  };
+  const Estimate own = estimate;  // as it is before it is widened
   const auto at = [&](double thickness, double ratio) {
     const std::optional<Observation> other = without_other_skin(observation, taken, thickness, ratio);
     return other ? quick(*other) : Estimate{};
   };
   const double thick = std::exp(kNormal90 * skin.thickness_sd), stiff = std::exp(kNormal90 * skin.ratio_sd);
   if (thick > 1 || stiff > 1) {
-    const std::vector<Estimate> rough = parts_as(at(1, 1));
+    const std::vector<Estimate> rough = reference_parts(own, at(1, 1));
     if (thick > 1) widening.add("skin's thickness", thick - 1, rough, at(1 / thick, 1), at(thick, 1));
     if (stiff > 1) widening.add("skin's stiffness", stiff - 1, rough, at(1, 1 / stiff), at(1, stiff));
   }
-  const std::vector<Estimate> reference = parts_as(quick(taken.bare));
+  const std::vector<Estimate> reference = reference_parts(own, quick(taken.bare));
   widening.add(kSkinEffect, kSkinShare, reference,
                quick(taken.effect->without_skin(observation, 1 - kSkinShare)),
                quick(taken.effect->without_skin(observation, 1 + kSkinShare)));

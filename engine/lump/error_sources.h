@@ -62,6 +62,7 @@ class Estimator {
   Estimate operator()(const Observation& observation, const UnevenLight& uneven = {}) const;
 
  private:
+  Estimate of_relaxing(const Observation& observation, const UnevenLight& uneven) const;
   Estimate under_skin(const Observation& observation, const UnevenLight& uneven) const;
   Estimate in_found_tissue(const Observation& observation, const UnevenLight& uneven) const;
   Estimate widened(const Observation& observation, const ErrorSources& sources,

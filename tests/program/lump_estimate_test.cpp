@@ -194,6 +194,41 @@ TEST_F(LumpEstimateCommand, ASkinThatIsToldIsTakenOffAndKept) {
   expect_refusal(with({"--skin-mm", "2", "--skin-ratio", "stiff"}), 2, {"--skin-ratio", "'stiff'"});
 }
 
+TEST_F(LumpEstimateCommand, RelaxationThatIsToldIsTakenBack) {
+  const std::string block = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
+  const auto about = parse_json(slurp(block + ".json"));
+  std::string forces;
+  for (const auto& load : about["loads"]) forces += (forces.empty() ? "" : ",") + load["force_N"].dump();
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"lump",        "estimate", block + "_1.csv", block + "_2.csv",
+                                      "--force-N",   forces,     "--noise-Pa",     "4",
+                                      "--uneven-sd", "0"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  // Long rests leave 0.8 of the modulus right after a step.
+  const Ended slow = run(with({"--young-Pa", "4000", "--json"})),
+              told = run(with({"--young-Pa", "5000", "--relaxation", "0.15:3,0.05:30", "--rest-s", "1e5",
+                               "--relaxation-error", "0", "--json", "--out", (folder_ / "out").string()})),
+              doubted = run(with(
+                  {"--young-Pa", "5000", "--relaxation", "0.15:3,0.05:30", "--rest-s", "1e5", "--json"}));
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const auto one = parse_json(slow.out), other = parse_json(told.out), wide = parse_json(doubted.out);
+  for (const char* name : {"size_mm", "depth_mm", "stiffness_ratio"})
+    for (const char* end : {"value", "low", "high"})
+      EXPECT_NEAR(other[name][end].get<double>() / one[name][end].get<double>(), 1, 2e-3) << name << end;
+  EXPECT_TRUE(contains(doubted.out, "\"relaxation\""));
+  EXPECT_GT(wide["stiffness_ratio"]["high"].get<double>(), other["stiffness_ratio"]["high"].get<double>());
+  // Kept as tissue that does not relax.
+  const auto kept = parse_json(slurp(folder_ / "out" / "observation.json"));
+  EXPECT_NEAR(kept["force_N"][0].get<double>(), about["loads"][0]["force_N"].get<double>() / 0.8, 1e-6);
+
+  for (const char* series : {"0.2", "0.2:", ":3", "0.2:3,", "0.2:-3", "0:3", "0.2:3;0.1:30", "x:3", "nan:3"})
+    expect_refusal(with({"--young-Pa", "4000", "--relaxation", series}), 2,
+                   {"shares and times above 0", "--relaxation 0.2:3,0.1:30"});
+  expect_refusal(with({"--young-Pa", "4000", "--relaxation", "0.7:3,0.3:30"}), 2, {"below 1 in all", "1"});
+}
+
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
   PressureMap map;
   map.width = 60;

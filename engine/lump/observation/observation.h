@@ -21,6 +21,18 @@ struct Skin {
   double thickness_sd = 0, ratio_sd = 0;         ///< standard deviations of their logarithms
 };
 
+/// What is known of how tissue relaxes, and of when it was read: the plate moves for `move_s` to each load in
+/// turn, rests for `rest_s`, and is read.
+struct Relaxation {
+  struct Term {
+    double share = 0;   ///< of the modulus right after a step that is lost in the end, 0 to 1 in all
+    double time_s = 1;  ///< in which all but 1/e of it is
+  };
+  std::vector<Term> terms;
+  double move_s = 0, rest_s = 0;
+  double share_error = 0.2;  ///< relative error of all shares, 90 % interval
+};
+
 /// Pressure maps of one block at rising loads, all of the same window, and what else is known.
 struct Observation {
   /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
@@ -45,6 +57,7 @@ struct Observation {
   /// Taken off by an Estimator (error_sources.h) alone; modulus and stiffness ratio are then those of, and
   /// over, the tissue below it. None: the block is of one tissue.
   std::optional<Skin> skin;
+  std::optional<Relaxation> relaxation;  ///< young_Pa is that right after a step
 };
 
 /// Each load as force over the block's area and the tissue's modulus.

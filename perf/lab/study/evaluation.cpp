@@ -8,8 +8,10 @@
 #include <thread>
 
 #include "engine/base/json.h"
+#include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
+#include "engine/lump/tissue/relaxation.h"
 #include "perf/lab/dataset/sweep.h"
 
 namespace palpate::lump {
@@ -48,6 +50,16 @@ void untell(const EvaluationJob& job, const Example& e, const std::vector<double
   for (const double press : press_mm)
     o.press_mm.push_back(press + zero_mm +
                          std::sqrt(1 - job.press_sd_alike) * job.press_sd_mm * normal(random));
+}
+
+/// With shares that are all wrong alike, by the error that they have.
+std::optional<Relaxation> told(std::optional<Relaxation> relaxation, uint64_t seed) {
+  if (!relaxation) return relaxation;
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0, relaxation->share_error / kNormal90);
+  const double wrong = 1 + normal(random);
+  for (Relaxation::Term& term : relaxation->terms) term.share *= wrong;
+  return relaxation;
 }
 
 std::vector<std::array<double, 2>> roc_of(const std::vector<Judged>& judged) {
@@ -100,6 +112,7 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
         forces.push_back(e.force_N[load]);
         if (job.press_sd_mm > 0) press_mm.push_back(e.press_mm.at(load));
       }
+      if (job.relaxation) relax(*job.relaxation, maps, forces);
       const uint64_t seed = job.seed * 1000003 + i + repeat * 0x9e3779b1ULL;
       Observation observation = sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor, seed);
       observation.young_Pa *= 1 + job.modulus_error;
@@ -107,6 +120,7 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
       for (size_t k = 1; k < count; ++k)
         observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
       untell(job, e, press_mm, seed ^ 0x5851f42dULL, observation);
+      if (job.relaxation_told) observation.relaxation = told(job.relaxation, seed ^ 0x9d2c5681ULL);
       Judged judged{i, e, job.estimator(observation), observation.saturated_fraction};
       judged.truth.pressure_Pa.clear();
       found[n] = std::move(judged);
@@ -255,6 +269,8 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
       {"thickness_sd", job.thickness_sd},
       {"skin_told", job.skin_told},
       {"skin_sd", job.skin_sd},
+      {"relaxes", job.relaxation.has_value()},
+      {"relaxation_told", job.relaxation_told},
       {"tissues", s.tissues},
       {"young",
        {{"median_error", s.young_median}, {"p90_error", s.young_ninetieth}, {"coverage", s.young_coverage}}},

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,10 @@ struct EvaluationJob {
   double thickness_sd = 0;  ///< of the thickness as stated, share; the estimator's sources have to cover it
   bool skin_told = false;   ///< of blocks that have one
   double skin_sd = 0;       ///< of its thickness and its ratio as told, of each one's logarithm
+  /// Of all tissue, which the plate is held on as it says; told with shares that are wrong alike by its
+  /// error, or not.
+  std::optional<Relaxation> relaxation = {};
+  bool relaxation_told = false;
   size_t first = 0, every = 1;  ///< of the examples: that one, and each so many after it
   uint32_t repeats = 1;         ///< of each, with other noise, patterns and errors of the gauge
   uint64_t seed = 1;

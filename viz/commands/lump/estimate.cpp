@@ -10,11 +10,13 @@
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
+#include "engine/lump/tissue/relaxation.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/error_options.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
+#include "viz/commands/support/relaxation_options.h"
 #include "viz/report/plot.h"
 
 namespace palpate {
@@ -28,6 +30,7 @@ struct Options {
   double uneven_sd = lump::Observation{}.uneven_sd, place_sd_mm = lump::kPlaceSd_mm;
   lump::ErrorSources errors;
   SkinOptions skin;
+  RelaxationOptions relaxation;
   std::string network, method = "refined";
 };
 
@@ -42,6 +45,7 @@ void set_tissue(Options& o, lump::Observation& observation) {
                           o.block_mm.empty() ? 40 : o.block_mm.back(),
                           stated_value("--thickness-mm", o.thickness_mm, 1, 1000, o.errors.thickness)};
   observation.skin = skin_of(o.skin, observation.block_mm[2]);
+  observation.relaxation = relaxation_of(o.relaxation);
   observation.press_mm = o.press_mm;
   observation.press_sd_mm = o.press_sd_mm;
 }
@@ -96,7 +100,7 @@ Report run(const Common& common, Options& o) {
   Report report = facts_of(estimate);
   if (!common.out.empty()) {
     make_output_folder(common.out);
-    write_observation(common.out, observation);
+    write_observation(common.out, without_relaxation(observation));
     write_whole(common.out / "lump.json", std::string_view(report.json.dump(2, json::Utf8::Replace) + "\n"));
     std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
     if (estimate.detection_statistic >= 1 && estimate.lumps.empty() &&
@@ -134,6 +138,7 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue; 20+-0.5: known to 0.5 mm (sd)")
       ->option_text("MM [20]");
   add_skin(*command, o->skin);
+  add_relaxation(*command, o->relaxation);
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);
   command

@@ -23,6 +23,7 @@
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
+#include "viz/commands/support/relaxation_options.h"
 
 namespace palpate {
 namespace {
@@ -33,6 +34,7 @@ struct Options {
   std::optional<lump::ScoreOver> over;
   lump::EvaluationJob job;
   judge::CellOptions cells;
+  RelaxationOptions relaxation;
   uint32_t count = 0;
   bool faults = false, by_hand = false, next_press = false, by_skin = false;
 };
@@ -72,6 +74,7 @@ Report run(const Common& common, Options& o) {
                     std::make_move_iterator(more.end()));
   }
   o.job.seed = common.seed;
+  o.job.relaxation = relaxation_of(o.relaxation);
   const size_t observations = count_judged(examples.size(), o.job);
   if (observations == 0)
     throw Error(Failure::Usage, "a first block below " + std::to_string(examples.size()),
@@ -170,9 +173,15 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
                        "Share of that variance that is alike at all loads");
   command->add_setting("--thickness-sd", o->job.thickness_sd, Check::range(0.0, 0.3),
                        "Relative standard error of the thickness as stated, which intervals cover");
-  command->add_flag("--tell-skin", o->job.skin_told, "The skin of blocks that have one is told");
-  command->add_setting("--skin-sd", o->job.skin_sd, Check::range(0.0, 0.3),
-                       "Relative standard error of its thickness and of its ratio, which intervals cover");
+  add_relaxation(*command, o->relaxation);
+  command->add_flag("--tell-relaxation", o->job.relaxation_told, "Estimates are told of it, with that error")
+      ->group("Relaxing tissue");
+  command->add_flag("--tell-skin", o->job.skin_told, "The skin of blocks that have one is told")
+      ->group("Skin");
+  command
+      ->add_setting("--skin-sd", o->job.skin_sd, Check::range(0.0, 0.3),
+                    "Relative standard error of its thickness and of its ratio, which intervals cover")
+      ->group("Skin");
   command->add_setting("--full-scale-Pa", o->job.sensor.full_scale_Pa, Check::range(0.0, 1e9),
                        "Of gray level 255; 0: the highest peak at 90 % of it");
   command->add_option("--window-mm", o->job.sensor.window_mm,
@@ -197,7 +206,7 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
                     "Scans of several presses instead: on a stage, and by hand without one");
   command->add_flag("--next-press", o->next_press,
                     "Scans whose next press is proposed instead, beside a raster of presses");
-  command->add_flag("--by-skin", o->by_skin, "A table by the blocks' skins instead");
+  command->add_flag("--by-skin", o->by_skin, "A table by the blocks' skins instead")->group("Skin");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
   command->add_option("--first", o->job.first, "First case to read, counted over all data sets")
