@@ -260,6 +260,7 @@ std::vector<double> common_forces(const std::vector<ScanPress>& presses) {
 Grid grid_of(const std::vector<ScanPress>& presses, const StitchOptions& options) {
   const Observation& first = presses[0].observation;
   std::vector<double> pitches;
+  pitches.reserve(presses.size());
   for (const ScanPress& p : presses) pitches.push_back(p.observation.pressure_Pa[0].pitch_mm[0]);
   const double pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : median(pitches);
   return {2 * static_cast<uint32_t>(std::floor(first.block_mm[0] / (2 * pitch_mm) + 1e-9)) + 1,
