@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "engine/numeric/through_origin.h"
+
 namespace palpate {
 namespace {
 
@@ -63,7 +65,7 @@ TEST_F(PressedToForces, FromACoarserGridWithFewerRounds) {
     EXPECT_NEAR(rest.force_N[l] / forces_N_[l], 1, 1e-5);
     EXPECT_NEAR(near.force_N[l] / forces_N_[l], 1, fem::force_tolerance(3));
     // The maps between which one interpolates are those at the forces themselves.
-    const std::vector<double> factors = at_force(near, forces_N_[l]);
+    const std::vector<double> factors = weights_through_origin(near.force_N, forces_N_[l]);
     double largest = 0, off = 0;
     for (size_t n = 0; n < rest.surfaces[l].force_N.size(); ++n) {
       double force = 0;

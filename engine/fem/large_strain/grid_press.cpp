@@ -46,7 +46,7 @@ bool from_near(LargeStrainModel& model, const std::vector<double>& force_N, cons
     const PressedState there = on_cells(near.states[l], near.cells, cells);
     PressedState guess = there;
     if (l > 0) {
-      // What the last load's state differed grows with the way.
+      // The last load's difference grows with the way.
       const double grown = there.press_mm / last.press_mm;
       guess.add(grown, press.states.back());
       guess.add(-grown, last);
@@ -87,18 +87,6 @@ std::optional<GridPress> press_to_forces(const Scene& scene, LargeStrainModel& m
   }
   if (from_rest(scene, model, options, force_N, result, press)) return press;
   return std::nullopt;
-}
-
-std::vector<double> at_force(const GridPress& press, double force_N) {
-  std::vector<double> factors;
-  for (size_t own = 0; own < press.force_N.size(); ++own) {
-    double product = force_N / press.force_N[own];
-    for (size_t other = 0; other < press.force_N.size(); ++other)
-      if (other != own)
-        product *= (force_N - press.force_N[other]) / (press.force_N[own] - press.force_N[other]);
-    factors.push_back(product);
-  }
-  return factors;
 }
 
 }  // namespace palpate::fem

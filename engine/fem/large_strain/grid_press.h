@@ -16,12 +16,12 @@ struct GridPress {
   std::vector<PressedSurface> surfaces;
   std::vector<double> force_N;  ///< reached; within force_tolerance() of those that were asked for
 
-  /// Whether these states are of the same part of the block.
+  /// The states are of the same part of the block.
   bool serves(const LargeStrainModel& model) const;
 };
 
 /// How far, as a share, a force may be off the one asked for where maps at so many loads are there to
-/// interpolate between (at_forces()): what that leaves is below 1e-4 of the pressure.
+/// interpolate between (weights_through_origin()): what that leaves is below 1e-4 of the pressure.
 double force_tolerance(size_t loads);
 
 /// Presses to forces that rise. `near`: states of the same loads, whose ways and fields the search starts
@@ -31,9 +31,5 @@ std::optional<GridPress> press_to_forces(const Scene& scene, LargeStrainModel& m
                                          const LargeStrainOptions& options,
                                          const std::vector<double>& force_N, const GridPress* near,
                                          LargeStrainResult& result);
-
-/// Factors of a press's maps at its forces in the map at a force that is one of those asked for, nearly:
-/// map over force is a polynomial in the force through all of them.
-std::vector<double> at_force(const GridPress& press, double force_N);
 
 }  // namespace palpate::fem

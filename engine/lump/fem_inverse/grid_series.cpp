@@ -2,6 +2,7 @@
 
 #include "engine/base/work_team.h"
 #include "engine/lump/fem_inverse/pressing.h"
+#include "engine/numeric/through_origin.h"
 
 namespace palpate::lump {
 namespace {
@@ -15,7 +16,8 @@ Eigen::VectorXd read_at_forces(const fem::GridPress& press, const ComparedNodes&
     reached.col(l) = read(press.surfaces[static_cast<size_t>(l)], nodes, turned);
   Eigen::VectorXd values(count * reached.cols());
   for (Eigen::Index l = 0; l < reached.cols(); ++l) {
-    const std::vector<double> factors = at_force(press, force_N[static_cast<size_t>(l)]);
+    const std::vector<double> factors =
+        weights_through_origin(press.force_N, force_N[static_cast<size_t>(l)]);
     values.segment(l * count, count) =
         reached * Eigen::Map<const Eigen::VectorXd>(factors.data(), reached.cols());
   }

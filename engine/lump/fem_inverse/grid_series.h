@@ -10,7 +10,7 @@
 
 namespace palpate::lump {
 
-/// What all grids answer about a lump.
+/// Answer of all grids about a lump.
 struct GridAnswer {
   std::optional<Case::Lump> lump;  ///< that was pressed: in the middle where that makes no difference
   Eigen::VectorXd searched_Pa;     ///< of the grid that is searched
@@ -37,7 +37,7 @@ class GridSeries {
   std::optional<Pressed> press(const std::optional<FittedLump>& lump, uint32_t times,
                                const fem::GridPress* coarser);
 
-  /// What the last lump left on one grid.
+  /// States that the last lump left on one grid.
   struct Last {
     Case::Lump lump;
     fem::InclusionCells cells;

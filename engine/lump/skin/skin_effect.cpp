@@ -8,6 +8,7 @@
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/lump/observation/long_axis.h"
 #include "engine/lump/observation/map_at_load.h"
+#include "engine/numeric/through_origin.h"
 #include "engine/tissue/map_sampling.h"
 
 namespace palpate::lump {
@@ -101,17 +102,17 @@ bool settled(const std::vector<Case::Lump>& a, const std::vector<Case::Lump>& b)
 /// Maps and ways at these forces, by the polynomials through the loads that were pressed.
 SkinEffect::Pressed SkinEffect::at_forces(const fem::LargeStrainResult& result,
                                           const std::vector<double>& force_N) {
-  Observation maps, ways;
+  Observation maps;
   for (const fem::PressedBlock& load : result.loads) {
     maps.force_N.push_back(load.force_N);
     maps.pressure_Pa.push_back(load.pressure_Pa);
-    ways.pressure_Pa.push_back({1, 1, {1, 1}, {static_cast<float>(load.press_mm)}});
   }
-  ways.force_N = maps.force_N;
   Pressed pressed;
   for (const double force : force_N) {
     pressed.pressure_Pa.push_back(map_at_load(maps, force));
-    pressed.press_mm.push_back(double{map_at_load(ways, force).values[0]});
+    const std::vector<double> weights = weights_through_origin(maps.force_N, force);
+    double& way_mm = pressed.press_mm.emplace_back(0);
+    for (size_t k = 0; k < weights.size(); ++k) way_mm += weights[k] * result.loads[k].press_mm;
   }
   return pressed;
 }
