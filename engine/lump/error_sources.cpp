@@ -361,18 +361,17 @@ Estimate Estimator::under_skin(const Observation& observation, const UnevenLight
            skin.thickness_mm, skin.stiffness_ratio, taken.effect->bump_factor()));
   PartWidening widening(estimate);
   if (!widening.any()) return estimate;
-  const Estimate own = estimate;  // as it is before it is widened
   const auto at = [&](double thickness, double ratio) {
     const std::optional<Observation> other = without_other_skin(observation, taken, thickness, ratio);
     return other ? quick(*other) : Estimate{};
   };
   const double thick = std::exp(kNormal90 * skin.thickness_sd), stiff = std::exp(kNormal90 * skin.ratio_sd);
   if (thick > 1 || stiff > 1) {
-    const std::vector<Estimate> rough = reference_parts(own, at(1, 1));
+    const std::vector<Estimate> rough = reference_parts(estimate, at(1, 1));
     if (thick > 1) widening.add("skin's thickness", thick - 1, rough, at(1 / thick, 1), at(thick, 1));
     if (stiff > 1) widening.add("skin's stiffness", stiff - 1, rough, at(1, 1 / stiff), at(1, stiff));
   }
-  const std::vector<Estimate> reference = reference_parts(own, quick(taken.bare));
+  const std::vector<Estimate> reference = reference_parts(estimate, quick(taken.bare));
   widening.add(kSkinEffect, kSkinShare, reference,
                quick(taken.effect->without_skin(observation, 1 - kSkinShare)),
                quick(taken.effect->without_skin(observation, 1 + kSkinShare)));

@@ -6,25 +6,18 @@
 #include <numbers>
 
 #include "engine/base/numbers.h"
+#include "engine/base/statistics.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kBlock_cells =
-    8;  // that a change is averaged over, in which the cells' own noise is small
+/// Cells that a change is averaged over, in which their own noise is small.
+constexpr uint32_t kBlock_cells = 8;
 constexpr size_t kFewestBlocks = 4;
 
 /// What a level is wrong by from one frame to another, of what the pad at rest strays by in one: most of that
 /// stays as it is. RMS of seven simulated objects (0.4 to 0.6).
 constexpr double kLevel = 0.6;
-
-/// 0 of none.
-double middle_of(std::vector<double> all) {
-  if (all.empty()) return 0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -45,13 +38,12 @@ RestChange::Level RestChange::since(const PadAtRest& rest) const {
     return {.mm = rest.level_mm,
             .sd_mm = kLevel * rest.level_sd_mm,
             .tilt_sd_per_cell = rest.level_sd_mm / (0.5 * rest.cells_x)};
-  const double change_mm = middle_of(known);
+  const double change_mm = median(known);
   for (double& block : known) block = std::abs(block - change_mm);
   // Half of a change's square is each frame's.
-  return {
-      .mm = level_mm_ + change_mm,
-      .sd_mm = kDeviation * middle_of(known) / std::numbers::sqrt2,
-      .tilt_sd_per_cell = kDeviation * middle_of(changes.steps_mm()) / std::numbers::sqrt2 / kBlock_cells};
+  return {.mm = level_mm_ + change_mm,
+          .sd_mm = kDeviation * median(known) / std::numbers::sqrt2,
+          .tilt_sd_per_cell = kDeviation * median(changes.steps_mm()) / std::numbers::sqrt2 / kBlock_cells};
 }
 
 std::vector<double> RestChange::Changes::steps_mm() const {

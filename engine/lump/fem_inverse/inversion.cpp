@@ -209,7 +209,7 @@ class Inversion {
     return answer;
   }
 
-  /// Whether the observation can be read; else the answer says why not.
+  /// The observation can be read; else the answer says why not.
   bool usable(ShapeAnswer& answer) const {
     if (search_.values() < kFewestValues)
       summarise(answer, Status::Unusable,

@@ -1,7 +1,6 @@
 #include "viz/commands/lump/error_options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -9,16 +8,10 @@
 #include "engine/base/normal.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
+#include "viz/commands/support/number_text.h"
 
 namespace palpate {
 namespace {
-
-std::optional<double> number_in(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 /// "--young-Pa 4000 or --young-Pa 4000+-400", within the range.
 std::string example(const std::string& option, double least, double most) {

@@ -1,25 +1,13 @@
 #include "viz/commands/support/relaxation_options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <string_view>
 
 #include "engine/base/text.h"
 #include "palpate/error.h"
+#include "viz/commands/support/number_text.h"
 
 namespace palpate {
-namespace {
-
-/// A number above 0, and nothing after it.
-std::optional<double> positive(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value > 0)) return std::nullopt;
-  return value;
-}
-
-}  // namespace
-
 std::optional<lump::Relaxation> relaxation_of(const RelaxationOptions& o) {
   if (o.series.empty()) return std::nullopt;
   lump::Relaxation relaxation = o.times;
@@ -29,9 +17,9 @@ std::optional<lump::Relaxation> relaxation_of(const RelaxationOptions& o) {
     const size_t comma = rest.find(',');
     const std::string_view term = rest.substr(0, comma);
     const size_t colon = std::min(term.find(':'), term.size());
-    const auto share = positive(term.substr(0, colon)),
-               time_s = positive(term.substr(std::min(colon + 1, term.size())));
-    if (!share || !time_s)
+    const auto share = number_in(term.substr(0, colon)),
+               time_s = number_in(term.substr(std::min(colon + 1, term.size())));
+    if (!share || !time_s || !(*share > 0 && *time_s > 0))
       throw Error(Failure::Usage, "--relaxation as shares and times above 0", "'" + std::string(term) + "'",
                   "--relaxation 0.2:3,0.1:30");
     relaxation.terms.push_back({*share, *time_s});

@@ -200,8 +200,9 @@ def estimate(
         ) from None
     answer, text = _palpate.lump_estimate(
         maps, forces, young_Pa, ways, float(press_sd_mm), (*map(float, block_mm), float(thickness_mm)), pitch_mm,
-        tuple(map(float, window_mm)), noise_Pa, _with_error(skin_mm), _with_error(skin_ratio), (young_error, thickness_error, pitch_error), float(uneven_sd),
-        float(place_sd_mm), path_text(network or "", "network"), method,
+        tuple(map(float, window_mm)), noise_Pa, _with_error(skin_mm), _with_error(skin_ratio),
+        (young_error, thickness_error, pitch_error), float(uneven_sd), float(place_sd_mm),
+        path_text(network or "", "network"), method,
     )
     found = json.loads(answer)
     whole = _lump(found, text.rstrip())
