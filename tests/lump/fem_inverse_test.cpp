@@ -77,13 +77,23 @@ bool holds(const lump::Value& interval, double truth) {
   return interval.low <= truth && truth <= interval.high;
 }
 
-TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
-  fem::Inclusion hard;  // 8 mm, 5 mm deep
+/// Reading of a ball of 8 mm, 5 mm deep, ten times as stiff, in the middle.
+lump::Observation hard_ball() {
+  fem::Inclusion hard;
   hard.stiffness_ratio = 10;
-  const lump::Observation observation = read(press(hard, {2, 4}, 48, 24), 0.002);
+  return read(press(hard, {2, 4}, 48, 24), 0.002);
+}
+
+lump::DirectInversionOptions from_near_it() {
   lump::DirectInversionOptions options;
   options.model.centred = true;
   options.starts = {{ball(9, 4.4, 7), 1}};
+  return options;
+}
+
+TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
+  const lump::Observation observation = hard_ball();
+  lump::DirectInversionOptions options = from_near_it();
   const lump::Estimate estimate = invert_directly(observation, options);
   // Such grids may leave the ratio open by more than a factor of four, and the result then reports it.
   EXPECT_EQ(estimate.verdict, estimate.stiffness_ratio.high > 4 * estimate.stiffness_ratio.low
@@ -158,12 +168,8 @@ std::shared_ptr<const lump::Model> emulator(float times = 1) {
 
 // Elements say what the emulator is off by: one whose bumps are a fifth too high leads to the same lump.
 TEST(DirectInversion, AWrongEmulatorLeadsToTheSameLump) {
-  fem::Inclusion hard;  // 8 mm, 5 mm deep
-  hard.stiffness_ratio = 10;
-  const lump::Observation observation = read(press(hard, {2, 4}, 48, 24), 0.002);
-  lump::DirectInversionOptions options;
-  options.model.centred = true;
-  options.starts = {{ball(9, 4.4, 7), 1}};
+  const lump::Observation observation = hard_ball();
+  lump::DirectInversionOptions options = from_near_it();
   std::array<lump::Estimate, 2> led;
   for (size_t wrong = 0; wrong < 2; ++wrong) {
     options.emulator = emulator(wrong == 0 ? 1 : 1.2F);

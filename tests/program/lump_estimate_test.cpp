@@ -122,20 +122,33 @@ TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
   expect_refusal({"lump", "estimate", map, "--force-N", "1", "--young-Pa", "nothing"}, 2, {"--young-Pa"});
 }
 
+/// A block that another program pressed, and its loads.
+const std::string kDeepEllipsoid = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
+Json deep_ellipsoid() {
+  return parse_json(slurp(kDeepEllipsoid + ".json"));
+}
+std::string of_loads(const Json& about, const char* name) {
+  std::string all;
+  for (const auto& load : about.at("loads")) all += (all.empty() ? "" : ",") + load.at(name).dump();
+  return all;
+}
+std::vector<std::string> estimate_of(const Json& about, const std::vector<std::string>& always,
+                                     const std::vector<std::string>& more) {
+  std::vector<std::string> words = {"lump",
+                                    "estimate",
+                                    kDeepEllipsoid + "_1.csv",
+                                    kDeepEllipsoid + "_2.csv",
+                                    "--force-N",
+                                    of_loads(about, "force_N")};
+  words.insert(words.end(), always.begin(), always.end());
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
 TEST_F(LumpEstimateCommand, TheWayOfThePlateFindsTheModulus) {
-  const std::string block = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
-  const auto about = parse_json(slurp(block + ".json"));
-  std::string forces, ways;
-  for (const auto& load : about["loads"]) {
-    forces += (forces.empty() ? "" : ",") + load["force_N"].dump();
-    ways += (ways.empty() ? "" : ",") + load["press_mm"].dump();
-  }
-  const auto with = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"lump",           "estimate",  block + "_1.csv",
-                                      block + "_2.csv", "--force-N", forces};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-  };
+  const auto about = deep_ellipsoid();
+  const std::string ways = of_loads(about, "press_mm");
+  const auto with = [&](const std::vector<std::string>& more) { return estimate_of(about, {}, more); };
   const Ended ended = run(with({"--press-mm", ways, "--noise-Pa", "4", "--json"}));
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const auto young = parse_json(ended.out)["tissue"]["young_Pa"];
@@ -166,15 +179,9 @@ TEST_F(LumpEstimateCommand, TheWayOfThePlateFindsTheModulus) {
 }
 
 TEST_F(LumpEstimateCommand, ASkinThatIsToldIsTakenOffAndKept) {
-  const std::string block = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
-  const auto about = parse_json(slurp(block + ".json"));
-  std::string forces;
-  for (const auto& load : about["loads"]) forces += (forces.empty() ? "" : ",") + load["force_N"].dump();
+  const auto about = deep_ellipsoid();
   const auto with = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"lump", "estimate",   block + "_1.csv", block + "_2.csv", "--force-N",
-                                      forces, "--young-Pa", "4000",           "--noise-Pa",     "4"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
+    return estimate_of(about, {"--young-Pa", "4000", "--noise-Pa", "4"}, more);
   };
   // One as stiff as the tissue is none.
   const Ended bare = run(with({"--json"})), skin = run(with({"--skin-mm", "2+-0.1", "--skin-ratio", "1",
@@ -195,16 +202,9 @@ TEST_F(LumpEstimateCommand, ASkinThatIsToldIsTakenOffAndKept) {
 }
 
 TEST_F(LumpEstimateCommand, RelaxationThatIsToldIsTakenBack) {
-  const std::string block = PALPATE_SOURCE_DIR "/tests/data/calculix/deep_ellipsoid";
-  const auto about = parse_json(slurp(block + ".json"));
-  std::string forces;
-  for (const auto& load : about["loads"]) forces += (forces.empty() ? "" : ",") + load["force_N"].dump();
+  const auto about = deep_ellipsoid();
   const auto with = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"lump",        "estimate", block + "_1.csv", block + "_2.csv",
-                                      "--force-N",   forces,     "--noise-Pa",     "4",
-                                      "--uneven-sd", "0"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
+    return estimate_of(about, {"--noise-Pa", "4", "--uneven-sd", "0"}, more);
   };
   // Long rests leave 0.8 of the modulus right after a step.
   const Ended slow = run(with({"--young-Pa", "4000", "--json"})),
