@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "engine/fem/large_strain/extrapolation.h"
+#include "engine/lump/network/model.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/observation/sensor_model.h"
 #include "palpate/error.h"
