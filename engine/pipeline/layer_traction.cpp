@@ -149,20 +149,20 @@ void LayerTraction::measure(FrameSlot& slot, FrameParts& parts) {
   // The device's stage ends with the frame; the host goes on beyond it.
   input.goes_on = parts.whole.at_border;
   std::optional<TractionReading> device;
-  if (stage_ && !input.goes_on) {
-    device = press_on_device(slot);
-    input.pressure_MPa = device->pressure_MPa;
-  }
+  if (stage_ && !input.goes_on) device = press_on_device(slot);
+  // What the device leaves open (thin layers, wide contacts) the host solves.
+  const bool by_device = device && device->converged;
+  if (by_device) input.pressure_MPa = device->pressure_MPa;
   const Traction& found = solver_.solve(input);
   const double depth_mm = parts.surface->summary.depth_max_mm;
   if (!surface_.pressure())
     deep_ = deep_press(press_shape(found.pressure_MPa, grid_, depth_mm, layer_.thickness_mm));
   fill(found, slot, summary);
   if (bending_) summary.bending_mm = bending_->measure(slot.cell_changes.as<const shared::CellChange>());
-  part.not_converged = !found.converged || (device && !device->converged);
-  if (device) {
+  part.not_converged = !found.converged;
+  if (device) summary.iterations += device->iterations;
+  if (by_device) {
     summary.residual = device->residual;
-    summary.iterations += device->iterations;
     summary.unexplained_slope = device->slope_rms;
   }
   part.too_deep = depth_mm > (surface_.pressure() ? kDeepest : kDeepestPress) * layer_.thickness_mm;

@@ -73,13 +73,14 @@ struct Found {
   }
 };
 
-class HardPresses : public GpuTest {
+class HardPresses : public GpuTest, public testing::WithParamInterface<SolveBy> {
  protected:
   static constexpr int kSteps = 8;
 
   Found measure(const HardPress& press) {
     Pipeline pipeline(context(), gel_.sensor(), gel_.untouched().format,
-                      {.outputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction});
+                      {.outputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction,
+                       .solve_by = GetParam()});
     pipeline.set_background(gel_.untouched());
     Found found;
     for (int k = -2; k <= kSteps; ++k) {
@@ -120,7 +121,7 @@ class HardPresses : public GpuTest {
 };
 
 // The stored table is that of lavapipe; others come to it within a few per cent of the force.
-TEST_F(HardPresses, AreRightOrSayThatTheyAreNot) {
+TEST_P(HardPresses, AreRightOrSayThatTheyAreNot) {
   std::ifstream file(PALPATE_SOURCE_DIR "/perf/results/lavapipe-22.3.6-2-cores/traction/hard_presses.csv");
   const Table stored{std::string(std::istreambuf_iterator<char>(file), {})};
   ASSERT_EQ(stored.rows.size(), hard_presses().size());
@@ -137,6 +138,8 @@ TEST_F(HardPresses, AreRightOrSayThatTheyAreNot) {
     EXPECT_LT(found.worst_valid_error, 0.1);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Solve, HardPresses, testing::Values(SolveBy::Host, SolveBy::Device));
 
 }  // namespace
 }  // namespace palpate

@@ -61,7 +61,7 @@ enum class SurfaceSolver {
 enum class SolveBy {
   Auto,    ///< the faster one, by a rule: a recording gives the same digits each time
   Device,  ///< single precision: six cycles of multigrid at full resolution; pressure by twelve iterations a
-           ///< frame from where the last one ended
+           ///< frame from where the last one ended, and by the host where those do not converge
   Host,    ///< double precision: a discrete cosine transform; pressure to its tolerance
 };
 
