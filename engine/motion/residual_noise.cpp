@@ -84,21 +84,23 @@ Cells halved(const Cells& fine) {
 /// Each cell is the sum of its neighbours along x or y, by a Gaussian of 1.5 cells whose middle is 1.
 Cells spread(const Cells& in, bool along_x) {
   constexpr int kFar = 5;
-  std::array<float, kFar + 1> kernel{};
-  for (size_t k = 0; k <= kFar; ++k)
-    kernel[k] = static_cast<float>(std::exp(-double(k * k) / (2 * 1.5 * 1.5)));
   Cells out{.width = in.width, .height = in.height, .value = std::vector<float>(in.value.size())};
-  const int length = static_cast<int>(along_x ? in.width : in.height);
-  const int step = along_x ? 1 : static_cast<int>(in.width);
+  // Whole rows for each neighbour: what lies side by side is added side by side.
+  const auto add = [&](uint32_t from, uint32_t to, uint32_t cells, float weight) {
+    const float* const source = in.at(from);
+    float* const sum = out.at(to);
+    for (size_t i = 0; i < size_t{6} * cells; ++i) sum[i] += weight * source[i];
+  };
   for (uint32_t row = 0; row < in.height; ++row)
-    for (uint32_t column = 0; column < in.width; ++column) {
-      const auto here = static_cast<std::ptrdiff_t>(size_t{row} * in.width + column);
-      const int place = static_cast<int>(along_x ? column : row);
-      float* to = out.at(static_cast<size_t>(here));
-      for (int k = std::max(-kFar, -place); k <= std::min(kFar, length - 1 - place); ++k) {
-        const float* from = in.at(static_cast<size_t>(here + std::ptrdiff_t{k} * step));
-        const float weight = kernel[static_cast<size_t>(std::abs(k))];
-        for (int c = 0; c < 6; ++c) to[c] += weight * from[c];
+    for (int k = -kFar; k <= kFar; ++k) {
+      const auto weight = static_cast<float>(std::exp(-double(k * k) / (2 * 1.5 * 1.5)));
+      const auto way = static_cast<uint32_t>(std::abs(k));
+      const uint32_t here = row * in.width;
+      if (!along_x) {
+        const bool within = k < 0 ? way <= row : row + way < in.height;
+        if (within) add(k < 0 ? here - way * in.width : here + way * in.width, here, in.width, weight);
+      } else if (way < in.width) {
+        add(k < 0 ? here : here + way, k < 0 ? here + way : here, in.width - way, weight);
       }
     }
   return out;
