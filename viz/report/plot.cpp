@@ -152,7 +152,8 @@ std::string map_of(const PlotMap& map, const std::string& name, std::string& blo
   drawn = "plot $" + name + " using 1:2:3 with image notitle";
   return "set tics out nomirror\nset cbtics in\nset autoscale fix\nset format cb '%.4g'\nset cblabel " +
          plot_words(map.label) +
-         "\nset object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#70757d' fs solid noborder\n" +
+         " offset 1.5,0\nset object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#70757d' fs solid "
+         "noborder\n" +
          (map.signs ? "set palette defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')\n" : plot_palette()) +
          range_of("cb", range) + (map.range ? "" : plot_colour_bar(least, most));
 }
@@ -166,7 +167,9 @@ std::string panel_of(const PlotPanel& panel, const std::string& name, double wid
   const double beside_px = kLetter_px * static_cast<double>(letters_beside(panel));
   constexpr double kLabels_px = 100;  // at the left
   const double axis_px = width_px - beside_px - kLabels_px;
-  lines += "set title " + plot_lines(panel.title, static_cast<size_t>((width_px - beside_px) / kLetter_px)) +
+  // A title is centred above the axes, which a bar of colours moves to the left.
+  const double title_px = width_px - beside_px - (panel.map ? kLabels_px : 0);
+  lines += "set title " + plot_lines(panel.title, static_cast<size_t>(title_px / kLetter_px)) +
            "\nset xlabel " + plot_words(panel.x_label) + "\nset ylabel " + plot_words(panel.y_label) + "\n";
   lines += panel.map ? map_of(*panel.map, name, blocks, drawn) : std::string(plot_look());
   if (panel.log_x) lines += "set logscale x\nset format x '%g'\n";

@@ -82,14 +82,23 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
     const auto [x, y] = plot_ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value);
     panel.add("", x, y, kPlotWhite);
   }
-  for (const lump::Estimate& each : e.lumps) {
+  std::string words;
+  for (size_t i = 0; i < e.lumps.size(); ++i) {
+    const lump::Estimate& each = e.lumps[i];
     if (!std::isfinite(each.size_mm.value)) continue;
     const auto [x, y] =
         plot_ellipse(each.x_mm.value, each.y_mm.value, each.size_mm.value, each.size_mm.value);
-    panel.add(palpate::text("%.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", each.size_mm.value,
-                            each.depth_mm.value, each.stiffness_ratio.low, each.stiffness_ratio.high),
-              x, y, kPlotWhite);
+    panel.add("", x, y, kPlotWhite);
+    // Beside its circle, not on the peak.
+    PlotCurve& number = panel.add("", {each.x_mm.value}, {each.y_mm.value + 0.65 * each.size_mm.value},
+                                  kPlotWhite, PlotCurve::Style::Words);
+    number.words = {std::to_string(i + 1)};
+    number.size = 1;
+    words += palpate::text("%s%zu: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", words.empty() ? "" : "; ",
+                           i + 1, each.size_mm.value, each.depth_mm.value, each.stiffness_ratio.low,
+                           each.stiffness_ratio.high);
   }
+  if (!words.empty()) panel.title = words;
   return {.panels = {panel}, .width_px = 760, .height_px = 600};
 }
 
