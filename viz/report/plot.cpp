@@ -68,7 +68,7 @@ std::string tics_of(const char* axis, const PlotTics& tics, const PlotRange& ran
         " " + plot_number(place);
   }
   return std::string("set ") + axis + "tics " + (crowded && !words ? "rotate by 40 right " : "") + "(" +
-         list + ")" + (crowded && words ? " font ',9'\nset bmargin 5\n" : "\n");
+         list + ")" + (crowded && words ? " font ',9'\nset bmargin 6\nset xlabel offset 0,-1.5\n" : "\n");
 }
 
 std::string words_block(const std::string& name, const PlotCurve& curve) {
@@ -133,6 +133,12 @@ std::pair<double, double> ends_of(const std::vector<double>& values) {
   return ends;
 }
 
+/// From border to border along x.
+PlotRange cells_of(const PlotMap& map) {
+  const double half = map.columns * map.pitch_x / 2;
+  return {{map.x - half, map.x + half}};
+}
+
 /// Settings of a map; what draws it.
 std::string map_of(const PlotMap& map, const std::string& name, std::string& blocks, std::string& drawn) {
   std::vector<std::vector<double>> columns(3);
@@ -168,7 +174,7 @@ std::string panel_of(const PlotPanel& panel, const std::string& name, double wid
   constexpr double kLabels_px = 100;  // at the left
   const double axis_px = width_px - beside_px - kLabels_px;
   // A title is centred above the axes, which a bar of colours moves to the left.
-  const double title_px = width_px - beside_px - (panel.map ? kLabels_px : 0);
+  const double title_px = width_px - beside_px - (panel.map ? kLabels_px / 2 : 0);
   lines += "set title " + plot_lines(panel.title, static_cast<size_t>(title_px / kLetter_px)) +
            "\nset xlabel " + plot_words(panel.x_label) + "\nset ylabel " + plot_words(panel.y_label) + "\n";
   lines += panel.map ? map_of(*panel.map, name, blocks, drawn) : std::string(plot_look());
@@ -182,7 +188,8 @@ std::string panel_of(const PlotPanel& panel, const std::string& name, double wid
         "0\nset zlabel " +
         plot_words(panel.z_label) + " rotate parallel\n" + range_of("z", {}, panel.down);
   lines += range_of("x", panel.x_range) + range_of("y", panel.y_range, panel.down && !space) +
-           tics_of("x", panel.x_tics, panel.x_range, axis_px, panel.log_x) +
+           (panel.map ? tics_of("x", panel.x_tics, cells_of(*panel.map), axis_px - kLabels_px, false)
+                      : tics_of("x", panel.x_tics, panel.x_range, axis_px, panel.log_x)) +
            tics_of("y", panel.y_tics, panel.y_range, axis_px, panel.log_y);
   if (!panel.map)
     lines += palpate::text("set offsets 0, graph %g, graph %g, 0\n", panel.room_right, panel.room_above);
