@@ -141,8 +141,8 @@ Score score_of(const std::vector<Judged>& judged) {
   Score score;
   std::array<std::vector<double>, 3> errors, determined;
   std::array<size_t, 3> covered{};
-  std::vector<double> walls, young_errors;
-  size_t young_covered = 0;
+  std::vector<double> walls, young_errors, place_errors;
+  size_t young_covered = 0, place_covered = 0;
   size_t shapes_right = 0, found = 0, goal_found = 0, plain_right = 0;
   std::array<std::array<std::vector<double>, 3>, kRatioEdges.size() - 1> by_ratio;
   for (const Judged& j : judged) {
@@ -181,6 +181,13 @@ Score score_of(const std::vector<Judged>& judged) {
       errors[p].push_back(error);
       if (e.verdict == Status::Found) determined[p].push_back(error);
     }
+    const std::array<double, 2>& offset = j.truth.offset_mm;
+    for (size_t axis = 0; axis < 2 && reports_numbers(e.verdict) && (offset[0] != 0 || offset[1] != 0);
+         ++axis) {
+      const Value& place = axis == 0 ? e.x_mm : e.y_mm;
+      place_errors.push_back(std::abs(place.value - offset[axis]));
+      place_covered += offset[axis] >= place.low && offset[axis] <= place.high;
+    }
     ++score.shapes[static_cast<size_t>(j.truth.shape)][static_cast<size_t>(e.shape)];
     shapes_right += j.truth.shape == e.shape;
   }
@@ -206,6 +213,10 @@ Score score_of(const std::vector<Judged>& judged) {
   score.goal_sensitivity = fraction(goal_found, score.goal_lumps);
   score.specificity = fraction(plain_right, score.plain);
   score.roc = roc_of(judged);
+  score.places = place_errors.size();
+  score.place_median_mm = quantile(place_errors, 0.5);
+  score.place_ninetieth_mm = quantile(place_errors, 0.9);
+  score.place_coverage = fraction(place_covered, score.places);
   score.tissues = young_errors.size();
   score.young_median = quantile(young_errors, 0.5);
   score.young_ninetieth = quantile(young_errors, 0.9);
@@ -226,6 +237,11 @@ std::string score_text(const Score& s) {
   row("90 % of errors below", s.ninetieth);
   row("median, where found", s.determined_median);
   row("intervals hold", s.coverage);
+  if (s.places > 0)
+    text += palpate::text(
+        "\ncentre off the middle, along x and y: median error %.2f mm, 90 %% of errors below %.2f mm, "
+        "intervals hold %.0f %% of %zu\n",
+        s.place_median_mm, s.place_ninetieth_mm, 100 * s.place_coverage, s.places);
   if (s.tissues > 0)
     text += palpate::text(
         "\nmodulus by the way of the plate: median error %.1f %%, 90 %% of errors below %.1f %%, intervals "
@@ -284,6 +300,11 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
       {"p90_error", three(s.ninetieth)},
       {"median_error_where_found", three(s.determined_median)},
       {"coverage", three(s.coverage)},
+      {"place",
+       {{"median_error_mm", s.place_median_mm},
+        {"p90_error_mm", s.place_ninetieth_mm},
+        {"coverage", s.place_coverage},
+        {"places", s.places}}},
       {"shape_rate", s.shape_rate},
       {"shapes", s.shapes},
       {"sensitivity", s.sensitivity},

@@ -59,6 +59,9 @@ struct Score {
   std::array<double, 3> median{}, ninetieth{};  ///< relative errors of size, depth, ratio (2 <= ratio <= 20)
   std::array<double, 3> coverage{};             ///< of the intervals
   std::array<double, 3> determined_median{};    ///< of those with verdict Found alone
+  /// Of the centre, along x and y alike: errors, and coverage of lumps with numbers off the middle.
+  double place_median_mm = 0, place_ninetieth_mm = 0, place_coverage = 0;
+  size_t places = 0;  ///< of those, two a lump
   std::vector<ErrorRange> by_ratio;
   std::array<std::array<size_t, 4>, 4> shapes{};  ///< truth x answer, by InclusionShape
   double shape_rate = 0;

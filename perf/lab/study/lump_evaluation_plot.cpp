@@ -25,7 +25,7 @@ std::string table(const std::vector<lump::Judged>& judged) {
       "size_"
       "estimate_mm,size_low_mm,"
       "size_high_mm,depth_estimate_mm,depth_low_mm,depth_high_mm,ratio_estimate,ratio_low,ratio_high,x_"
-      "estimate_mm,y_estimate_mm,"
+      "estimate_mm,x_low_mm,x_high_mm,y_estimate_mm,y_low_mm,y_high_mm,"
       "shape_estimate,shape_probability,wall_ms\n";
   for (const lump::Judged& j : judged) {
     const auto cell = [&csv](double v, bool there = true) {
@@ -44,8 +44,8 @@ std::string table(const std::vector<lump::Judged>& judged) {
     const bool seen = e.detection_statistic >= 1;
     for (const lump::Value& v : values_of(e))
       for (const double part : {v.value, v.low, v.high}) cell(part, seen);
-    cell(e.x_mm.value, seen);
-    cell(e.y_mm.value, seen);
+    for (const lump::Value& v : {e.x_mm, e.y_mm})
+      for (const double part : {v.value, v.low, v.high}) cell(part, seen);
     csv += (seen ? to_string(e.shape) : "") + std::string(",");
     cell(e.shape_probability[static_cast<size_t>(e.shape)], seen);
     csv += plot_number(1e3 * e.wall_s) + "\n";
