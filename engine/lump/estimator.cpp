@@ -34,10 +34,12 @@ void hold_against(const Estimate& network, Estimate& direct) {
 
 }  // namespace
 
-Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads) {
-  return [network = std::move(network), threads](const Observation& observation) {
+Inverse direct_inverse(std::shared_ptr<const Network> network, const LongRun& run) {
+  return [network = std::move(network), run](const Observation& observation) {
     DirectInversionOptions options;
-    options.model.threads = threads;
+    options.model.threads = run.threads;
+    options.stop = run.stop;
+    options.most_work = run.most_work;
     options.emulator = network->shared_model();
     Estimate first = network->estimate(observation);
     estimate_pair(network->model(), observation, first);
@@ -55,6 +57,7 @@ Inverse direct_inverse(std::shared_ptr<const Network> network, uint32_t threads)
         options.starts.push_back({start, first.shape_probability[s]});
       }
     }
+    options.otherwise = first;
     Estimate estimate = invert_directly(observation, options);
     if (reports_numbers(first.verdict) && reports_numbers(estimate.verdict)) hold_against(first, estimate);
     return estimate;
@@ -66,7 +69,7 @@ std::shared_ptr<const Network> load_network(const std::string& file) {
 }
 
 Estimator named_estimator(const std::string& method, std::shared_ptr<const Network> network,
-                          const ErrorSources& sources, uint32_t threads) {
+                          const ErrorSources& sources, const LongRun& run) {
   const auto by = [&network](Method how) -> Inverse {
     return [network, how](const Observation& observation) {
       Estimate estimate = network->estimate(observation, how);
@@ -74,9 +77,10 @@ Estimator named_estimator(const std::string& method, std::shared_ptr<const Netwo
       return estimate;
     };
   };
-  if (method == "direct") return {direct_inverse(network, threads), sources, by(Method::Network)};
-  if (method == "network") return {by(Method::Network), sources};
-  if (method == "refined") return {by(Method::Refined), sources};
+  const auto stopped_by = [&run](const Estimator& estimator) { return estimator.until(run.stop); };
+  if (method == "direct") return stopped_by({direct_inverse(network, run), sources, by(Method::Network)});
+  if (method == "network") return stopped_by({by(Method::Network), sources});
+  if (method == "refined") return stopped_by({by(Method::Refined), sources});
   throw Error(Failure::Usage, "the method network, refined or direct", "'" + method + "'", "network");
 }
 

@@ -30,11 +30,11 @@ double ConjugateGradients::norm(const std::vector<double>& a) const {
 
 uint32_t ConjugateGradients::run(const Product& product, const Preconditioner& preconditioner,
                                  std::vector<double>& residual, std::vector<double>& x, double target,
-                                 uint32_t most) {
+                                 uint32_t most, const StopAsked& stop) {
   const auto size = static_cast<uint32_t>(residual.size());
   double left = norm(residual), previous = 0;
   uint32_t iterations = 0;
-  while (left > target && iterations < most) {
+  while (left > target && iterations < most && !(stop && stop())) {
     // The preconditioner works on numbers near 1 whatever the unit.
     const double scale = left / std::sqrt(static_cast<double>(size));
     team_.run([&](uint32_t part) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/base/stop.h"
 #include "engine/base/work_team.h"
 
 namespace palpate {
@@ -19,9 +20,9 @@ class ConjugateGradients {
 
   /// Adds to x about K^-1 residual and takes K times it off the residual, until the residual's norm is
   /// `target` or less. Ends before where a curvature is not positive, which is rounding or a K that is not
-  /// positive definite. Returns the iterations done, `most` at most.
+  /// positive definite, and once `stop` says so. Returns the iterations done, `most` at most.
   uint32_t run(const Product& product, const Preconditioner& preconditioner, std::vector<double>& residual,
-               std::vector<double>& x, double target, uint32_t most);
+               std::vector<double>& x, double target, uint32_t most, const StopAsked& stop = {});
 
   double norm(const std::vector<double>& a) const;
   uint64_t bytes() const { return direction_.size() * (2 * sizeof(double) + 2 * sizeof(float)); }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/base/stop.h"
 #include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/network/model.h"
 #include "engine/lump/network/network.h"
@@ -183,7 +184,7 @@ TEST(DirectInversion, AWrongEmulatorLeadsToTheSameLump) {
   }
   EXPECT_NEAR(std::log(led[1].size_mm.value / led[0].size_mm.value), 0, 0.004);
   EXPECT_NEAR(std::log(led[1].depth_mm.value / led[0].depth_mm.value), 0, 0.008);
-  EXPECT_NEAR(std::log(led[1].stiffness_ratio.value / led[0].stiffness_ratio.value), 0, 0.03);
+  EXPECT_NEAR(std::log(led[1].stiffness_ratio.value / led[0].stiffness_ratio.value), 0, 0.04);
 }
 
 TEST(DirectInversion, TheEmulatorSeesNothingInTissueAloneButSmallLumps) {
@@ -198,6 +199,71 @@ TEST(DirectInversion, TheEmulatorSeesNothingInTissueAloneButSmallLumps) {
   const lump::Estimate found = invert_directly(read(press(small, {1.5, 3}), 0.01), options);
   EXPECT_TRUE(reports_numbers(found.verdict)) << found.detection_statistic;
   EXPECT_TRUE(holds(found.size_mm, 5)) << found.size_mm.low << " to " << found.size_mm.high;
+}
+
+TEST(DirectInversion, EndsSoonAfterItIsStopped) {
+  const lump::Observation observation = read(press(lump(), {1.5, 3}), 0.002);
+  lump::DirectInversionOptions options = quick();
+  options.emulator = emulator();
+  options.starts = {{ball(9, 4.4, 7), 0.6}, {ball(9, 4.4, 7), 0.4}};
+  options.starts[1].lump.shape = InclusionShape::Cylinder;
+  size_t asked = 0, until = 100000000;
+  options.stop = [&] { return ++asked > until; };
+  EXPECT_TRUE(reports_numbers(invert_directly(observation, options).verdict));
+  const size_t all = asked;
+  EXPECT_GT(all, 300u) << "at each iteration of the elements";
+  for (const size_t part : {0, 1, 4, 7, 9}) {
+    until = all * part / 10;
+    asked = 0;
+    EXPECT_THROW(invert_directly(observation, options), Stopped);
+    EXPECT_EQ(asked, until + 1) << "nothing is begun after it";
+  }
+}
+
+TEST(DirectInversion, ALimitOfWorkEndsItAndIsReported) {
+  const lump::Observation observation = read(press(lump(), {1.5, 3}), 0.002);
+  lump::DirectInversionOptions options = quick();
+  options.emulator = emulator();
+  options.starts = {{ball(9, 4.4, 7), 1}};
+  const auto told = [](const lump::Estimate& estimate) {
+    return std::any_of(estimate.reasons.begin(), estimate.reasons.end(), [](const std::string& reason) {
+      return reason.find("limit of work") != std::string::npos;
+    });
+  };
+  const lump::Estimate whole = invert_directly(observation, options);
+  ASSERT_TRUE(reports_numbers(whole.verdict));
+  EXPECT_FALSE(told(whole));
+  // Less than one press takes: no lump is reported, nor that there is none.
+  options.most_work = 1000;
+  const lump::Estimate nothing = invert_directly(observation, options);
+  EXPECT_EQ(nothing.verdict, lump::Status::Unusable);
+  EXPECT_TRUE(told(nothing));
+  // The other method's answer stands.
+  lump::Estimate other = whole;
+  other.method = "network";
+  other.size_mm = {10.2, 9, 12};
+  options.otherwise = other;
+  const lump::Estimate stands = invert_directly(observation, options);
+  EXPECT_EQ(stands.method, "network");
+  EXPECT_EQ(stands.verdict, whole.verdict);
+  EXPECT_EQ(stands.size_mm.value, 10.2);
+  EXPECT_TRUE(told(stands));
+  // Enough for the first shape and not for the second: intervals hold the other method's.
+  const lump::Estimate again = invert_directly(observation, options);
+  EXPECT_EQ(again.size_mm.value, stands.size_mm.value) << "the same work each time";
+  options.starts.push_back(options.starts[0]);
+  options.starts[0].odds = 0.6;
+  options.starts[1].odds = 0.4;
+  options.starts[1].lump.shape = InclusionShape::Cylinder;
+  for (options.most_work = 2e5; options.most_work < 1e9; options.most_work *= 1.3) {
+    const lump::Estimate part = invert_directly(observation, options);
+    if (part.method == "network") continue;
+    EXPECT_TRUE(told(part)) << options.most_work;
+    EXPECT_LE(part.size_mm.low, 9);
+    EXPECT_GE(part.size_mm.high, 12);
+    EXPECT_NEAR(part.size_mm.value, whole.size_mm.value, 0.3);
+    break;
+  }
 }
 
 TEST(DirectInversion, WhatCannotBeReadIsUnusable) {

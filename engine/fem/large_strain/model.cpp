@@ -81,7 +81,8 @@ uint32_t LargeStrainModel::correct(double target_fraction, std::vector<double>& 
   std::fill(correction.begin(), correction.end(), 0.0);
   return gradients_.run([this](const double* in, double* out) { cells_.apply(in, out, &fixed_, team_); },
                         [this](const float* in, float* out) { multigrid_.precondition(in, out); }, residual_,
-                        correction, target_fraction * gradients_.norm(residual_), kMostGradients);
+                        correction, target_fraction * gradients_.norm(residual_), kMostGradients,
+                        options_.stop);
 }
 
 /// How deep the plate is over a node of the top, where that has gone.
@@ -132,7 +133,7 @@ bool LargeStrainModel::search(double press_mm, std::vector<double>& u, std::vect
   tangent_fresh_ = false;
   uint32_t worse = 0;
   for (uint32_t round = 0; open > options_.residual; ++round) {
-    if (round == kMostNewtonRounds || !std::isfinite(open) || worse == kMostWorse) return false;
+    if (round == kMostNewtonRounds || !std::isfinite(open) || worse == kMostWorse || stopped()) return false;
     cells_.form_tangent(u.data(), pressure, team_);
     ++result.newton_rounds;
     result.iterations += correct(std::max(kCorrectionFraction, 0.3 * options_.residual / open), correction);

@@ -47,6 +47,9 @@ class LargeStrainModel {
   /// The same per mm of the plate.
   PressedSurface change_by_press(LargeStrainResult& result);
 
+  /// The options' stop says so: what was not finished is of no use.
+  bool stopped() const { return options_.stop && options_.stop(); }
+
   const CellGrid& grid() const { return grid_; }
   bool quarter() const { return quarter_; }
 

@@ -61,9 +61,9 @@ bool PlatePress::to_force(double force_N) {
 
 // One step, shorter where the search does not end; afterwards steps grow again.
 bool PlatePress::try_step(double to_mm) {
-  if (options_.stop && options_.stop()) return false;
+  if (model_.stopped()) return false;
   for (uint32_t cut = 0; !model_.move_to(to_mm, result_); ++cut) {
-    if (cut == options_.most_cuts) return false;
+    if (cut == options_.most_cuts || model_.stopped()) return false;
     ++result_.cuts;
     to_mm = (to_mm + model_.press_mm()) / 2;
     step_mm_ = std::abs(to_mm - model_.press_mm());

@@ -3,12 +3,12 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/base/stop.h"
 #include "engine/fem/large_strain/fitted_grid.h"
 #include "engine/fem/scene.h"
 
@@ -31,7 +31,9 @@ struct LargeStrainOptions {
   /// Cells of the scene's that follow its inclusion's surface as the inclusion's own. None: cells are
   /// straight bricks, and those on the border are as stiff as their fraction of both.
   std::optional<InclusionCells> lump_cells;
-  std::function<bool()> stop;  ///< asked between steps; true: the press ends there
+  /// Asked at each step, each round of Newton's search and each iteration within it; true: the press ends
+  /// there. It may throw as well.
+  StopAsked stop;
 };
 
 /// The block at one load.

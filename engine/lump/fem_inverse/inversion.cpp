@@ -28,6 +28,10 @@ constexpr double kRivalLikelihood =
 constexpr double kCurved = 0.2;
 // Detection statistic by the emulator up to which finite elements would not make it 1.
 constexpr double kNearlyNothing = 0.6;
+// chi2 above the best shape's from which on another is not followed: what the emulator expects of a shape may
+// be off by much of it.
+constexpr double kOutdone = 100;
+constexpr const char* kSpent = "the finite elements reached their limit of work before the search converged";
 constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
 
 void check_reading(const Observation& observation) {
@@ -166,19 +170,29 @@ class Inversion {
     return answer;
   }
 
-  ShapeAnswer from(const DirectInversionOptions::Start& start) {
+  /// The best lump near a start, and what it is worth. chi2 above `most_chi2`, odds included, is not
+  /// followed. `like`: another start's answer, null for none, which the first look at this one is corrected
+  /// as.
+  ShapeAnswer from(const DirectInversionOptions::Start& start, double most_chi2, const ShapeAnswer* like) {
     ShapeAnswer answer = unanswered(start);
-    if (usable(answer)) {
-      Case::Lump guess = start.lump;
-      if (options_.model.centred) guess.offset_mm = {0, 0};
-      answer.best = search_.state_at(search_.moved(guess, LumpStep::Zero()));
-      if (answer.best)
-        settle(answer);
-      else
-        summarise(answer, Status::Unusable, "the model found no equilibrium at these forces");
-    }
+    if (!usable(answer)) return answer;
+    Case::Lump guess = start.lump;
+    if (options_.model.centred) guess.offset_mm = {0, 0};
+    if (guess.shape == InclusionShape::Ellipsoid || guess.shape == InclusionShape::LyingCylinder)
+      guess.along_y = search_.lies_along_y(guess);
+    answer.best = search_.state_at(search_.moved(guess, LumpStep::Zero()), like ? &*like->best : nullptr);
+    if (answer.best)
+      settle(answer, most_chi2);
+    else
+      summarise(answer, Status::Unusable,
+                spent() ? kSpent : "the model found no equilibrium at these forces");
     return answer;
   }
+
+  /// chi2 above an answer's from which on others are outdone.
+  double outdone(const ShapeAnswer& by) const { return kOutdone * std::max(1.0, reduced_chi_square(by)); }
+
+  bool spent() const { return search_.spent(); }
 
   /// Intervals from the likelihood along the ratio, where the curvature says too little of it.
   void follow_ratio(ShapeAnswer& answer) {
@@ -232,10 +246,9 @@ class Inversion {
     if (!reason.empty()) answer.estimate.reasons.push_back(reason);
   }
 
-  /// The best lump near the answer's, and what it is worth.
-  void settle(ShapeAnswer& answer) {
-    const bool settled = search_.settle(*answer.best);
-    judge(answer, settled);
+  void settle(ShapeAnswer& answer, double most_chi2 = HUGE_VAL) {
+    const DirectSearch::Settled settled = search_.settle(*answer.best, most_chi2 - answer.odds_chi2);
+    judge(answer, settled != DirectSearch::Settled::No);
   }
 
   void judge(ShapeAnswer& answer, bool settled) {
@@ -250,6 +263,7 @@ class Inversion {
     if (const std::optional<double> nothing = search_.without_lump(best))
       estimate.detection_statistic = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, reduced));
     std::string line;
+    if (!settled && spent()) return summarise(answer, Status::Unusable, kSpent);
     if (estimate.detection_statistic < 1)
       return summarise(answer, Status::NoLump, "tissue alone answers as well, but for chance");
     if (!settled) {
@@ -281,6 +295,41 @@ double likelihood(const ShapeAnswer& answer, const ShapeAnswer& best) {
   return answer.reports() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
 }
 
+/// Answers of all starts. The likeliest is settled first: others end where they cannot come near it any more.
+std::vector<ShapeAnswer> settled_shapes(Inversion& inversion,
+                                        std::vector<DirectInversionOptions::Start> starts) {
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const auto& a, const auto& b) { return a.odds > b.odds; });
+  std::vector<ShapeAnswer> answers;
+  answers.reserve(starts.size());
+  for (const DirectInversionOptions::Start& start : starts) {
+    const auto best = std::min_element(answers.begin(), answers.end(), better);
+    const bool any = best != answers.end() && best->reports();
+    answers.push_back(inversion.from(start, any ? best->chi2() + inversion.outdone(*best) : HUGE_VAL,
+                                     any ? &*best : nullptr));
+  }
+  return answers;
+}
+
+/// What is reported where the elements reached their limit of work.
+Estimate at_limit(Estimate direct, const std::optional<Estimate>& otherwise) {
+  if (!reports_numbers(direct.verdict)) {
+    if (direct.verdict != Status::Unusable || !otherwise) return direct;
+    direct = *otherwise;
+    direct.reasons.push_back(text("%s: this is the %s's answer", kSpent, otherwise->method.c_str()));
+    return direct;
+  }
+  const bool known = otherwise && reports_numbers(otherwise->verdict);
+  if (known) {
+    widen(direct.size_mm, otherwise->size_mm);
+    widen(direct.depth_mm, otherwise->depth_mm);
+    widen(direct.stiffness_ratio, otherwise->stiffness_ratio);
+  }
+  direct.reasons.push_back("the finite elements reached their limit of work before all was asked" +
+                           (known ? ": intervals hold those of the " + otherwise->method : std::string()));
+  return direct;
+}
+
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
@@ -300,9 +349,7 @@ Estimate invert_directly(const Observation& observation, const DirectInversionOp
       return nothing->estimate;
     }
   }
-  std::vector<ShapeAnswer> answers;
-  answers.reserve(starts.size());
-  for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));
+  std::vector<ShapeAnswer> answers = settled_shapes(inversion, starts);
   const ShapeAnswer settled = *std::min_element(answers.begin(), answers.end(), better);
   for (ShapeAnswer& answer : answers)
     if (likelihood(answer, settled) >= kRivalLikelihood) inversion.follow_ratio(answer);
@@ -324,8 +371,9 @@ Estimate invert_directly(const Observation& observation, const DirectInversionOp
                                  " answers as well: intervals hold both");
     }
     for (double& probability : estimate.shape_probability) probability /= sum;
-    open_wide_ratio(estimate);
   }
+  if (inversion.spent()) estimate = at_limit(std::move(estimate), options.otherwise);
+  open_wide_ratio(estimate);
   estimate.wall_s = seconds_since(begin);
   return estimate;
 }

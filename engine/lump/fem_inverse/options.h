@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "engine/base/stop.h"
 #include "engine/lump/fem_inverse/response.h"
+#include "engine/lump/observation/observation.h"
 
 namespace palpate::lump {
 
@@ -25,6 +28,12 @@ struct DirectInversionOptions {
   /// from it is added. Null: elements alone.
   std::shared_ptr<const Model> emulator;
   uint32_t most_rounds = 16;
+  /// Limit of what the elements do about lumps, see Effort; 0: none. Tissue alone is pressed in any case.
+  double most_work = 0;
+  /// Another method's answer, which stands where that limit ends the search before it has a lump, and whose
+  /// intervals are added where it ends after it.
+  std::optional<Estimate> otherwise;
+  StopAsked stop;                  ///< asked many times a second
   double gauge_fraction = 0.001;   ///< standard deviation of a force of the observation
   double young_fraction = 0.01;    ///< of the tissue's modulus
   double model_fraction = 0.0015;  ///< of the observation's peak, what the elements' own values are off

@@ -48,13 +48,14 @@ struct CellsChange {
 
 /// One grid's answers, and with `into` their derivatives.
 bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, uint32_t times,
-           const ResponseOptions& options, Eigen::VectorXd& values, Prediction* into) {
+           const ResponseOptions& options, Effort& effort, Eigen::VectorXd& values, Prediction* into) {
+  if (effort.spent()) return false;
   const Observation& observation = nodes.observation();
   const Pressing pressing(observation, lump ? std::optional(lump->lump) : std::nullopt, options, times);
-  fem::LargeStrainOptions solver = solver_options(options);
   const fem::Scene scene = pressing.scene();
   const bool quarter = (into == nullptr || options.centred) && symmetric(scene) &&
                        (!lump || lump->cells.times(times).in_middle(scene.cells));
+  fem::LargeStrainOptions solver = solver_options(options, effort.watch(count_cells(scene, quarter), true));
   solver.quarter = quarter;
   std::optional<fem::CellGrid> grid;
   std::vector<CellsChange> by_unknown;
@@ -83,7 +84,7 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
   }
   for (Eigen::Index l = 0; l < loads; ++l) {
     const double force = observation.force_N[static_cast<size_t>(l)];
-    if (!plate.to({std::nullopt, force})) return false;
+    if (effort.spent() || !plate.to({std::nullopt, force})) return false;
     const fem::PressedSurface surface = model.surface();
     values.segment(l * count, count) = read(surface, nodes, pressing.turned);
     if (into == nullptr) continue;
@@ -101,7 +102,7 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
     into->by_modulus.segment(l * count, count) =
         values.segment(l * count, count) - into->by_force.col(l).segment(l * count, count);
   }
-  return true;
+  return !effort.spent();
 }
 
 }  // namespace
@@ -117,9 +118,9 @@ bool matches(const fem::InclusionCells& cells, const Observation& observation, c
 }
 
 Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                   const ResponseOptions& options, bool derivatives) {
+                   const ResponseOptions& options, bool derivatives, Effort& effort) {
   Prediction prediction;
-  prediction.converged = press(nodes, lump, options.searched, options, prediction.pressure_Pa,
+  prediction.converged = press(nodes, lump, options.searched, options, effort, prediction.pressure_Pa,
                                derivatives ? &prediction : nullptr);
   return prediction;
 }

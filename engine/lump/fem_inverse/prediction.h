@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "engine/lump/fem_inverse/effort.h"
 #include "engine/lump/fem_inverse/response.h"
 
 namespace palpate::lump {
@@ -16,8 +17,8 @@ bool matches(const fem::InclusionCells& cells, const Observation& observation, c
 /// Presses the lump's block (`lump` empty: tissue alone) to the observation's forces, on the grid that is
 /// searched.
 /// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
-/// follow the lump. Throws as solve_large_strain().
+/// follow the lump, or all effort is spent. Throws as solve_large_strain(), and Stopped.
 Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                   const ResponseOptions& options, bool derivatives);
+                   const ResponseOptions& options, bool derivatives, Effort& effort);
 
 }  // namespace palpate::lump

@@ -1,6 +1,7 @@
 #include "engine/lump/fem_inverse/pressing.h"
 
 #include <cmath>
+#include <utility>
 
 #include "engine/fem/large_strain/extrapolation.h"
 
@@ -27,12 +28,17 @@ Pressing::Pressing(const Observation& observation, const std::optional<Case::Lum
   turned = lump && lump->along_y;
 }
 
-fem::LargeStrainOptions solver_options(const ResponseOptions& options) {
+fem::LargeStrainOptions solver_options(const ResponseOptions& options, StopAsked stop) {
   fem::LargeStrainOptions solver;
   solver.residual = options.residual;
   solver.step_mm = options.step_mm;
   solver.threads = options.threads;
+  solver.stop = std::move(stop);
   return solver;
+}
+
+size_t count_cells(const fem::Scene& scene, bool quarter) {
+  return size_t{scene.cells[0]} * scene.cells[1] * scene.cells[2] / (quarter ? 4 : 1);
 }
 
 Eigen::VectorXd read(const fem::PressedSurface& surface, const ComparedNodes& nodes, bool turned) {

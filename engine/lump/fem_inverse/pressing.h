@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "engine/base/stop.h"
 #include "engine/fem/large_strain/press.h"
 #include "engine/fem/large_strain/pressed_surface.h"
 #include "engine/lump/fem_inverse/response.h"
@@ -27,7 +28,11 @@ struct Pressing {
   fem::Scene scene() const { return scene_of(block, block_mm, poisson, cells); }
 };
 
-fem::LargeStrainOptions solver_options(const ResponseOptions& options);
+/// `stop`: see Effort::watch().
+fem::LargeStrainOptions solver_options(const ResponseOptions& options, StopAsked stop);
+
+/// Cells that a press solves: of a quarter where that represents the whole.
+size_t count_cells(const fem::Scene& scene, bool quarter);
 
 /// Pressure, Pa, of each node that is compared: the mean over a square of the pitch around it.
 Eigen::VectorXd read(const fem::PressedSurface& surface, const ComparedNodes& nodes, bool turned);

@@ -6,7 +6,8 @@
 namespace palpate::lump {
 namespace {
 
-constexpr uint32_t kMostRelaxing = 4, kMostEmulatedSteps = 12, kMostTimesAsked = 6;
+constexpr uint32_t kMostRelaxing = 4, kMostEmulatedSteps = 12, kMostTimesAsked = 6,
+                   kMostWholeBlocks = 3;  // off the middle, at four times the cost
 constexpr double kLeastStep = kAlongRatio.low / 2;
 constexpr double kBeyond = 1.05;   // the end that a line expects, so that a step passes it
 constexpr double kFurthest = 4;    // times the way that is known, where a line leads beyond it
@@ -72,11 +73,11 @@ std::optional<DirectSearch::State> DirectSearch::RatioWalk::expected_end(Place h
 }
 
 std::optional<DirectSearch::RatioWalk::Place> DirectSearch::RatioWalk::ask(State at) {
-  const bool asked = search_.cells_match(at) ? search_.press(at, false) : search_.correct(at);
+  const bool asked = search_.cells_match(at) ? search_.press(at, AskedGrids::Searched) : search_.correct(at);
   if (!asked) return std::nullopt;
   Place there = relaxed(std::move(at));
   if (there.risen > kNearEnd * wanted_ || any_ratio(there.state.lump) || lower(there.state)) {
-    if (!search_.press(there.state, true)) return std::nullopt;
+    if (!search_.press(there.state, AskedGrids::All)) return std::nullopt;
     there = relaxed(std::move(there.state));
   }
   return there;
@@ -86,7 +87,9 @@ DirectSearch::RatioEnd DirectSearch::RatioWalk::end() {
   const double all_ratios = std::log(kRatioRange.high / kRatioRange.low);
   RatioEnd end{search_.moved(best_.lump, LumpStep::Unit(kLnRatio) * (direction_ * all_ratios)), std::nullopt};
   Place pressed{best_, 0};
-  for (uint32_t asked = 0; asked < kMostTimesAsked; ++asked) {
+  const uint32_t most =
+      best_.cells.in_middle(search_.options_.model.cells) ? kMostTimesAsked : kMostWholeBlocks;
+  for (uint32_t asked = 0; asked < most; ++asked) {
     std::optional<State> expected = expected_end(pressed);
     std::optional<Place> there = expected ? ask(std::move(*expected)) : std::nullopt;
     if (!there) break;
@@ -102,7 +105,7 @@ DirectSearch::RatioEnd DirectSearch::RatioWalk::end() {
     // Where no more is asked, a line leads on.
     end.lump = on_line(there->state, std::min(kFurthest, wanted_ / std::max(there->risen, 1e-9)));
     if (there->risen > kNearEnd * wanted_) break;
-    search_.lean_on({{*pressed.state.pressed, pressed.state.beyond_Pa}}, there->state);
+    search_.lean_on({asked_of(pressed.state)}, there->state);
     search_.emulate(there->state);
     search_.judge(there->state);
     pressed = std::move(*there);

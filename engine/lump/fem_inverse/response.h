@@ -51,6 +51,9 @@ struct Prediction {
 /// with the lump that predictions of others nearby share it. Zeros where there is but one grid.
 struct GridCorrection {
   Eigen::VectorXd add_Pa;
+  /// The part of it that the grids finer than the one that is searched say. It changes slowest, and they cost
+  /// most: further lumps share it. Empty: they were not asked.
+  Eigen::VectorXd finer_Pa;
   /// Uncertainty of the correction: how much less would be added without the coarsest of three or more; of
   /// two, if errors shrank with the cells' power of 1.8 instead of their square.
   Eigen::VectorXd open_Pa;

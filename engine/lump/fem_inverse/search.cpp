@@ -59,7 +59,8 @@ DirectSearch::DirectSearch(const Observation& observation, const DirectInversion
       options_(options),
       nodes_(observation, options.model.rim_mm),
       emulator_(options.emulator, nodes_),
-      series_(nodes_, options.model),
+      effort_(options.most_work, options.stop),
+      series_(nodes_, options.model, effort_),
       wanted_(nodes_.values()),
       doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
   const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
@@ -87,7 +88,7 @@ std::optional<DirectSearch::State> DirectSearch::moved_to(const Case::Lump& lump
     if (!emulator_.reaches(lump)) return std::nullopt;
     emulate(state);
   } else {
-    state.prediction = predict(nodes_, FittedLump{lump, from.cells}, options_.model, true);
+    state.prediction = predict(nodes_, FittedLump{lump, from.cells}, options_.model, true, effort_);
     if (!state.prediction.converged) return std::nullopt;
     state.prediction.pressure_Pa += state.grids->add_Pa;
   }
@@ -96,16 +97,15 @@ std::optional<DirectSearch::State> DirectSearch::moved_to(const Case::Lump& lump
 }
 
 // The elements at the state's lump, in its cells.
-bool DirectSearch::press(State& state, bool all_grids) {
-  const FittedLump fitted{state.lump, state.cells};
-  const std::optional<GridAnswer> answer =
-      all_grids ? series_.all(fitted) : series_.searched(fitted, *state.grids);
+bool DirectSearch::press(State& state, AskedGrids grids) {
+  const std::optional<GridAnswer> answer = series_.lump({state.lump, state.cells}, grids, state.grids.get());
   if (!answer) return false;
   const Eigen::VectorXd last_Pa = state.grids ? state.grids->add_Pa : Eigen::VectorXd();
-  if (all_grids) {
+  if (grids != AskedGrids::Searched) {
     state.grids = std::make_shared<const GridCorrection>(answer->correction);
     state.corrected = state.lump;
   }
+  if (answer->of_all) state.refined = state.lump;
   if (emulator_.reaches(state.lump) && emulator_.reaches(*answer->lump)) {
     state.pressed = state.lump;
     state.beyond_Pa = answer->searched_Pa + state.grids->add_Pa - emulator_.bump_Pa(*answer->lump);
@@ -123,12 +123,19 @@ bool DirectSearch::press(State& state, bool all_grids) {
   return true;
 }
 
-std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump) {
+std::optional<DirectSearch::State> DirectSearch::fresh_at(const Case::Lump& lump, AskedGrids grids,
+                                                          const State* like) {
   State first;
+  if (like != nullptr) first.grids = like->grids;
   first.lump = lump;
   first.cells = response_cells(observation_, lump, options_.model);
-  if (!press(first, true)) return std::nullopt;
+  if (!press(first, grids)) return std::nullopt;
   return first;
+}
+
+std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump, const State* like) {
+  const bool shared = like != nullptr && like->refined && emulator_.reaches(lump);
+  return fresh_at(lump, shared ? AskedGrids::Coarse : AskedGrids::All, shared ? like : nullptr);
 }
 
 bool DirectSearch::correct(State& state) {
@@ -137,9 +144,12 @@ bool DirectSearch::correct(State& state) {
     if (fresh) state = std::move(*fresh);
     return fresh.has_value();
   }
+  if (!state.emulated()) return press(state, AskedGrids::All);
   const LumpStep way = difference(state.lump, state.corrected).cwiseAbs().cwiseQuotient(kSameGrids);
   const bool near = state.pressed && way.maxCoeff() < kSameEmulated;
-  return press(state, !(state.emulated() && near));
+  // In the middle a quarter is solved: there the finest grids cost little.
+  const AskedGrids far = state.cells.in_middle(options_.model.cells) ? AskedGrids::All : AskedGrids::Coarse;
+  return press(state, near ? AskedGrids::Searched : far);
 }
 
 bool DirectSearch::cells_match(const State& state) const {
@@ -147,7 +157,7 @@ bool DirectSearch::cells_match(const State& state) const {
 }
 
 bool DirectSearch::press_tissue() {
-  if (!tissue_) tissue_ = series_.all(std::nullopt);
+  if (!tissue_) tissue_ = series_.tissue();
   return tissue_.has_value();
 }
 
@@ -282,15 +292,15 @@ bool DirectSearch::settle_by_elements(State& best) {
   return settled;
 }
 
-bool DirectSearch::settle(State& best) {
+DirectSearch::Settled DirectSearch::settle(State& best, double most_chi2) {
   if (best.emulated()) {
-    if (settle_emulated(best)) return true;
+    if (const Settled led = settle_emulated(best, most_chi2); led != Settled::No) return led;
     best.beyond_Pa = {};
     std::optional<State> own = moved_to(best.lump, best);
-    if (!own) return false;
+    if (!own) return Settled::No;
     best = std::move(*own);
   }
-  return settle_by_elements(best);
+  return settle_by_elements(best) ? Settled::Yes : Settled::No;
 }
 
 DirectSearch::RatioEnd DirectSearch::ratio_end_by_elements(const State& best, double direction,

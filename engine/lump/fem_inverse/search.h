@@ -34,7 +34,8 @@ class DirectSearch {
     Case::Lump lump;
     fem::InclusionCells cells;
     std::shared_ptr<const GridCorrection> grids;
-    Case::Lump corrected;               ///< lump that all grids were asked for
+    Case::Lump corrected;               ///< lump that the coarser grids were asked for too
+    std::optional<Case::Lump> refined;  ///< lump of these cells that all grids were asked for
     std::optional<Case::Lump> pressed;  ///< lump that elements were asked for last; none: tissue alone
     Eigen::VectorXd beyond_Pa;          ///< elements less the emulator's bump there; empty: elements alone
     Eigen::MatrixXd beyond_by_unknown;  ///< slopes of that, where others were asked for nearby
@@ -43,10 +44,11 @@ class DirectSearch {
 
     bool emulated() const { return beyond_Pa.size() > 0; }
   };
-  /// In cells of its own, all grids asked. None where there is no equilibrium.
-  std::optional<State> state_at(const Case::Lump& lump);
-  /// Asks the elements again, all grids where the state is a way off from where they were. Whether that gave
-  /// the state new numbers.
+  /// In cells of its own, all grids asked; with `like` the finer ones' part of the correction is that of
+  /// another lump in the same place. None where there is no equilibrium, or no effort left.
+  std::optional<State> state_at(const Case::Lump& lump, const State* like = nullptr);
+  /// Asks the elements again, coarser grids too where the state is a way off from where they were. Whether
+  /// that gave the state new numbers.
   bool correct(State& state);
   /// A lump that the block can hold.
   Case::Lump moved(const Case::Lump& from, const LumpStep& by) const;
@@ -61,9 +63,19 @@ class DirectSearch {
   };
   Step solve(const State& from, double damping, Sought sought) const;
 
-  /// Moves the state to the best lump near it, the elements asked again as often as they change it. False
-  /// where that did not end within the options' rounds.
-  bool settle(State& best);
+  /// Along which axis a long lump lies, by the emulator alone, which fits one of either near the guess; as
+  /// the guess where it does not reach it.
+  bool lies_along_y(const Case::Lump& guess);
+
+  enum class Settled : uint8_t {
+    Yes,
+    No,      ///< not within the options' rounds
+    Outdone  ///< nothing near it is expected to reach the chi2 that was allowed
+  };
+  /// Moves the state to the best lump near it, the elements asked again as often as they change it.
+  Settled settle(State& best, double most_chi2 = HUGE_VAL);
+  /// No effort is left: the elements answer no more.
+  bool spent() const { return effort_.spent(); }
 
   struct RatioEnd {
     Case::Lump lump;             ///< whose chi2 is higher than the best's by what was allowed
@@ -92,20 +104,27 @@ class DirectSearch {
   std::optional<State> moved_to(const Case::Lump& lump, const State& from) const;
   void emulate(State& state) const;
   void judge(State& state) const;
-  bool press(State& state, bool all_grids);
+  bool press(State& state, AskedGrids grids);
+  std::optional<State> fresh_at(const Case::Lump& lump, AskedGrids grids, const State* like);
   bool press_tissue();
   bool cells_match(const State& state) const;
   class RatioWalk;
+  /// What elements that were asked differed from the emulator, but for what the finest grids say.
   struct Asked {
     Case::Lump lump;
     Eigen::VectorXd beyond_Pa;
   };
+  static Asked asked_of(const State& state);
   /// Gives what elements answer beyond the emulator slopes, by other lumps that they were asked for.
   void lean_on(const std::vector<Asked>& others, State& state) const;
   /// Takes these slopes away: the state keeps its numbers.
   static void level(State& state);
   RatioEnd ratio_end_by_elements(const State& best, double direction, double allowed, double step);
-  bool settle_emulated(State& best);
+  /// The best lump by the emulator's bump beyond the pressure of tissue.
+  State best_beyond(const Case::Lump& from, Eigen::VectorXd tissue_Pa, GridCorrection correction);
+  /// All grids were asked near the state.
+  static bool refined(const State& state);
+  Settled settle_emulated(State& best, double most_chi2);
   bool settle_by_elements(State& best);
   Eigen::MatrixXd doubted(const State& state) const;
 
@@ -113,6 +132,7 @@ class DirectSearch {
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
   EmulatedSlopes emulator_;
+  mutable Effort effort_;  // counts what predictions cost
   GridSeries series_;
   Eigen::VectorXd wanted_;
   Eigen::MatrixXd doubt_;             // nodes x fields

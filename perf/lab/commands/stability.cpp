@@ -118,8 +118,8 @@ void write(const std::filesystem::path& path, const std::string& text) {
 }
 
 Report stability(const Common& common, const Options& options) {
-  const lump::Estimator estimator = lump::named_estimator(options.method, lump::load_network(""),
-                                                          lump::ErrorSources::none(), options.threads);
+  const lump::Estimator estimator = lump::named_estimator(
+      options.method, lump::load_network(""), lump::ErrorSources::none(), {.threads = options.threads});
   const std::vector<lump::StabilityCase> cases = lump::stability_cases(options.noise);
   std::vector<lump::StabilityRow> rows;
   {

@@ -10,6 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
+#include "engine/base/stop.h"
 #include "engine/base/text.h"
 #include "engine/lump/tissue/relaxation.h"
 #include "perf/lab/dataset/sweep.h"
@@ -121,9 +122,13 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
         observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
       untell(job, e, press_mm, seed ^ 0x5851f42dULL, observation);
       if (job.relaxation_told) observation.relaxation = told(job.relaxation, seed ^ 0x9d2c5681ULL);
-      Judged judged{i, e, job.estimator(observation), observation.saturated_fraction};
-      judged.truth.pressure_Pa.clear();
-      found[n] = std::move(judged);
+      try {
+        found[n] = Judged{i, e, job.estimator(observation), observation.saturated_fraction};
+      } catch (const Stopped&) {
+        stop = true;
+        return;
+      }
+      found[n]->truth.pressure_Pa.clear();
       if (job.progress && !job.progress(++done)) stop = true;
     }
   };

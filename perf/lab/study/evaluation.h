@@ -81,8 +81,8 @@ std::array<Value, 3> values_of(const Estimate& estimate);
 
 size_t count_judged(size_t examples, const EvaluationJob& job);
 /// Estimates each of the job's examples as the sensor reads it; in their order. Deterministic by seed, and
-/// the same for an example whatever others are judged. Fewer than count_judged() where progress() said stop:
-/// those that were done.
+/// the same for an example whatever others are judged. Fewer than count_judged() where progress() said stop,
+/// or the estimator was stopped: those that were done.
 std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const EvaluationJob& job);
 Score score_of(const std::vector<Judged>& judged);
 

@@ -7,6 +7,7 @@
 #include "capture/files/estimate_report.h"
 #include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
+#include "engine/base/stop.h"
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
@@ -16,6 +17,7 @@
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"
+#include "viz/commands/support/progress.h"
 #include "viz/commands/support/relaxation_options.h"
 #include "viz/report/plot.h"
 
@@ -102,10 +104,10 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
   return {.panels = {panel}, .width_px = 760, .height_px = 600};
 }
 
-Report run(const Common& common, Options& o) {
+Report estimate(const Common& common, Options& o) {
   const lump::Observation observation = reading_of(o);
-  const lump::Estimate estimate =
-      lump::named_estimator(o.method, lump::load_network(o.network), o.errors)(observation);
+  const lump::Estimate estimate = lump::named_estimator(o.method, lump::load_network(o.network), o.errors,
+                                                        {.stop = interrupted})(observation);
   Report report = facts_of(estimate);
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -124,6 +126,14 @@ Report run(const Common& common, Options& o) {
     report.text += "wrote " + written + "\n";
   }
   return report;
+}
+
+Report run(const Common& common, Options& o) {
+  try {
+    return estimate(common, o);
+  } catch (const Stopped&) {
+    return interrupted_report("interrupted");
+  }
 }
 
 }  // namespace

@@ -220,7 +220,8 @@ Report scan(const Common& common, const Options& o) {
     const auto network = lump::load_network("");
     report.model =
         o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
-    estimator = lump::named_estimator(o.method, network, o.errors, o.threads).until(interrupted);
+    estimator =
+        lump::named_estimator(o.method, network, o.errors, {.threads = o.threads, .stop = interrupted});
   }
   if (estimator) report.add_errors(o.errors);
   if (o.by_hand)

@@ -75,8 +75,9 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, std
   observation.uneven_sd = uneven_sd;
   observation.place_sd_mm = place_sd_mm;
   const lump::ErrorSources errors{input_errors[0], input_errors[1], input_errors[2]};
-  const lump::Estimate found = run_apart([=](const std::atomic<bool>&) {
-    return lump::named_estimator(method, lump::load_network(network), errors)(observation);
+  const lump::Estimate found = run_apart([=](const std::atomic<bool>& stop) {
+    return lump::named_estimator(method, lump::load_network(network), errors,
+                                 {.stop = watch_of(stop).stop})(observation);
   });
   const Facts facts = facts_of(found);
   return py::make_tuple(facts.json.dump(2), facts.text);

@@ -65,7 +65,8 @@ Report run(const Common& common, Options& o) {
   lump::ErrorSources sources = lump::ErrorSources::none();
   if (o.job.press_sd_mm > 0 && o.job.modulus_error != 0) sources.young = lump::ErrorSources{}.young;
   sources.thickness = kNormal90 * o.job.thickness_sd;
-  o.job.estimator = lump::named_estimator(o.method, lump::load_network(o.network), sources);
+  o.job.estimator =
+      lump::named_estimator(o.method, lump::load_network(o.network), sources, {.stop = interrupted});
   std::vector<lump::Example> examples;
   for (const std::string& file : o.files) {
     std::vector<lump::Example> more = lump::read_examples(file);
