@@ -1,8 +1,15 @@
 // palpate lump estimate, evaluate and train on the command line.
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <sstream>
+#include <string>
 
 #include "capture/files/lump_maps.h"
 #include "capture/files/npy.h"
+#include "tests/support/eventually.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
@@ -99,6 +106,34 @@ TEST_F(LumpEstimateCommand, EachOfTwoLumpsIsReported) {
   EXPECT_NEAR(table.number(0, "size_mm"), 7, 0.7);
   EXPECT_NEAR(table.number(1, "size_mm"), 7, 0.7);
   EXPECT_LT(table.number(1, "depth_mm_low"), table.number(1, "depth_mm_high"));
+}
+
+/// Seconds of the processor that a process has used.
+double processor_s(pid_t process) {
+  const std::string all = slurp("/proc/" + std::to_string(process) + "/stat");
+  std::istringstream after_name(all.substr(std::min(all.size(), all.rfind(')') + 1)));
+  std::string skipped;
+  double user = 0;
+  for (int field = 3; field < 14; ++field) after_name >> skipped;
+  after_name >> user;
+  return user / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+// The whole reading takes several seconds of the processor.
+TEST_F(LumpEstimateCommand, CtrlCEndsADirectReadingInHand) {
+  const auto truth = parse_json(slurp(kReadings + "truth.json")).at(0);
+  std::vector<std::string> words =
+      estimate_of(truth["name"], truth["forces"], truth["young_Pa"], truth["thickness_mm"]);
+  for (const std::string& word :
+       {std::string("--method"), std::string("direct"), std::string("--out"), std::string(folder_ / "lump")})
+    words.push_back(word);
+  const pid_t child = start(words);
+  ASSERT_TRUE(eventually([&] { return processor_s(child) > 1; }));
+  ASSERT_EQ(kill(child, SIGINT), 0);
+  const Ended ended = finish(child);
+  EXPECT_EQ(ended.exit_code, 130) << ended.err;
+  EXPECT_EQ(parse_json(ended.out), Json({{"complete", false}}));
+  EXPECT_FALSE(fs::exists(folder_ / "lump"));
 }
 
 TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {

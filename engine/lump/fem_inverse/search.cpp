@@ -147,9 +147,7 @@ bool DirectSearch::correct(State& state) {
   if (!state.emulated()) return press(state, AskedGrids::All);
   const LumpStep way = difference(state.lump, state.corrected).cwiseAbs().cwiseQuotient(kSameGrids);
   const bool near = state.pressed && way.maxCoeff() < kSameEmulated;
-  // In the middle a quarter is solved: there the finest grids cost little.
-  const AskedGrids far = state.cells.in_middle(options_.model.cells) ? AskedGrids::All : AskedGrids::Coarse;
-  return press(state, near ? AskedGrids::Searched : far);
+  return press(state, near ? AskedGrids::Searched : AskedGrids::All);
 }
 
 bool DirectSearch::cells_match(const State& state) const {

@@ -47,7 +47,7 @@ class DirectSearch {
   /// In cells of its own, all grids asked; with `like` the finer ones' part of the correction is that of
   /// another lump in the same place. None where there is no equilibrium, or no effort left.
   std::optional<State> state_at(const Case::Lump& lump, const State* like = nullptr);
-  /// Asks the elements again, coarser grids too where the state is a way off from where they were. Whether
+  /// Asks the elements again, all grids where the state is a way off from where they were. Whether
   /// that gave the state new numbers.
   bool correct(State& state);
   /// A lump that the block can hold.
