@@ -172,7 +172,8 @@ void ContactModel::measure(double scale, Result& result) {
       deflection.values.push_back(static_cast<float>(displacement_[at] * scale));
       force += pressure * whole * 1e-6;
       mean_way += displacement_[2 * nodes + grid_.node(i, j, 0)] * scale * whole;
-      const bool pressed = !by_ball() || (fixed_[grid_.node(i, j, 0)] & kFixedZ) != 0;
+      const bool pressed =
+          scene_.presser == Presser::Pressure || (fixed_[grid_.node(i, j, 0)] & kFixedZ) != 0;
       pressed_mm2 += pressed ? whole : 0;
       tension_mm2 += pressed && pressure < 0 ? whole : 0;
       contact_mm2 += by_ball() && pressed ? whole : 0;

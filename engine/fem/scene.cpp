@@ -42,6 +42,26 @@ void check(const Scene& s, const Inclusion& lump) {
                   "a smaller offset or size, or a wider block");
 }
 
+void check_plate(const Scene& s) {
+  range("the plate's coefficient of friction", s.plate_friction, 0, 2);
+  if (!s.plate_half_mm && !s.plate_sticks && s.plate_friction == 0) return;
+  if (s.plate_sticks && s.plate_friction > 0)
+    throw Error(Failure::Usage, "either a plate that sticks or one that slides with friction", "both",
+                "one of the two");
+  if (s.presser != Presser::Flat || !s.pad.empty())
+    throw Error(Failure::Usage,
+                "the flat presser straight on the tissue for a plate that is smaller, sticks or has friction",
+                s.pad.empty() ? "another presser" : "a pad", "--presser flat without --pad");
+  if (!s.plate_half_mm) return;
+  for (size_t c = 0; c < 2; ++c)
+    range("half of the plate, mm,", (*s.plate_half_mm)[c], s.block_mm[c] / s.cells[c], s.block_mm[c] / 2);
+  if (!plate_on_nodes(s))
+    throw Error(Failure::Usage, "a plate that ends on planes of nodes",
+                "cells of " + value_text(s.block_mm[0] / s.cells[0]) + " by " +
+                    value_text(s.block_mm[1] / s.cells[1]) + " mm",
+                "another number of cells, or a plate of whole cells");
+}
+
 }  // namespace
 
 std::array<double, 3> Inclusion::size() const {
@@ -56,6 +76,14 @@ std::array<double, 3> Inclusion::size() const {
       return {size_mm[0], size_mm[2], size_mm[2]};
   }
   return size_mm;
+}
+
+bool plate_on_nodes(const Scene& s) {
+  for (size_t c = 0; s.plate_half_mm && c < 2; ++c) {
+    const double cells = (s.block_mm[c] / 2 - (*s.plate_half_mm)[c]) / (s.block_mm[c] / s.cells[c]);
+    if (std::abs(cells - std::round(cells)) > 1e-6) return false;
+  }
+  return true;
 }
 
 void check(const Scene& s) {
@@ -78,6 +106,7 @@ void check(const Scene& s) {
     throw Error(Failure::Usage, "a sliding pad that is bonded to the flat plate that presses it",
                 s.pad.empty() ? "no pad" : "a pad that nothing holds sideways",
                 "the flat presser and a pad, or a bonded pad");
+  check_plate(s);
   if (s.presser == Presser::Sphere) range("the ball's radius, mm,", s.ball_radius_mm, 0.01, 1e5);
   if (s.press_mm.has_value() == s.force_N.has_value())
     throw Error(Failure::Usage, "either a travel or a force of the presser", s.press_mm ? "both" : "neither",

@@ -66,7 +66,13 @@ struct Scene {
   bool pad_slides = false;    ///< on the tissue, without friction and without lifting off; else bonded to it
 
   Presser presser = Presser::Flat;
-  double ball_radius_mm = 0;           ///< of Presser::Sphere
+  /// Half the length and width of a flat plate straight on the tissue, mm. It holds the tissue that lies
+  /// under it at rest, the rest of the surface is free. Its edges lie on planes of nodes. None: the whole
+  /// surface.
+  std::optional<std::array<double, 2>> plate_half_mm;
+  bool plate_sticks = false;  ///< a flat plate straight on the tissue holds it sideways; else it slides
+  double plate_friction = 0;  ///< coefficient with which it slides, 0 to 2: at large strain alone
+  double ball_radius_mm = 0;  ///< of Presser::Sphere
   std::optional<double> press_mm = 1;  ///< way of the presser from first touch (mean way of the surface under
                                        ///< Presser::Pressure), > 0
   std::optional<double> force_N;       ///< instead of press_mm, > 0
@@ -118,6 +124,9 @@ struct Result {
                                  ///< real contact would lift off
   std::vector<std::string> warnings;  ///< one line each: what lies outside the model's validity
 };
+
+/// Whether the scene's plate, if it is smaller than the surface, ends on planes of nodes along x and y.
+bool plate_on_nodes(const Scene& scene);
 
 /// Throws Error(Failure::Usage) naming the first field that is out of range or does not fit the others.
 void check(const Scene& scene);

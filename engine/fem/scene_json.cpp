@@ -18,6 +18,9 @@ json::Value to_json(const Scene& s) {
   json::Value value = {{"block_mm", s.block_mm}, {"young_Pa", s.young_Pa},
                        {"poisson", s.poisson},   {"bottom", s.bottom_slides ? "sliding" : "bonded"},
                        {"cells", s.cells},       {"presser", to_string(s.presser)}};
+  if (s.plate_half_mm) value["plate_half_mm"] = *s.plate_half_mm;
+  if (s.plate_sticks) value["plate"] = "sticks";
+  if (s.plate_friction > 0) value["plate_friction"] = s.plate_friction;
   if (s.presser == Presser::Sphere) value["ball_radius_mm"] = s.ball_radius_mm;
   if (s.press_mm) value["press_mm"] = *s.press_mm;
   if (s.force_N) value["force_N"] = *s.force_N;

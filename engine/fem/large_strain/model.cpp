@@ -9,8 +9,8 @@
 namespace palpate::fem {
 namespace {
 
-constexpr uint32_t kMostNewtonRounds = 15;
-constexpr uint32_t kMostGradients = 400;      // iterations within one of them
+constexpr uint32_t kMostNewtonRounds = 15, kMostRubbedRounds = 60;  // without and with friction
+constexpr uint32_t kMostGradients = 400;                            // iterations within one of them
 constexpr uint32_t kMostWorse = 3;            // rounds that left more out of balance than they found
 constexpr double kLeastVolumeRatio = 0.05;    // below it an element is as good as inverted
 constexpr double kCorrectionFraction = 0.01;  // of the forces out of balance, left by a correction
@@ -46,6 +46,7 @@ LargeStrainModel::LargeStrainModel(const Scene& scene, const LargeStrainOptions&
       grid_(cells ? std::move(*cells) : voxelise(scene, quarter_)),
       above_(grid_.cells[2] - scene.cells[2]),
       fixed_(supports(scene, grid_, quarter_)),
+      friction_(scene, grid_, fixed_),
       cells_(grid_, scene.poisson),
       multigrid_(grid_, std::min(scene.poisson, kPreconditionedPoisson), fixed_, team, kQuick),
       gradients_(3 * grid_.nodes(), team),
@@ -63,6 +64,7 @@ uint64_t LargeStrainModel::bytes() const {
 // residual_ = - inner forces where displacements are free. Returns its fraction of all forces.
 double LargeStrainModel::out_of_balance(const std::vector<double>& displacement, std::vector<double>& force) {
   const double least = cells_.forces(displacement.data(), force.data(), grid_.young, team_);
+  if (friction_) friction_.add_forces(displacement, force);
   const size_t nodes = grid_.nodes();
   double all = 0, open = 0;
   for (size_t c = 0; c < 3; ++c)
@@ -79,10 +81,13 @@ double LargeStrainModel::out_of_balance(const std::vector<double>& displacement,
 
 uint32_t LargeStrainModel::correct(double target_fraction, std::vector<double>& correction) {
   std::fill(correction.begin(), correction.end(), 0.0);
-  return gradients_.run([this](const double* in, double* out) { cells_.apply(in, out, &fixed_, team_); },
-                        [this](const float* in, float* out) { multigrid_.precondition(in, out); }, residual_,
-                        correction, target_fraction * gradients_.norm(residual_), kMostGradients,
-                        options_.stop);
+  const auto tangent = [this](const double* in, double* out) {
+    cells_.apply(in, out, &fixed_, team_);
+    if (friction_) friction_.add_changes(in, out);
+  };
+  return gradients_.run(
+      tangent, [this](const float* in, float* out) { multigrid_.precondition(in, out); }, residual_,
+      correction, target_fraction * gradients_.norm(residual_), kMostGradients, options_.stop);
 }
 
 /// How deep the plate is over a node of the top, where that has gone.
@@ -94,6 +99,12 @@ double LargeStrainModel::plate_mm(const std::vector<double>& displacement, size_
   const double y = (static_cast<double>(j) - grid_.cells[1] / 2.0) * grid_.size_y_mm;
   return press_mm + slope_[0] * (x + displacement[top_node]) +
          slope_[1] * (y + displacement[grid_.nodes() + top_node]);
+}
+
+// Nodes beside a smaller plate stay where they are.
+void LargeStrainModel::put_under_plate(double press_mm, std::vector<double>& displacement) const {
+  for (size_t n = 0; n < grid_.node(0, 0, 1); ++n)
+    if ((fixed_[n] & kFixedZ) != 0) displacement[2 * grid_.nodes() + n] = plate_mm(displacement, n, press_mm);
 }
 
 bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
@@ -112,7 +123,7 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
     // On along the line from the last state, which takes the plate where it is wanted.
     const double way = (press_mm - press_mm_) / (press_mm_ - last_mm_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += way * (displacement_[n] - last_[n]);
-    for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * nodes + n] = plate_mm(u, n, press_mm);
+    put_under_plate(press_mm, u);
     for (size_t n = 0; n < pressure.size(); ++n) pressure[n] += way * (pressure_[n] - last_pressure_[n]);
   }
   return search(press_mm, u, pressure, result);
@@ -121,27 +132,41 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
 bool LargeStrainModel::move_near(PressedState guess, double press_mm, LargeStrainResult& result) {
   guess.scale(press_mm / guess.press_mm);
   std::vector<double>& u = guess.displacement;
-  for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * grid_.nodes() + n] = plate_mm(u, n, press_mm);
+  put_under_plate(press_mm, u);
   return search(press_mm, u, guess.pressure, result);
+}
+
+// The friction follows the plate's pressure, which Newton's search holds: what is then out of balance.
+double LargeStrainModel::press_plate(const std::vector<double>& displacement, std::vector<double>& force) {
+  friction_.press(force);
+  return out_of_balance(displacement, force);
+}
+
+void LargeStrainModel::form_tangent(const std::vector<double>& displacement,
+                                    const std::vector<double>& pressure) {
+  cells_.form_tangent(displacement.data(), pressure, team_);
+  if (friction_) friction_.form_tangent(displacement);
 }
 
 // Newton's search from displacements and pressures that it changes.
 bool LargeStrainModel::search(double press_mm, std::vector<double>& u, std::vector<double>& pressure,
                               LargeStrainResult& result) {
   std::vector<double> force(u.size()), correction(u.size());
+  const uint32_t most_rounds = friction_ ? kMostRubbedRounds : kMostNewtonRounds;
   double open = out_of_balance(u, force);
+  if (friction_) open = press_plate(u, force);
   tangent_fresh_ = false;
   uint32_t worse = 0;
   for (uint32_t round = 0; open > options_.residual; ++round) {
-    if (round == kMostNewtonRounds || !std::isfinite(open) || worse == kMostWorse || stopped()) return false;
-    cells_.form_tangent(u.data(), pressure, team_);
+    if (round == most_rounds || !std::isfinite(open) || worse == kMostWorse || stopped()) return false;
+    form_tangent(u, pressure);
     ++result.newton_rounds;
     result.iterations += correct(std::max(kCorrectionFraction, 0.3 * options_.residual / open), correction);
     cells_.pressures(u.data(), correction.data(), pressure, team_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += correction[n];
     const double next = out_of_balance(u, force);
     worse += next > open ? 1 : 0;
-    open = next;
+    open = friction_ && next <= options_.residual ? press_plate(u, force) : next;
   }
   // Far states make better lines than near ones.
   if (press_mm_ == 0 || std::abs(press_mm - press_mm_) > 0.2 * options_.step_mm) {
@@ -228,7 +253,7 @@ PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
 
 PressedSurface LargeStrainModel::change_by_grids(const CellGrid& below, const CellGrid& above, double span,
                                                  LargeStrainResult& result) {
-  if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
+  if (!tangent_fresh_) form_tangent(displacement_, pressure_);
   tangent_fresh_ = true;
   std::vector<double> direct(displacement_.size()), displacement(displacement_.size());
   NeoHookeanCells(below, scene_.poisson)
@@ -243,11 +268,12 @@ PressedSurface LargeStrainModel::change_by_grids(const CellGrid& below, const Ce
 }
 
 PressedSurface LargeStrainModel::change_by_press(LargeStrainResult& result) {
-  if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
+  if (!tangent_fresh_) form_tangent(displacement_, pressure_);
   tangent_fresh_ = true;
   std::vector<double> displacement(displacement_.size());
   const size_t nodes = grid_.nodes();
-  for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) displacement[2 * nodes + n] = 1;
+  for (size_t n = 0; n < grid_.node(0, 0, 1); ++n)
+    if ((fixed_[n] & kFixedZ) != 0) displacement[2 * nodes + n] = 1;
   cells_.apply(displacement.data(), residual_.data(), &fixed_, team_);
   for (double& r : residual_) r = -r;
   return change(displacement, std::vector<double>(displacement.size()), result);

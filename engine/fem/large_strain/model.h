@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/fem/large_strain/neo_hookean.h"
+#include "engine/fem/large_strain/plate_friction.h"
 #include "engine/fem/large_strain/press.h"
 #include "engine/fem/large_strain/pressed_state.h"
 #include "engine/fem/large_strain/pressed_surface.h"
@@ -57,7 +58,10 @@ class LargeStrainModel {
   double out_of_balance(const std::vector<double>& displacement, std::vector<double>& force);
   void take_forces();
   double plate_mm(const std::vector<double>& displacement, size_t top_node, double press_mm) const;
+  void put_under_plate(double press_mm, std::vector<double>& displacement) const;
   PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
+  double press_plate(const std::vector<double>& displacement, std::vector<double>& force);
+  void form_tangent(const std::vector<double>& displacement, const std::vector<double>& pressure);
   bool search(double press_mm, std::vector<double>& u, std::vector<double>& pressure,
               LargeStrainResult& result);
   uint32_t correct(double target_fraction, std::vector<double>& correction);
@@ -71,6 +75,7 @@ class LargeStrainModel {
   CellGrid grid_;
   uint32_t above_;  // layers of the pad
   FixedNodes fixed_;
+  PlateFriction friction_;
   NeoHookeanCells cells_;
   Multigrid multigrid_;  // of the block at rest: the tangents' preconditioner
   ConjugateGradients gradients_;

@@ -133,6 +133,7 @@ std::optional<RimError> RimError::measure(const Scene& scene, const std::vector<
   std::array<double, 3> cells{};
   for (size_t g = 0; g < 3; ++g) {
     plain.cells = (*grids_)[g];
+    if (!plate_on_nodes(plain)) return std::nullopt;
     cells[g] = plain.cells[0];
     pressed[g] = solve_large_strain(plain, loads, own);
     if (!pressed[g].converged) return std::nullopt;

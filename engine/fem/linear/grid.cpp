@@ -130,6 +130,21 @@ bool symmetric(const Scene& scene) {
   return centred && scene.cells[0] % 2 == 0 && scene.cells[1] % 2 == 0;
 }
 
+namespace {
+
+/// Bits that the presser holds at a place of the pressed surface, mm from the block's middle.
+uint8_t held_by_presser(const Scene& scene, double x_mm, double y_mm) {
+  if (scene.presser != Presser::Flat) return 0;
+  if (!scene.pad.empty()) return kFixedAll;
+  const auto beside = [&](double at_mm, size_t c) {
+    return scene.plate_half_mm && std::abs(at_mm) > (*scene.plate_half_mm)[c] + 1e-6 * scene.block_mm[c];
+  };
+  if (beside(x_mm, 0) || beside(y_mm, 1)) return 0;
+  return scene.plate_sticks ? kFixedAll : kFixedZ;
+}
+
+}  // namespace
+
 FixedNodes supports(const Scene& scene, const CellGrid& grid, bool quarter) {
   const auto [nx, ny, nz] = grid.cells;
   FixedNodes fixed(grid.nodes());
@@ -138,7 +153,9 @@ FixedNodes supports(const Scene& scene, const CellGrid& grid, bool quarter) {
       for (uint32_t i = 0; i <= nx; ++i) {
         uint8_t& bits = fixed[grid.node(i, j, k)];
         if (k == nz) bits |= scene.bottom_slides ? kFixedZ : kFixedAll;
-        if (k == 0 && scene.presser == Presser::Flat) bits |= scene.pad.empty() ? kFixedZ : kFixedAll;
+        if (k == 0)
+          bits |= held_by_presser(scene, i * grid.size_x_mm - (quarter ? 0 : scene.block_mm[0] / 2),
+                                  j * grid.size_y_mm - (quarter ? 0 : scene.block_mm[1] / 2));
         if (quarter && i == 0) bits |= kFixedX;
         if (quarter && j == 0) bits |= kFixedY;
       }

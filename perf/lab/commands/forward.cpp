@@ -26,7 +26,7 @@ struct Options {
   bool no_inclusion = false;
   std::vector<double> size_mm;
   std::vector<double> block_mm;
-  std::vector<double> offset_mm;
+  std::vector<double> offset_mm, plate_mm;
   std::vector<std::string> pad;
   std::string cells;
   double press_mm = 0, force_N = 0, skin_mm = 0, skin_ratio = 1;
@@ -62,6 +62,7 @@ fem::Scene scene_of(const Options& options) {
     scene.inclusion = lump;
   }
   std::copy_n(options.block_mm.begin(), options.block_mm.size(), scene.block_mm.begin());
+  if (options.plate_mm.size() == 2) scene.plate_half_mm = {options.plate_mm[0] / 2, options.plate_mm[1] / 2};
   if (options.skin_mm != 0)
     scene.skin = fem::Skin{options.skin_mm, options.skin_ratio};
   else if (options.skin_ratio != 1)
@@ -186,6 +187,14 @@ void add_press_options(CommandLine& command, Options& o) {
   command.add_option("--presser", o.scene.presser, "flat (rigid plate), ball, pressure (even)")
       ->transform(one_of(kPresserNames))
       ->default_str("flat");
+  command
+      .add_option("--plate-mm", o.plate_mm,
+                  "Length and width of a flat plate in the middle of the surface (default: all of it)")
+      ->expected(2);
+  command.add_flag("--plate-sticks", o.scene.plate_sticks,
+                   "The flat plate holds the tissue sideways (default: it slides without friction)");
+  command.add_option("--plate-friction", o.scene.plate_friction,
+                     "Coefficient with which the flat plate slides, 0 to 2, of --large-strain (default 0)");
   command.add_option("--ball-radius-mm", o.scene.ball_radius_mm, "Of --presser ball");
   CommandOption* way = command.add_option("--press-mm", o.press_mm, "Travel of the presser, mm (default 1)")
                            ->check(Check::positive());
@@ -240,7 +249,7 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
       "  palpate-lab forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
       "  palpate-lab forward sweep --cells 48x48x24 --out out/sweep\n"
       "  palpate-lab forward convergence --out out/convergence\n"
-      "Linear elasticity unless --large-strain; no friction; an answer that did not converge is not shown\n"
+      "Linear elasticity unless --large-strain; an answer that did not converge is not shown\n"
       "(exit code 1).\n");
   CommandLine* sweeping =
       command->add_subcommand("sweep", "Vary each of the six inputs (d, h, E_r, shape, t, l) by itself")
