@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/lump/fem_inverse/effort.h"
 #include "engine/lump/fem_inverse/grid_series.h"
 #include "engine/lump/fem_inverse/prediction.h"
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "engine/lump/fem_inverse/prediction.h"
@@ -99,8 +100,6 @@ std::optional<DirectSearch::Glimpse> DirectSearch::glimpse(const Case::Lump& fro
 
 DirectSearch::Settled DirectSearch::settle_emulated(State& best, double most_chi2) {
   std::vector<Asked> others;
-  // Off the middle a whole block is solved, at four times the cost.
-  const double no_gain = best.cells.in_middle(options_.model.cells) ? kNoGain / 2 : kNoGain;
   const double explained = kExplains * static_cast<double>(best.prediction.pressure_Pa.size());
   double part = 1;  // of the way to the best lump by the emulator that is gone
   for (uint32_t asked = 0, in_vain = 0; asked < kMostAsked && in_vain < kMostInVain; ++asked) {
@@ -113,7 +112,7 @@ DirectSearch::Settled DirectSearch::settle_emulated(State& best, double most_chi
     }
     const LumpStep way = difference(next.lump, best.lump),
                    same = (kStands * solve(next, 0, Sought::Lump).sd).cwiseMax(kSameLump);
-    const bool settled = best.chi2 - next.chi2 < no_gain || (way.cwiseAbs() - same).maxCoeff() <= 0;
+    const bool settled = best.chi2 - next.chi2 < kNoGain / 2 || (way.cwiseAbs() - same).maxCoeff() <= 0;
     if (settled) {
       best = std::move(next);
       if (refined(best)) {

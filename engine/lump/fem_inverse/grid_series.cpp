@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "engine/base/work_team.h"
 #include "engine/lump/fem_inverse/pressing.h"

@@ -12,8 +12,10 @@ namespace palpate::lump {
 /// from its likelihood's profile. StiffnessOpen, NoLump, Unusable as Status says; NoLump where the lump
 /// gains less than chance does in one of 100 observations. Four loads by elements alone: one to four minutes
 /// of one processor for each start, up to ten where the ratio is open or there is no lump; led by an emulator
-/// that knows the block: 2 to 20 s, up to 60 s where the ratio of a lump off the middle is open. Throws
-/// Error(Failure::Usage) where the observation's parts do not fit together.
+/// that knows the block: 2 to 20 s, up to 60 s of a lump off the middle. Past the options' limit of work
+/// the other method's answer stands where there is no lump yet, Unusable without one; where there is, its
+/// intervals are added; a reason says which. Throws Error(Failure::Usage) where the observation's parts do
+/// not fit together, and Stopped.
 Estimate invert_directly(const Observation& observation, const DirectInversionOptions& options = {});
 
 }  // namespace palpate::lump

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "engine/lump/fem_inverse/effort.h"
 #include "engine/lump/fem_inverse/emulated_slopes.h"
 #include "engine/lump/fem_inverse/grid_series.h"
 #include "engine/lump/fem_inverse/options.h"

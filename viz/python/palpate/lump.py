@@ -188,7 +188,7 @@ def estimate(
         uneven_sd: slow errors of pressure across the window, relative standard deviation.
         place_sd_mm: standard error of the window's place in the block.
         network: a file of ``palpate-lab train``; by default the built-in one.
-        method: ``network``, ``refined``, or ``direct`` (finite elements, a minute or so).
+        method: ``network``, ``refined``, or ``direct`` (finite elements, up to half a minute).
     """
     try:
         maps: list[Any] = list(pressure_Pa) if np.ndim(pressure_Pa[0]) > 1 else [pressure_Pa]
