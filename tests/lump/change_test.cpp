@@ -126,7 +126,9 @@ TEST_F(ChangeOfLump, LumpsComeAndGo) {
 TEST_F(ChangeOfLump, UnlikeDaysAreRefused) {
   const lump::Day first = ball().day(1);
   lump::Day harder = ball().day(2);
-  harder.observation.young_Pa *= 1.8;
+  for (double& force : harder.observation.force_N) force *= 1.8;
+  for (PressureMap& map : harder.observation.pressure_Pa)
+    for (float& value : map.values) value *= 1.8f;
   EXPECT_EQ(compared(first, harder).verdict, ChangeVerdict::NotComparable);
   EXPECT_NE(sentence_of(compared(first, harder)).find("press as hard"), std::string::npos);
   lump::Day elsewhere = ball().day(2);
@@ -145,6 +147,21 @@ TEST_F(ChangeOfLump, UnlikeDaysAreRefused) {
   lump::Day nothing = ball().day(3);
   nothing.estimate.verdict = lump::Status::Saturated;
   EXPECT_NE(sentence_of(compared(first, nothing)).find("second day"), std::string::npos);
+}
+
+// One block has one modulus: a small difference between the days is taken out, a large one contradicts.
+TEST_F(ChangeOfLump, ModuliOfBothDaysAreOne) {
+  const lump::Day first = ball().day(1);
+  lump::Day second = ball().day(2);
+  second.observation.young_Pa *= 1.08;
+  const LumpChange near = compared(first, second);
+  EXPECT_EQ(near.verdict, ChangeVerdict::NoChange) << sentence_of(near);
+  EXPECT_FALSE(near.ratio_changed) << sentence_of(near);
+  second.observation.young_Pa *= 1.2;
+  const LumpChange far = compared(first, second);
+  EXPECT_EQ(far.verdict, ChangeVerdict::NotComparable);
+  EXPECT_NE(sentence_of(far).find("modulus"), std::string::npos) << sentence_of(far);
+  EXPECT_TRUE(std::isfinite(compared(first, second, {.young = 0}).size_mm.value)) << "the tissue has changed";
 }
 
 // The tissue's modulus is wrong on both days alike: it moves both, and the change little.

@@ -30,7 +30,8 @@ constexpr double kUnlikeLoads =
     1.5;  // the higher day's load over the other's, from which on they are refused
 constexpr double kJudgedLoads = 1.16;  // and up to which intervals have been judged
 constexpr double kLowestLoad = 0.7;    // of a day's own lowest one, down to which it is read below that
-constexpr double kElsewhere = 4;       // standard errors of the places beyond which it is another lump
+constexpr double kSamePitch = 0.01, kSameNoise = 3;  // of two days by one pad: share, and factor
+constexpr double kElsewhere = 4;  // standard errors of the places beyond which it is another lump
 constexpr double kTurnedCloser =
     0.3;  // of the way between places, if the second day is turned by 180 degrees
 
@@ -76,13 +77,16 @@ Fit fit_near(const Model& model, const Pressed& day, InclusionShape shape, const
   return *best;
 }
 
-/// Covariance of a fit that one press's noise and gauge make.
-Matrix5 press_covariance(const Model& model, const Pressed& day, const Fit& fit) {
+/// Covariance of a fit that one press's noise and gauge make, and of another pad its own pattern.
+Matrix5 press_covariance(const Model& model, const Pressed& day, const Fit& fit, bool another_pad) {
   const PatchObservation& patch = day.weighing.look.patch;
   Eigen::MatrixXd jacobian;
   (void)Fitter(model, day.nodes, patch).factors(fit, &jacobian);
   const Eigen::MatrixXd gain = dense::inverse(fit.normal) * jacobian.transpose();
-  return gain * patch.whitener.of_covariance(patch.errors.of_one_press()) * gain.transpose();
+  const Eigen::MatrixXd own = another_pad
+                                  ? patch.errors.of_another_pad(day.weighing.found.pattern * day.nodes.peak)
+                                  : patch.errors.of_one_press();
+  return gain * patch.whitener.of_covariance(own) * gain.transpose();
 }
 
 /// Two days together: means over shapes, of logarithms.
@@ -92,7 +96,7 @@ struct Difference {
   Logs variance{};  ///< and as it is
 };
 
-Difference difference_of(const Model& model, const Pressed& a, const Pressed& b) {
+Difference difference_of(const Model& model, const Pressed& a, const Pressed& b, bool another_pad) {
   struct One {
     Logs first, change, chance, variance;
     double energy;
@@ -103,7 +107,8 @@ Difference difference_of(const Model& model, const Pressed& a, const Pressed& b)
     const auto of_a = a.fit(shape), of_b = b.fit(shape);
     if (!of_a && !of_b) continue;
     const Fit fit_a = fit_near(model, a, shape, of_b), fit_b = fit_near(model, b, shape, fit_a);
-    const Matrix5 press = press_covariance(model, a, fit_a) + press_covariance(model, b, fit_b);
+    const Matrix5 press =
+        press_covariance(model, a, fit_a, another_pad) + press_covariance(model, b, fit_b, another_pad);
     const Matrix5 shared = 0.5 * (dense::inverse(fit_a.normal) + dense::inverse(fit_b.normal));
     const double grown = fit_b.at(kSize) - fit_a.at(kSize);
     One one{{}, {}, {}, {}, (fit_a.chi_square + fit_b.chi_square) / (a.temperature + b.temperature)};
@@ -143,6 +148,7 @@ Difference difference_of(const Model& model, const Pressed& a, const Pressed& b)
 /// windows have, each in proportion to its own uncertainty.
 struct Pair {
   Observation first, second;
+  bool another_pad = false;          ///< on the second day: errors of the pads do not cancel
   std::array<double, 2> moved_mm{};  ///< of the second window against the first
   double turned_mm = kNaN;  ///< how far apart the places lie if the second day is turned by 180 degrees
 };
@@ -150,11 +156,19 @@ struct Pair {
 std::optional<Difference> difference_of(const Model& model, const Pair& pair) {
   const auto a = pressed(model, pair.first), b = pressed(model, pair.second);
   if (!a || !b) return std::nullopt;
-  return difference_of(model, *a, *b);
+  return difference_of(model, *a, *b, pair.another_pad);
+}
+
+/// Whether the observations show by themselves that two pads made them.
+bool unlike_pads(const Observation& first, const Observation& second) {
+  const double pitch = second.pressure_Pa.front().pitch_mm[0] / first.pressure_Pa.front().pitch_mm[0];
+  const double noise = second.noise_Pa / first.noise_Pa;  // NaN or infinite where one has none
+  return std::abs(std::log(pitch)) > kSamePitch ||
+         (std::isfinite(noise) && noise > 0 && std::abs(std::log(noise)) > std::log(kSameNoise));
 }
 
 std::optional<Pair> one_place(const Model& model, const Observation& first, const Observation& second) {
-  Pair pair{first, second, {}};
+  Pair pair{first, second, unlike_pads(first, second), {}};
   const double of_first = std::pow(pair.first.place_sd_mm, 2),
                of_second = std::pow(pair.second.place_sd_mm, 2);
   for (int round = 0; round < kPlaceRounds && of_first + of_second > 0; ++round) {
@@ -245,6 +259,15 @@ bool followed(const Estimate& e) {
   return reports_numbers(e.verdict) || (e.verdict == Status::OutsideTraining && e.detection_statistic >= 1);
 }
 
+/// One block has one modulus: what two days were told differently, within the error that is stated of it, is
+/// taken as the mean of both. False where they differ by more.
+bool one_modulus(const ErrorSources& sources, Observation& first, Observation& second) {
+  if (sources.young == 0 || first.young_Pa <= 0 || second.young_Pa <= 0) return true;
+  if (std::abs(std::log(second.young_Pa / first.young_Pa)) > 2 * std::log1p(sources.young)) return false;
+  first.young_Pa = second.young_Pa = std::sqrt(first.young_Pa * second.young_Pa);
+  return true;
+}
+
 void fill(const Difference& d, LumpChange& change) {
   const auto value = [&](size_t p, const auto& of) {
     const double half = kNormal90 * std::sqrt(d.variance[p]);
@@ -309,7 +332,15 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
     without_numbers(first.estimate, second.estimate, change);
     return change;
   }
-  const double unlike = loads_of(second.observation).back() / loads_of(first.observation).back();
+  Observation of_first = first.observation, of_second = second.observation;
+  if (!one_modulus(sources, of_first, of_second)) {
+    change.reasons.push_back(text(
+        "the tissue's modulus was told as %.4g and %.4g Pa, further apart than its stated error of %.2g %%: "
+        "estimate both days with one modulus, or with --young-error 0 where the tissue has changed",
+        of_first.young_Pa, of_second.young_Pa, 100 * sources.young));
+    return change;
+  }
+  const double unlike = loads_of(of_second).back() / loads_of(of_first).back();
   if (std::max(unlike, 1 / unlike) > kUnlikeLoads) {
     change.reasons.push_back(
         text("the highest load is %.3g times the first day's, at most %.2g can be compared: press as hard",
@@ -317,7 +348,6 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
     return change;
   }
   const Model& model = network.model();
-  Observation of_first = first.observation, of_second = second.observation;
   if (unlike > 1)
     of_second = at_loads(of_second, loads_of(of_first));
   else
@@ -345,6 +375,9 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
   }
   add_errors(model, *pair, sources, *difference);
   fill(*difference, change);
+  if (pair->another_pad)
+    change.reasons.emplace_back(
+        "pitch or noise of the two days differ: they count as two pads, whose own patterns do not cancel");
   if (std::max(unlike, 1 / unlike) > kJudgedLoads)
     change.reasons.push_back(text("loads differ by %.2g %%: intervals have been judged up to %.2g %%",
                                   100 * std::abs(unlike - 1), 100 * (kJudgedLoads - 1)));

@@ -93,6 +93,11 @@ class PatchErrors {
   /// Covariance of what another press of the same block does not repeat: each value's noise and each load's
   /// gauge.
   Eigen::MatrixXd of_one_press() const;
+  /// The same of a press by another pad, which has a pattern of its own: of that standard deviation, as
+  /// covariance() has it.
+  Eigen::MatrixXd of_another_pad(double pattern) const {
+    return of_one_press() + pattern * pattern * pattern_;
+  }
   /// Mean square beyond the fields, over the noise's.
   double rest() const { return rest_; }
   double noise() const { return noise_; }

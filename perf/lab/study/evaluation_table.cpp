@@ -11,13 +11,13 @@
 namespace palpate::lump {
 namespace {
 
-struct Setting {
+struct TableSetting {
   double noise_fraction, exposure;
   uint32_t loads;
 };
 
-std::vector<Setting> settings(ScoreOver what, const PalpationSensor& sensor) {
-  std::vector<Setting> all;
+std::vector<TableSetting> settings(ScoreOver what, const PalpationSensor& sensor) {
+  std::vector<TableSetting> all;
   switch (what) {
     case ScoreOver::Noise:
       for (const double noise : {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1})
@@ -87,7 +87,7 @@ size_t rows_of(ScoreOver what) {
 std::vector<ScoreRow> scores_over(ScoreOver what, const std::vector<Example>& examples,
                                   const EvaluationJob& job) {
   std::vector<ScoreRow> rows;
-  for (const Setting& setting : settings(what, job.sensor)) {
+  for (const TableSetting& setting : settings(what, job.sensor)) {
     EvaluationJob one = job;
     one.sensor.noise_fraction = setting.noise_fraction;
     one.sensor.exposure = setting.exposure;

@@ -1,9 +1,11 @@
 // palpate-lab evaluate change: changes between two days on pairs of blocks with known truth.
 #include <mutex>
 
+#include "capture/files/output_file.h"
 #include "palpate/error.h"
 #include "perf/lab/commands/evaluate/evaluate.h"
 #include "perf/lab/study/change_evaluation.h"
+#include "perf/lab/study/day_extremes.h"
 #include "perf/lab/training/examples.h"
 #include "viz/commands/support/options.h"
 #include "viz/commands/support/progress.h"
@@ -15,8 +17,34 @@ struct Options {
   std::string first, second;
   lump::ChangeJob job;
   judge::CellOptions cells;
-  bool input_errors = false;
+  bool input_errors = false, extremes = false;
 };
+
+/// Both sets under each extreme; intervals cover what those of palpate lump compare do.
+Report run_extremes(const Common& common, const std::vector<lump::Example>& first,
+                    const std::vector<lump::Example>& second, lump::ChangeJob job) {
+  const auto extremes = lump::day_extremes(job.sensor);
+  const bool grown = second.front().size_mm > 1.02 * first.front().size_mm;
+  std::mutex guard;
+  std::vector<lump::ExtremeRow> rows;
+  {
+    ProgressBar bar(common, "pairs", first.size() * job.repeats * extremes.size());
+    job.progress = [&](size_t done) {
+      const std::scoped_lock lock(guard);
+      bar.update(done);
+      return !interrupted();
+    };
+    rows = judge_extremes(first, second, extremes, grown, job);
+  }
+  if (rows.empty()) return interrupted_report("interrupted");
+  Report report(extremes_text(rows), extremes_json(rows));
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    write_whole(common.out / "day_extremes.csv", std::string_view(extremes_csv(rows)));
+    report.text += "wrote " + (common.out / "day_extremes.csv").string() + "\n";
+  }
+  return report;
+}
 
 Report run(const Common& common, const Options& o) {
   const auto first = lump::lump_examples(lump::read_lump_file(o.first)),
@@ -27,7 +55,8 @@ Report run(const Common& common, const Options& o) {
                 "palpate-lab dataset of one --seed and --count, the second with --grown");
   lump::ChangeJob job = o.job;
   job.seed = common.seed;
-  if (o.input_errors) job.sources = lump::ErrorSources{};
+  if (o.input_errors || o.extremes) job.sources = lump::ErrorSources{};
+  if (o.extremes) return run_extremes(common, first, second, job);
   const size_t wanted = first.size() * job.repeats;
   std::mutex guard;
   ProgressBar bar(common, "pairs", wanted);
@@ -67,10 +96,14 @@ void add_evaluate_change(CommandLine& group, Common& common, Command& chosen) {
       "--input-errors", o->input_errors,
       "Intervals cover errors of modulus, thickness, pitch, light and place as those of palpate "
       "lump compare do");
+  command->add_flag("--extremes", o->extremes,
+                    "Days that differ in more than the lump: another pad, a turned map, another calibration, "
+                    "another modulus told; with --input-errors");
   command->add_setting("--threads", o->job.threads, Check::range(1, 256), "Threads");
   o->cells.by = {"size_mm", "depth_mm", "ratio"};
   add_cell_options(*command, o->cells, "size_mm, depth_mm, ratio, growth, shape");
-  command->add_option("--out", common.out, "Folder for change.csv, .json, plots and change_cases.csv");
+  command->add_option("--out", common.out,
+                      "Folder for change.csv, .json, plots and change_cases.csv, or day_extremes.csv");
   add_common(*command, common,
              "  palpate-lab dataset first.h5 --count 40 --size-mm 8 12 --depth-mm 2 8 --floor-mm 2\n"
              "  palpate-lab dataset grown.h5 --count 40 --size-mm 8 12 --depth-mm 2 8 --floor-mm 2 \\\n"

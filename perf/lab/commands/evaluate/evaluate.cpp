@@ -20,6 +20,8 @@ void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   add_evaluate_force(*group, common, chosen);
   add_evaluate_lump(*group, common, chosen);
   add_evaluate_change(*group, common, chosen);
+  add_evaluate_methods(*group, common, chosen);
+  add_evaluate_repeats(*group, common, chosen);
   add_evaluate_limit(*group, common, chosen);
   add_evaluate_pairs(*group, common, chosen);
   add_evaluate_stiffness(*group, common, chosen);

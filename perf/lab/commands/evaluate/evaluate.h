@@ -18,6 +18,8 @@ void add_evaluate_modulus(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_force(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_change(CommandLine& group, Common& common, Command& chosen);
+void add_evaluate_methods(CommandLine& group, Common& common, Command& chosen);
+void add_evaluate_repeats(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_limit(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_pairs(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_stiffness(CommandLine& group, Common& common, Command& chosen);

@@ -1,0 +1,66 @@
+// Two days that differ in more than the lump: what is told of each.
+#include "perf/lab/study/day_extremes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "engine/fem/large_strain/extrapolation.h"
+
+namespace palpate {
+namespace {
+
+lump::Example ball_aside() {
+  fem::Scene scene;
+  scene.cells = {32, 32, 16};
+  scene.inclusion->size_mm = {9, 9, 9};
+  scene.inclusion->depth_mm = 4;
+  scene.inclusion->stiffness_ratio = 5;
+  scene.inclusion->offset_mm = {5, 3};
+  fem::LargeStrainOptions options;
+  options.map_nodes = {33, 33};
+  options.step_mm = 2;
+  lump::Example e;
+  e.size_mm = 9;
+  e.depth_mm = 4;
+  e.stiffness_ratio = 5;
+  e.offset_mm = {5, 3};
+  for (const fem::PressedBlock& block :
+       solve_extrapolated(scene, {16, 16, 8}, {{1.6, std::nullopt}, {3.2, std::nullopt}}, options).loads) {
+    e.pressure_Pa.push_back(block.pressure_Pa);
+    e.force_N.push_back(block.force_N);
+  }
+  return e;
+}
+
+TEST(DayExtremes, HaveNamesOfTheirOwn) {
+  std::set<std::string> names;
+  for (const lump::DayExtreme& e : lump::day_extremes({})) EXPECT_TRUE(names.insert(e.name).second) << e.name;
+  EXPECT_GE(names.size(), 8u);
+}
+
+TEST(DayExtremes, EachIsRightOrNotComparableWithAReason) {
+  const std::vector<lump::Example> block = {ball_aside()};
+  std::vector<lump::DayExtreme> extremes = lump::day_extremes({});
+  std::erase_if(extremes, [](const lump::DayExtreme& e) {
+    return e.name != "same pad" && !e.turned && e.young_factor[1] != 1.3;
+  });
+  ASSERT_EQ(extremes.size(), 3u);
+  lump::ChangeJob job;
+  job.place_mm = 1;
+  job.place_sd_mm = 0.6;
+  const std::vector<lump::ExtremeRow> rows = lump::judge_extremes(block, block, extremes, false, job);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0].compared, 1u) << rows[0].reason;
+  EXPECT_EQ(rows[0].told_grown + rows[0].told_shrunk, 0u);
+  EXPECT_EQ(rows[0].hold[0], 1u);
+  EXPECT_EQ(rows[1].compared, 0u);
+  EXPECT_NE(rows[1].reason.find("turned"), std::string::npos) << rows[1].reason;
+  EXPECT_EQ(rows[2].compared, 0u);
+  EXPECT_NE(rows[2].reason.find("modulus"), std::string::npos) << rows[2].reason;
+  EXPECT_EQ(rows[1].unexplained + rows[2].unexplained, 0u);
+}
+
+}  // namespace
+}  // namespace palpate
