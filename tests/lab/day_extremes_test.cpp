@@ -50,6 +50,7 @@ TEST(DayExtremes, EachIsRightOrNotComparableWithAReason) {
   lump::ChangeJob job;
   job.place_mm = 1;
   job.place_sd_mm = 0.6;
+  job.sources = {};
   const std::vector<lump::ExtremeRow> rows = lump::judge_extremes(block, block, extremes, false, job);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0].compared, 1u) << rows[0].reason;

@@ -241,16 +241,15 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--sensor", o->sensor,
                       "Sensor file whose picture is wanted (default: the built-in sensor's)");
   command->add_option("--out", common.out, "Folder for maps, profile, tactile image and plots");
-  add_common(
-      *command, common,
-      "  palpate-lab forward --out out/lump\n"
-      "  palpate-lab forward --size-mm 12 --force-N 2 --large-strain --json\n"
-      "  palpate-lab forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
-      "  palpate-lab forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
-      "  palpate-lab forward sweep --cells 48x48x24 --out out/sweep\n"
-      "  palpate-lab forward convergence --out out/convergence\n"
-      "Linear elasticity unless --large-strain; an answer that did not converge is not shown\n"
-      "(exit code 1).\n");
+  add_common(*command, common,
+             "  palpate-lab forward --out out/lump\n"
+             "  palpate-lab forward --size-mm 12 --force-N 2 --large-strain --json\n"
+             "  palpate-lab forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
+             "  palpate-lab forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
+             "  palpate-lab forward sweep --cells 48x48x24 --out out/sweep\n"
+             "  palpate-lab forward convergence --out out/convergence\n"
+             "Linear elasticity unless --large-strain; an answer that did not converge is not shown\n"
+             "(exit code 1).\n");
   CommandLine* sweeping =
       command->add_subcommand("sweep", "Vary each of the six inputs (d, h, E_r, shape, t, l) by itself")
           ->fallthrough();
