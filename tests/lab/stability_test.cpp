@@ -19,8 +19,25 @@ TEST(LumpStability, CasesCoverTheEdges) {
     EXPECT_NO_THROW(check(scene)) << c.name;
   }
   for (const char* group : {"stiffness ratio", "Poisson's ratio", "depth", "size", "number", "noise",
-                            "sensor", "tissue modulus", "loads"})
+                            "sensor", "tissue modulus", "loads", "floor", "thin tissue", "plate"})
     EXPECT_TRUE(groups.count(group)) << group;
+}
+
+TEST(LumpStability, MissesAreNamed) {
+  lump::StabilityRow row;
+  row.pressed = true;
+  row.what.scene.inclusion->stiffness_ratio = 1e4;
+  row.estimate.verdict = lump::Status::Found;
+  row.estimate.size_mm = {8.2, 7.9, 8.5};
+  row.estimate.depth_mm = {4.6, 4.4, 4.8};
+  row.estimate.stiffness_ratio = {30, 10, 39.99};
+  EXPECT_EQ(row.misses(), "depth") << "an interval that ends where the network's ratios do is open";
+  row.estimate.stiffness_ratio.high = 35;
+  EXPECT_EQ(row.misses(), "depth, ratio");
+  row.what.scene.inclusion.reset();
+  EXPECT_EQ(row.misses(), "false alarm");
+  row.estimate.verdict = lump::Status::OutsideTraining;
+  EXPECT_EQ(row.misses(), "");
 }
 
 TEST(LumpStability, EstimatorSeesWhatTheCaseSays) {

@@ -4,6 +4,7 @@
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
+#include "palpate/error.h"
 #include "perf/lab/commands/commands.h"
 #include "perf/lab/study/evaluation_table.h"
 #include "perf/lab/study/stability.h"
@@ -21,11 +22,12 @@ struct Options {
   double noise = 0.002;
   uint32_t threads = 0;
   bool costs = false;
+  std::string group;
 };
 
 bool has_values(const lump::Estimate& e) {
-  return (reports_numbers(e.verdict) || e.verdict == lump::Status::OutsideTraining) &&
-         std::isfinite(e.size_mm.value) && std::isfinite(e.depth_mm.value);
+  return (reports_numbers(e.verdict) || e.verdict == lump::Status::OutsideTraining) && e.size_mm.value > 0 &&
+         std::isfinite(e.depth_mm.value);
 }
 
 std::string value_text(const lump::Value& v) {
@@ -33,20 +35,30 @@ std::string value_text(const lump::Value& v) {
   return line;
 }
 
+/// What was estimated of a block: itself, and each of several lumps after it.
+struct Line {
+  std::string name;
+  const lump::Estimate* estimate;
+};
+std::vector<Line> lines_of(const lump::StabilityRow& row) {
+  std::vector<Line> lines = {{row.what.name, &row.estimate}};
+  for (const lump::Estimate& one : row.estimate.lumps)
+    lines.push_back({row.what.name + ", lump " + std::to_string(lines.size()), &one});
+  return lines;
+}
+
 std::string table(const std::vector<lump::StabilityRow>& rows) {
-  std::string text;
-  std::string line = palpate::text("%-16s %-38s %-17s %-18s %-18s %-18s\n", "group", "block", "verdict",
-                                   "size, mm", "depth, mm", "stiffness ratio");
-  text += line;
-  for (const lump::StabilityRow& row : rows) {
-    const lump::Estimate& e = row.estimate;
-    const bool values = row.pressed && has_values(e);
-    line = palpate::text(
-        "%-16s %-38s %-17s %-18s %-18s %-18s\n", row.what.group.c_str(), row.what.name.c_str(),
-        row.pressed ? to_string(e.verdict) : "not pressed", values ? value_text(e.size_mm).c_str() : "",
-        values ? value_text(e.depth_mm).c_str() : "", values ? value_text(e.stiffness_ratio).c_str() : "");
-    text += line;
-  }
+  std::string text = palpate::text("%-16s %-38s %-17s %-18s %-18s %-18s %s\n", "group", "block", "verdict",
+                                   "size, mm", "depth, mm", "stiffness ratio", "not held");
+  for (const lump::StabilityRow& row : rows)
+    for (const auto& [name, e] : lines_of(row)) {
+      const bool values = row.pressed && has_values(*e);
+      text += palpate::text(
+          "%-16s %-38s %-17s %-18s %-18s %-18s %s\n", row.what.group.c_str(), name.c_str(),
+          row.pressed ? to_string(e->verdict) : "not pressed", values ? value_text(e->size_mm).c_str() : "",
+          values ? value_text(e->depth_mm).c_str() : "", values ? value_text(e->stiffness_ratio).c_str() : "",
+          row.pressed ? row.misses_of(*e).c_str() : "");
+    }
   return text;
 }
 
@@ -72,6 +84,7 @@ Json to_json(const lump::StabilityRow& row) {
                 {"pressed", row.pressed},
                 {"verdict", row.pressed ? to_string(e.verdict) : "not pressed"},
                 {"evidence", e.detection_statistic},
+                {"not_held", row.misses()},
                 {"reasons", e.reasons}};
   if (row.what.scene.inclusion) {
     const fem::Inclusion& lump = *row.what.scene.inclusion;
@@ -86,29 +99,38 @@ Json to_json(const lump::StabilityRow& row) {
   return value;
 }
 
+std::string truth_cells(const fem::Scene& scene) {
+  if (!scene.inclusion) return ",,,";
+  const fem::Inclusion& lump = *scene.inclusion;
+  return palpate::text("%g,%g,%g,", lump.size()[0], lump.depth_mm, lump.stiffness_ratio);
+}
+
 std::string csv(const std::vector<lump::StabilityRow>& rows) {
   std::string text =
       "group,block,true_size_mm,true_depth_mm,true_stiffness_ratio,verdict,size_mm,size_low_mm,size_high_mm,"
-      "depth_mm,depth_low_mm,depth_high_mm,stiffness_ratio,stiffness_ratio_low,stiffness_ratio_high\n";
-  std::string line;
-  for (const lump::StabilityRow& row : rows) {
-    text += '"' + row.what.group + "\",\"" + row.what.name + "\",";
-    if (row.what.scene.inclusion) {
-      const fem::Inclusion& lump = *row.what.scene.inclusion;
-      line = palpate::text("%g,%g,%g,", lump.size()[0], lump.depth_mm, lump.stiffness_ratio);
-      text += line;
-    } else {
-      text += ",,,";
+      "depth_mm,depth_low_mm,depth_high_mm,stiffness_ratio,stiffness_ratio_low,stiffness_ratio_high,"
+      "not_held\n";
+  for (const lump::StabilityRow& row : rows)
+    for (const auto& [name, e] : lines_of(row)) {
+      text += '"' + row.what.group + "\",\"" + name + "\"," + truth_cells(row.what.scene);
+      text += row.pressed ? to_string(e->verdict) : "not pressed";
+      for (const lump::Value* v : {&e->size_mm, &e->depth_mm, &e->stiffness_ratio})
+        text += row.pressed && has_values(*e) ? palpate::text(",%.5g,%.5g,%.5g", v->value, v->low, v->high)
+                                              : std::string(",,,");
+      text += ",\"" + (row.pressed ? row.misses_of(*e) : std::string()) + "\"\n";
     }
-    text += row.pressed ? to_string(row.estimate.verdict) : "not pressed";
-    for (const lump::Value* v :
-         {&row.estimate.size_mm, &row.estimate.depth_mm, &row.estimate.stiffness_ratio}) {
-      line = palpate::text(",%.5g,%.5g,%.5g", v->value, v->low, v->high);
-      text += row.pressed && has_values(row.estimate) ? line : ",,,";
-    }
-    text += "\n";
-  }
   return text;
+}
+
+/// Those of one group; all without one.
+std::vector<lump::StabilityCase> chosen_cases(const Options& options) {
+  std::vector<lump::StabilityCase> cases = lump::stability_cases(options.noise);
+  std::string groups;
+  for (const lump::StabilityCase& c : cases)
+    if (groups.find(c.group) == std::string::npos) groups += (groups.empty() ? "" : ", ") + c.group;
+  if (!options.group.empty()) std::erase_if(cases, [&](const auto& c) { return c.group != options.group; });
+  if (cases.empty()) throw Error(Failure::Usage, "--group of these: " + groups, options.group, "no --group");
+  return cases;
 }
 
 void write(const std::filesystem::path& path, const std::string& text) {
@@ -120,7 +142,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
 Report stability(const Common& common, const Options& options) {
   const lump::Estimator estimator = lump::named_estimator(
       options.method, lump::load_network(""), lump::ErrorSources::none(), {.threads = options.threads});
-  const std::vector<lump::StabilityCase> cases = lump::stability_cases(options.noise);
+  const std::vector<lump::StabilityCase> cases = chosen_cases(options);
   std::vector<lump::StabilityRow> rows;
   {
     ProgressBar bar(common, "pressing", cases.size());
@@ -181,13 +203,14 @@ Report stability(const Common& common, const Options& options) {
 void add_stability(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "stability",
-      "Estimates at the limits: stiff, soft, shallow, wide, two lumps, none, noise, wrong tissue");
+      "Estimates at the limits: stiff, soft, shallow, wide, two lumps, none, noise, wrong tissue, plates");
   const auto o = std::make_shared<Options>();
   command->add_setting("--method", o->method, Check::one_of({"network", "refined", "direct"}),
                        kLumpMethodHelp);
   command->add_setting("--noise", o->noise, Check::range(0.0, 1.0),
                        "Noise of each node, as a fraction of the highest load's peak pressure");
   command->add_setting("--threads", o->threads, Check::range(0, 256), "0: one per core");
+  command->add_option("--group", o->group, "Of the table, alone: \"plate\", \"floor\" ... (default: all)");
   command->add_flag("--costs", o->costs,
                     "Also error against run time of grids, strain models and numbers of loads");
   command->add_option("--out", common.out,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "engine/base/text.h"
 #include "engine/fem/large_strain/extrapolation.h"
@@ -12,8 +13,10 @@
 namespace palpate::lump {
 namespace {
 
-constexpr std::array<uint32_t, 3> kCells = {56, 56, 28}, kCoarser = {28, 28, 14};
-constexpr double kDeepest = 0.2;  // of the thickness
+constexpr std::array<uint32_t, 3> kCells = {56, 56, 28}, kCellsOfPlate = {48, 48, 24},
+                                  kCoarserOfStraight = {40, 40, 20};
+constexpr double kOnFloor = 0.02;  // of the thickness: a lump that is so near touches the floor
+constexpr double kDeepest = 0.2;   // of the thickness
 constexpr uint32_t kLoads = 4;
 
 struct Pressed {
@@ -26,7 +29,9 @@ bool same_block(const fem::Scene& a, const fem::Scene& b) {
     return x.shape == y.shape && x.size_mm == y.size_mm && x.depth_mm == y.depth_mm &&
            x.stiffness_ratio == y.stiffness_ratio && x.offset_mm == y.offset_mm;
   };
-  return a.block_mm == b.block_mm && a.young_Pa == b.young_Pa && a.poisson == b.poisson &&
+  return a.block_mm == b.block_mm && a.cells == b.cells && a.plate_half_mm == b.plate_half_mm &&
+         a.plate_sticks == b.plate_sticks && a.plate_friction == b.plate_friction &&
+         a.young_Pa == b.young_Pa && a.poisson == b.poisson &&
          a.inclusion.has_value() == b.inclusion.has_value() &&
          (!a.inclusion || same(*a.inclusion, *b.inclusion)) && a.others.size() == b.others.size() &&
          std::equal(a.others.begin(), a.others.end(), b.others.begin(), same);
@@ -41,10 +46,103 @@ fem::LargeStrainResult press(const fem::Scene& scene, uint32_t threads) {
   options.residual = 1e-5;
   options.step_mm = 2;
   options.map_nodes = {33, 33};
-  return solve_extrapolated(scene, kCoarser, loads, options);
+  // Between a lump and the floor that it touches there is no room for cells that follow it: of these two
+  // grids none can.
+  const bool touches = scene.inclusion && scene.inclusion->depth_mm + scene.inclusion->size()[2] >
+                                              scene.block_mm[2] * (1 - kOnFloor);
+  if (touches) return solve_extrapolated(scene, kCoarserOfStraight, loads, options);
+  return solve_extrapolated(scene, loads, options);
+}
+
+constexpr double kEndOfRatios = 39.5;  // the network knows ratios to 40: an interval that ends there is open
+
+/// Cases around one, each with a change of its own.
+class CaseList {
+ public:
+  explicit CaseList(StabilityCase middle) : middle_(std::move(middle)) {}
+
+  template <typename Change>
+  void add(const char* group, const std::string& name, const Change& change) {
+    cases.push_back(middle_);
+    cases.back().group = group;
+    cases.back().name = name;
+    change(cases.back());
+  }
+  /// A ball in tissue of another thickness.
+  void add_ball(const char* group, const std::string& name, double size_mm, double depth_mm,
+                double thickness_mm, double ratio = 6) {
+    add(group, name, [&](StabilityCase& c) {
+      c.scene.inclusion->size_mm = {size_mm, size_mm, size_mm};
+      c.scene.inclusion->depth_mm = depth_mm;
+      c.scene.inclusion->stiffness_ratio = ratio;
+      c.scene.block_mm[2] = thickness_mm;
+    });
+  }
+
+  std::vector<StabilityCase> cases;
+
+ private:
+  StabilityCase middle_;
+};
+
+/// Lumps that touch the floor, and in tissue thinner than twice the lump.
+void add_thin(CaseList& list) {
+  list.add_ball("floor", "8 mm, 12 mm deep, in 20 mm", 8, 12, 20);
+  list.add_ball("floor", "8 mm, 8 mm deep, in 16 mm", 8, 8, 16);
+  list.add_ball("floor", "12 mm, 8 mm deep, in 20 mm", 12, 8, 20);
+  list.add_ball("floor", "12 mm, 8 mm deep, in 20 mm, E_r 1e4", 12, 8, 20, 1e4);
+  list.add_ball("thin tissue", "8 mm, 2 mm deep, in 12 mm", 8, 2, 12);
+  list.add_ball("thin tissue", "9 mm, 4 mm deep, in 16 mm", 9, 4, 16);
+  list.add_ball("thin tissue", "11 mm, 3 mm deep, in 18 mm", 11, 3, 18);
+}
+
+/// Plates that are smaller than the block, that rub, and that hold the tissue sideways.
+void add_plates(CaseList& list) {
+  const auto small = [](StabilityCase& c) {
+    c.scene.cells = kCellsOfPlate;
+    c.scene.plate_half_mm = {10, 10};
+    c.sensor.window_mm = {20, 20};
+  };
+  list.add("plate", "20 x 20 mm on 40 x 40", small);
+  list.add("plate", "the same, block told as 20 x 20", [&](StabilityCase& c) {
+    small(c);
+    c.reported_block_mm = {20, 20};
+  });
+  list.add("plate", "20 x 20 mm on 40 x 40, no lump", [&](StabilityCase& c) {
+    small(c);
+    c.scene.inclusion.reset();
+  });
+  for (const double friction : {0.03, 0.1})
+    list.add("plate", text("friction %g", friction),
+             [&](StabilityCase& c) { c.scene.plate_friction = friction; });
+  list.add("plate", "friction 0.1, no lump", [](StabilityCase& c) {
+    c.scene.plate_friction = 0.1;
+    c.scene.inclusion.reset();
+  });
+  list.add("plate", "sticks", [](StabilityCase& c) { c.scene.plate_sticks = true; });
+  list.add("plate", "sticks, no lump", [](StabilityCase& c) {
+    c.scene.plate_sticks = true;
+    c.scene.inclusion.reset();
+  });
 }
 
 }  // namespace
+
+std::string StabilityRow::misses_of(const Estimate& of) const {
+  if (!reports_numbers(of.verdict)) return "";
+  if (!what.scene.inclusion) return "false alarm";
+  const fem::Inclusion& lump = *what.scene.inclusion;
+  std::string missed;
+  const auto judge = [&](const char* name, double truth, const Value& v) {
+    if (truth < v.low || truth > v.high) missed += (missed.empty() ? "" : ", ") + std::string(name);
+  };
+  judge("size", lump.size()[0], of.size_mm);
+  judge("depth", lump.depth_mm, of.depth_mm);
+  const bool open = of.stiffness_ratio.high > kEndOfRatios;
+  judge("ratio", open ? std::min(lump.stiffness_ratio, of.stiffness_ratio.high) : lump.stiffness_ratio,
+        of.stiffness_ratio);
+  return missed;
+}
 
 std::vector<StabilityCase> stability_cases(double noise) {
   StabilityCase middle;
@@ -52,12 +150,9 @@ std::vector<StabilityCase> stability_cases(double noise) {
   middle.scene.inclusion->stiffness_ratio = 6;
   middle.sensor.noise_fraction = noise;
   middle.sensor.gauge_fraction = 0.001;
-  std::vector<StabilityCase> cases;
-  const auto add = [&](const char* group, const std::string& name, auto change) {
-    cases.push_back(middle);
-    cases.back().group = group;
-    cases.back().name = name;
-    change(cases.back());
+  CaseList list(middle);
+  const auto add = [&](const char* group, const std::string& name, const auto& change) {
+    list.add(group, name, change);
   };
   add("reference", "sphere 8 mm, 5 mm deep, E_r 6", [](StabilityCase&) {});
   for (const double ratio : {0.1, 0.5, 1.5, 3.0, 12.0, 30.0, 100.0, 1e4})
@@ -65,6 +160,10 @@ std::vector<StabilityCase> stability_cases(double noise) {
         [&](StabilityCase& c) { c.scene.inclusion->stiffness_ratio = ratio; });
   for (const double poisson : {0.45, 0.48, 0.499, 0.4999})
     add("Poisson's ratio", text("nu %g", poisson), [&](StabilityCase& c) { c.scene.poisson = poisson; });
+  add("Poisson's ratio", "nu 0.4999, E_r 10000", [](StabilityCase& c) {
+    c.scene.poisson = 0.4999;
+    c.scene.inclusion->stiffness_ratio = 1e4;
+  });
   for (const double depth : {0.0, 1.0, 9.0})
     add("depth", text("%g mm deep", depth), [&](StabilityCase& c) { c.scene.inclusion->depth_mm = depth; });
   add("size", "16 mm, 2 mm deep", [](StabilityCase& c) {
@@ -99,7 +198,9 @@ std::vector<StabilityCase> stability_cases(double noise) {
         [&](StabilityCase& c) { c.reported_modulus = reported; });
   for (const uint32_t loads : {1u, 2u})
     add("loads", std::to_string(loads) + " of 4", [&](StabilityCase& c) { c.loads = loads; });
-  return cases;
+  add_thin(list);
+  add_plates(list);
+  return std::move(list.cases);
 }
 
 std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& cases, const Estimator& estimator,
@@ -122,8 +223,11 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
         maps.push_back(block->result.loads[l].pressure_Pa);
         forces.push_back(block->result.loads[l].force_N);
       }
-      row.estimate = estimator(sensor_observation(
-          maps, forces, what.scene.block_mm, what.reported_modulus * what.scene.young_Pa, what.sensor, seed));
+      Observation seen = sensor_observation(maps, forces, what.scene.block_mm,
+                                            what.reported_modulus * what.scene.young_Pa, what.sensor, seed);
+      if (what.reported_block_mm)
+        seen.block_mm = {(*what.reported_block_mm)[0], (*what.reported_block_mm)[1], what.scene.block_mm[2]};
+      row.estimate = estimator(seen);
     } else {
       row.estimate.reasons = block->result.warnings;
     }

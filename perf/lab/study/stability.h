@@ -1,8 +1,10 @@
-// Estimates of lumps in extreme cases: stiff and soft lumps, at the surface, too wide, two of
-// them, none, other tissue than stated, noise, a saturated sensor.
+// Estimates of lumps in extreme cases: stiff and soft lumps, at the surface, on the floor, too wide, two of
+// them, none, thin tissue, other tissue than stated, noise, a saturated sensor, another plate.
 #pragma once
 
+#include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,13 +21,22 @@ struct StabilityCase {
   fem::Scene scene;         ///< pressed in four steps to a fifth of its thickness
   PalpationSensor sensor;
   double reported_modulus = 1;  ///< modulus that the estimator is told, over the true one
-  uint32_t loads = 4;           ///< of the four, the last so many
+  /// Length and width that the estimator is told the block has, mm; none: its own.
+  std::optional<std::array<double, 2>> reported_block_mm;
+  uint32_t loads = 4;  ///< of the four, the last so many
 };
 
 struct StabilityRow {
   StabilityCase what;
   bool pressed = false;  ///< the forward model reached all loads
   Estimate estimate;
+
+  /// What of a reported estimate is not true: of size, depth and ratio those whose intervals do not hold the
+  /// truth, or "false alarm". A ratio beyond the training's is held where the interval reaches its end.
+  /// Empty: nothing, or no numbers were reported.
+  std::string misses() const { return pressed ? misses_of(estimate) : ""; }
+  /// The same of another estimate of the case's lumps, which are all alike: of one of two.
+  std::string misses_of(const Estimate& of) const;
 };
 
 /// All of them, around a sphere of 8 mm, 5 mm deep, six times as stiff, in 40 x 40 x 20 mm of 4 kPa. `noise`:

@@ -28,7 +28,7 @@ Plot costs_plot(const std::vector<lump::MethodCost>& costs) {
     PlotPanel panel{std::string(kQuantities[p]) + " (numbers: loads)",
                     "processor time of a reading, s (median)", "error, % (median)"};
     panel.log_x = panel.log_y = true;
-    panel.x_range = {{0.005, 500}};
+    panel.x_range = {{0.001, 500}};
     size_t colour = 0;
     for (const char* method : {"network", "refined", "direct"}) {
       PlotCurve points{
