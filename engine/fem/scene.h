@@ -47,7 +47,7 @@ struct PadSheet {
 
 /// Body that presses. The rim of the block is free; its bottom is bonded to a rigid floor.
 enum class Presser : uint8_t {
-  Flat,      ///< a rigid plate over the whole surface; with a pad: the plate that the pad is bonded to
+  Flat,      ///< a rigid plate, see plate_half_mm; with a pad: the plate that the pad is bonded to
   Sphere,    ///< a rigid ball on the middle of the surface; contact where it presses, found node by node
   Pressure,  ///< the same pressure everywhere on the surface
 };

@@ -15,7 +15,7 @@ namespace palpate::fem {
 
 /// Presses the scene's block with its flat plate (press_mm and force_N of `scene` are not used) up to each of
 /// `loads`, which rise. W = mu/2 (J^(-2/3) I1 - 3) + kappa/2 (Jm - 1)^2 with Jm the volume ratio of the whole
-/// cell (mean dilatation, Q1-P0); mu and kappa of Young's modulus and Poisson's ratio; a frictionless plate
+/// cell (mean dilatation, Q1-P0); mu and kappa of Young's modulus and Poisson's ratio; the scene's plate
 /// (or the pad's sheets, bonded). Throws Error(Failure::Usage) for other pressers, sliding pads, loads that
 /// do not rise, cells that cannot follow the inclusion, and what solve() refuses.
 LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<PressLoad>& loads,
