@@ -41,6 +41,7 @@ std::vector<size_t> some_loads(size_t count) {
 
 std::vector<double> at_loads(const std::vector<double>& force_N, const std::vector<size_t>& loads) {
   std::vector<double> some;
+  some.reserve(loads.size());
   for (const size_t l : loads) some.push_back(force_N[l]);
   return some;
 }

@@ -2,10 +2,10 @@
 // grid's answer, or the last lump's in the same cells.
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "engine/fem/large_strain/grid_press.h"
@@ -68,7 +68,9 @@ class GridSeries {
     uint32_t times;
     InclusionShape shape;
     bool along_y;
-    auto operator<=>(const LastOf&) const = default;
+    bool operator<(const LastOf& other) const {
+      return std::tie(times, shape, along_y) < std::tie(other.times, other.shape, other.along_y);
+    }
   };
   const ComparedNodes& nodes_;
   const ResponseOptions& options_;

@@ -30,7 +30,8 @@ std::vector<MethodCost> method_costs(const std::vector<Example>& examples, const
   std::vector<MethodCost> costs;
   for (const EstimateWay& way : kEstimateWays) {
     EvaluationJob own = job;
-    const Estimator estimator = named_estimator(way.method, network, ErrorSources::none(), threads);
+    const Estimator estimator =
+        named_estimator(way.method, network, ErrorSources::none(), {.threads = threads});
     std::vector<double> cpu_s;
     own.estimator = Inverse([&](const Observation& seen) {
       // Of the process: time of its processors, whatever else runs.

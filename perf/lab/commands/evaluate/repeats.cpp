@@ -22,7 +22,7 @@ Report run(const Common& common, const Options& o) {
   lump::ErrorSources place = lump::ErrorSources::none();
   place.place = true;
   lump::RepeatJob job = o.job;
-  job.estimator = lump::named_estimator(o.method, lump::load_network(""), place, 1);
+  job.estimator = lump::named_estimator(o.method, lump::load_network(""), place, {.threads = 1});
   job.seed = common.seed;
   std::mutex guard;
   std::vector<lump::RepeatedBlock> blocks;
