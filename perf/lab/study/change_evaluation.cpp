@@ -1,17 +1,16 @@
 #include "perf/lab/study/change_evaluation.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <optional>
 #include <random>
-#include <thread>
+#include <utility>
 
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "perf/lab/study/evaluation.h"
+#include "perf/lab/study/judged_by_team.h"
 
 namespace palpate::lump {
 namespace {
@@ -149,26 +148,10 @@ void pair_days(std::vector<Example>& first, std::vector<Example>& second) {
 std::vector<JudgedChange> judge_changes(const std::vector<Example>& first, const std::vector<Example>& second,
                                         const ChangeJob& job) {
   const auto network = load_network("");
-  const size_t count = first.size() * job.repeats;
-  std::vector<std::optional<JudgedChange>> found(count);
-  std::atomic<size_t> next = 0, done = 0;
-  std::atomic<bool> stop = false;
-  const auto serve = [&] {
-    for (size_t n = next++; n < count && !stop; n = next++) {
-      const size_t pair = n / job.repeats;
-      found[n] = judge(first[pair], second[pair], job, *network, job.seed * 1000003 + n);
-      if (job.progress && !job.progress(++done)) stop = true;
-    }
-  };
-  {
-    std::vector<std::jthread> team;
-    for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
-    serve();
-  }
-  std::vector<JudgedChange> judged;
-  for (std::optional<JudgedChange>& one : found)
-    if (one) judged.push_back(std::move(*one));
-  return judged;
+  return judged_by_team(first.size() * job.repeats, job.threads, job.progress, [&](size_t n) {
+    const size_t pair = n / job.repeats;
+    return judge(first[pair], second[pair], job, *network, job.seed * 1000003 + n);
+  });
 }
 
 std::string changes_text(const std::vector<JudgedChange>& judged) {

@@ -1,16 +1,15 @@
 #include "perf/lab/study/day_extremes.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <random>
-#include <thread>
 #include <utility>
 
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
+#include "perf/lab/study/judged_by_team.h"
 
 namespace palpate::lump {
 namespace {
@@ -120,30 +119,17 @@ std::vector<ExtremeRow> judge_extremes(const std::vector<Example>& first, const 
                                        const ChangeJob& job) {
   const auto network = load_network("");
   const size_t pairs = first.size() * job.repeats, count = pairs * extremes.size();
-  std::vector<JudgedDays> judged(count);
-  std::vector<char> there(count, 0);
-  std::atomic<size_t> next = 0, done = 0;
-  std::atomic<bool> stop = false;
-  const auto serve = [&] {
-    for (size_t n = next++; n < count && !stop; n = next++) {
-      const size_t pair = n % pairs / job.repeats;
-      // The same places and noise under each extreme.
-      judged[n] = judge(first[pair], second[pair], extremes[n / pairs], job, *network,
-                        job.seed * 1000003 + n % pairs);
-      there[n] = 1;
-      if (job.progress && !job.progress(++done)) stop = true;
-    }
-  };
-  {
-    std::vector<std::jthread> team;
-    for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
-    serve();
-  }
+  const auto judged = judged_by_team(count, job.threads, job.progress, [&](size_t n) {
+    const size_t pair = n % pairs / job.repeats;
+    // The same places and noise under each extreme.
+    return std::pair{n / pairs, judge(first[pair], second[pair], extremes[n / pairs], job, *network,
+                                      job.seed * 1000003 + n % pairs)};
+  });
   std::vector<ExtremeRow> rows;
   for (size_t e = 0; e < extremes.size(); ++e) {
     std::vector<JudgedDays> own;
-    for (size_t n = e * pairs; n < (e + 1) * pairs; ++n)
-      if (there[n] != 0) own.push_back(std::move(judged[n]));
+    for (const auto& [extreme, days] : judged)
+      if (extreme == e) own.push_back(days);
     if (!own.empty()) rows.push_back(row_of(extremes[e], grown, own));
   }
   return rows;

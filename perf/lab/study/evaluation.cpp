@@ -1,11 +1,10 @@
 #include "perf/lab/study/evaluation.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <optional>
 #include <random>
-#include <thread>
+#include <utility>
 
 #include "engine/base/json.h"
 #include "engine/base/normal.h"
@@ -14,6 +13,7 @@
 #include "engine/base/text.h"
 #include "engine/lump/tissue/relaxation.h"
 #include "perf/lab/dataset/sweep.h"
+#include "perf/lab/study/judged_by_team.h"
 
 namespace palpate::lump {
 namespace {
@@ -82,6 +82,30 @@ std::vector<std::array<double, 2>> roc_of(const std::vector<Judged>& judged) {
   return roc;
 }
 
+/// As the sensor reads the example.
+Judged judge_reading(size_t number, const Example& e, const EvaluationJob& job, uint64_t seed) {
+  std::vector<PressureMap> maps;
+  std::vector<double> forces, press_mm;
+  const size_t all = e.force_N.size(), count = job.loads == 0 ? all : std::min<size_t>(job.loads, all);
+  for (size_t k = 0; k < count; ++k) {
+    const size_t load = all - 1 - (count - 1 - k) * all / count;
+    maps.push_back(e.pressure_Pa[load]);
+    forces.push_back(e.force_N[load]);
+    if (job.press_sd_mm > 0) press_mm.push_back(e.press_mm.at(load));
+  }
+  if (job.relaxation) relax(*job.relaxation, maps, forces);
+  Observation observation = sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor, seed);
+  observation.young_Pa *= 1 + job.modulus_error;
+  // A gauge's error must not turn the order of near loads.
+  for (size_t k = 1; k < count; ++k)
+    observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
+  untell(job, e, press_mm, seed ^ 0x5851f42dULL, observation);
+  if (job.relaxation_told) observation.relaxation = told(job.relaxation, seed ^ 0x9d2c5681ULL);
+  Judged judged{number, e, job.estimator(observation), observation.saturated_fraction};
+  judged.truth.pressure_Pa.clear();
+  return judged;
+}
+
 }  // namespace
 
 std::array<double, 3> truth_of(const Example& e) {
@@ -96,50 +120,10 @@ size_t count_judged(size_t examples, const EvaluationJob& job) {
 }
 
 std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const EvaluationJob& job) {
-  std::vector<std::optional<Judged>> found(count_judged(examples.size(), job));
-  std::atomic<size_t> next = 0, done = 0;
-  std::atomic<bool> stop = false;
-  const auto serve = [&] {
-    for (size_t n = next++; n < found.size() && !stop; n = next++) {
-      const size_t i = job.first + n / job.repeats * job.every;
-      const uint64_t repeat = n % job.repeats;
-      const Example& e = examples[i];
-      std::vector<PressureMap> maps;
-      std::vector<double> forces, press_mm;
-      const size_t all = e.force_N.size(), count = job.loads == 0 ? all : std::min<size_t>(job.loads, all);
-      for (size_t k = 0; k < count; ++k) {
-        const size_t load = all - 1 - (count - 1 - k) * all / count;
-        maps.push_back(e.pressure_Pa[load]);
-        forces.push_back(e.force_N[load]);
-        if (job.press_sd_mm > 0) press_mm.push_back(e.press_mm.at(load));
-      }
-      if (job.relaxation) relax(*job.relaxation, maps, forces);
-      const uint64_t seed = job.seed * 1000003 + i + repeat * 0x9e3779b1ULL;
-      Observation observation = sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor, seed);
-      observation.young_Pa *= 1 + job.modulus_error;
-      // A gauge's error must not turn the order of near loads.
-      for (size_t k = 1; k < count; ++k)
-        observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
-      untell(job, e, press_mm, seed ^ 0x5851f42dULL, observation);
-      if (job.relaxation_told) observation.relaxation = told(job.relaxation, seed ^ 0x9d2c5681ULL);
-      try {
-        found[n] = Judged{i, e, job.estimator(observation), observation.saturated_fraction};
-      } catch (const Stopped&) {
-        stop = true;
-        return;
-      }
-      found[n]->truth.pressure_Pa.clear();
-      if (job.progress && !job.progress(++done)) stop = true;
-    }
-  };
-  std::vector<std::jthread> team;
-  for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
-  serve();
-  team.clear();
-  std::vector<Judged> judged;
-  for (std::optional<Judged>& one : found)
-    if (one) judged.push_back(std::move(*one));
-  return judged;
+  return judged_by_team(count_judged(examples.size(), job), job.threads, job.progress, [&](size_t n) {
+    const size_t i = job.first + n / job.repeats * job.every;
+    return judge_reading(i, examples[i], job, job.seed * 1000003 + i + n % job.repeats * 0x9e3779b1ULL);
+  });
 }
 
 Score score_of(const std::vector<Judged>& judged) {

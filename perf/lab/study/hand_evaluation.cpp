@@ -1,10 +1,9 @@
 #include "perf/lab/study/hand_evaluation.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <optional>
-#include <thread>
+#include <utility>
 
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
@@ -14,6 +13,7 @@
 #include "engine/palpation/hand/hand_simulation.h"
 #include "engine/palpation/scan.h"
 #include "palpate/error.h"
+#include "perf/lab/study/judged_by_team.h"
 #include "perf/lab/study/staged_presses.h"
 
 namespace palpate::lump {
@@ -115,27 +115,15 @@ std::vector<HandRow> judge_by_hand(const std::vector<Example>& examples, const E
   const size_t count = count_judged(examples.size(), job);
   std::vector<Example> chosen;
   for (size_t n = 0; n < count; ++n) chosen.push_back(examples[job.first + n / job.repeats * job.every]);
-  std::vector<std::optional<One>> found(count);
-  std::atomic<size_t> next = 0, done = 0;
-  std::atomic<bool> stop = false;
-  const auto serve = [&] {
-    for (size_t n = next++; n < count && !stop; n = next++) {
-      found[n] = judge(chosen[n], job, estimator, network->model(), job.seed * 100003 + n);
-      if (job.progress && !job.progress(++done)) stop = true;
-    }
-  };
-  {
-    std::vector<std::jthread> team;
-    for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
-    serve();
-  }
+  const auto judged = judged_by_team(count, job.threads, job.progress, [&](size_t n) {
+    return std::pair{n, judge(chosen[n], job, estimator, network->model(), job.seed * 100003 + n)};
+  });
   std::vector<Example> truth;
   std::vector<One> all;
-  for (size_t n = 0; n < count; ++n)
-    if (found[n]) {
-      truth.push_back(chosen[n]);
-      all.push_back(*found[n]);
-    }
+  for (const auto& [n, one] : judged) {
+    truth.push_back(chosen[n]);
+    all.push_back(one);
+  }
   return {row_of("staged", truth, all, &One::staged, &One::staged_presses, &One::staged_used),
           row_of("by hand", truth, all, &One::hand, &One::presses, &One::used)};
 }

@@ -1,16 +1,15 @@
 #include "perf/lab/study/next_press_evaluation.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <optional>
-#include <thread>
+#include <utility>
 
 #include "engine/base/numbers.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/palpation/next_press.h"
 #include "engine/palpation/scan.h"
+#include "perf/lab/study/judged_by_team.h"
 #include "perf/lab/study/staged_presses.h"
 
 namespace palpate::lump {
@@ -162,28 +161,13 @@ std::vector<NextPressCase> judge_next_press(const std::vector<Example>& examples
   ErrorSources place = ErrorSources::none();
   place.place = true;
   const Estimator estimator = named_estimator(method, network, place);
-  const size_t count = count_judged(examples.size(), job);
-  std::vector<std::optional<NextPressCase>> found(count);
-  std::atomic<size_t> next = 0, done = 0;
-  std::atomic<bool> stop = false;
-  const auto serve = [&] {
-    for (size_t n = next++; n < count && !stop; n = next++) {
-      const size_t number = job.first + n / job.repeats * job.every;
-      found[n] =
-          ScanStudy(examples[number], job, estimator, network->model(), top_N, job.seed * 100003 + n).run();
-      found[n]->number = number;
-      if (job.progress && !job.progress(++done)) stop = true;
-    }
-  };
-  {
-    std::vector<std::jthread> team;
-    for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
-    serve();
-  }
-  std::vector<NextPressCase> all;
-  for (std::optional<NextPressCase>& one : found)
-    if (one) all.push_back(std::move(*one));
-  return all;
+  return judged_by_team(count_judged(examples.size(), job), job.threads, job.progress, [&](size_t n) {
+    const size_t number = job.first + n / job.repeats * job.every;
+    NextPressCase found =
+        ScanStudy(examples[number], job, estimator, network->model(), top_N, job.seed * 100003 + n).run();
+    found.number = number;
+    return found;
+  });
 }
 
 NextPressScore score_next_press(const std::vector<NextPressCase>& cases) {

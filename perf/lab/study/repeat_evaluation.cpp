@@ -1,11 +1,8 @@
 #include "perf/lab/study/repeat_evaluation.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <optional>
 #include <random>
-#include <thread>
 
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
@@ -13,6 +10,7 @@
 #include "engine/lump/observation/map_at_load.h"
 #include "palpate/error.h"
 #include "perf/lab/study/evaluation.h"
+#include "perf/lab/study/judged_by_team.h"
 
 namespace palpate::lump {
 namespace {
@@ -164,25 +162,11 @@ std::vector<RepeatedBlock> judge_repeats(const std::vector<Example>& examples, c
                   std::to_string(examples[n].force_N.size()) + " loads of block " + std::to_string(n),
                   "palpate-lab dataset --loads 6");
   }
-  std::vector<std::optional<RepeatedBlock>> found(lumps.size());
-  std::atomic<size_t> next = 0, done = 0;
-  std::atomic<bool> stop = false;
-  const auto serve = [&] {
-    for (size_t n = next++; n < lumps.size() && !stop; n = next++) {
-      found[n] = judge(examples[lumps[n]], job, *network, job.seed * 1000003 + lumps[n]);
-      found[n]->number = lumps[n];
-      if (job.progress && !job.progress(++done)) stop = true;
-    }
-  };
-  {
-    std::vector<std::jthread> team;
-    for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
-    serve();
-  }
-  std::vector<RepeatedBlock> blocks;
-  for (std::optional<RepeatedBlock>& one : found)
-    if (one) blocks.push_back(std::move(*one));
-  return blocks;
+  return judged_by_team(lumps.size(), job.threads, job.progress, [&](size_t n) {
+    RepeatedBlock found = judge(examples[lumps[n]], job, *network, job.seed * 1000003 + lumps[n]);
+    found.number = lumps[n];
+    return found;
+  });
 }
 
 std::string repeats_text(const std::vector<RepeatedBlock>& blocks) {
