@@ -17,7 +17,7 @@ constexpr const char* kTissueKeys =
     "size=WxH, seed=N, rate=HZ, noise=on|off, falloff=SHARE, repeat=N, force=N, loads=N, x=MM, y=MM (of the "
     "window), "
     "lump=sphere|ellipsoid|cylinder|lying|none, d=MM, h=MM, ratio=E_R, lx=MM, ly=MM (of the lump), "
-    "thickness=MM, "
+    "lx2=MM, ly2=MM (of a second one like it), thickness=MM, "
     "young=PA, cells=N, hand=N (presses by hand), tilt=DEG, turn=DEG, tremor=MM, slide=MM, texture=SHARE (of "
     "a hand)";
 
@@ -44,7 +44,8 @@ bool is_tissue(const std::string& input) {
 TissueOptions parse_tissue(const std::string& input) {
   TissueOptions o;
   fem::Inclusion lump;
-  bool has_lump = true, force_given = false;
+  std::array<double, 2> second_mm{};
+  bool has_lump = true, has_second = false, force_given = false;
   double d = 8;
   for (const OptionText::Option& option : OptionText::options_of(input)) {
     const std::string& key = option.key;
@@ -58,6 +59,8 @@ TissueOptions parse_tissue(const std::string& input) {
                                                     {"ratio", &lump.stiffness_ratio},
                                                     {"lx", &lump.offset_mm[0]},
                                                     {"ly", &lump.offset_mm[1]},
+                                                    {"lx2", &second_mm[0]},
+                                                    {"ly2", &second_mm[1]},
                                                     {"thickness", &o.scene.block_mm[2]},
                                                     {"young", &o.scene.young_Pa},
                                                     {"tilt", &o.skill.tilt_deg},
@@ -68,6 +71,7 @@ TissueOptions parse_tissue(const std::string& input) {
     if (const auto there = lengths.find(key); there != lengths.end()) {
       *there->second = kTissueText.number<double>(option);
       force_given = force_given || key == "force";
+      has_second = has_second || key == "lx2" || key == "ly2";
     } else if (key == "size") {
       std::tie(o.width, o.height) = kTissueText.size(option.value);
     } else if (key == "seed") {
@@ -118,6 +122,13 @@ TissueOptions parse_tissue(const std::string& input) {
     if (lump.shape == InclusionShape::Ellipsoid) lump.size_mm[0] = 1.5 * d;
     if (lump.shape == InclusionShape::LyingCylinder) lump.size_mm[0] = 2.5 * d;
     o.scene.inclusion = lump;
+    if (has_second) {
+      lump.offset_mm = second_mm;
+      o.scene.others = {lump};
+    }
+  } else if (has_second) {
+    throw Error(Failure::Input, "a synthetic block with a lump that the second one is like", "lump=none",
+                kTissueKeys);
   }
   try {
     fem::check(o.scene);
@@ -147,6 +158,10 @@ std::string to_string(const TissueOptions& o) {
     if (shape == lump.shape) s << "&lump=" << name;
   s << "&d=" << lump.size_mm[2] << "&h=" << lump.depth_mm << "&ratio=" << lump.stiffness_ratio
     << "&lx=" << lump.offset_mm[0] << "&ly=" << lump.offset_mm[1];
+  if (!o.scene.others.empty()) {
+    const std::array<double, 2>& second_mm = o.scene.others.front().offset_mm;
+    s << "&lx2=" << second_mm[0] << "&ly2=" << second_mm[1];
+  }
   return s.str();
 }
 

@@ -35,9 +35,9 @@ struct TissueOptions {
 /// Whether an input is a synthetic block: "synthetic:tissue", alone or followed by "?...".
 bool is_tissue(const std::string& input);
 /// Keys: size, seed, rate, noise, falloff, repeat, force, loads, x, y (of the window), lump (a shape, or
-/// none), d (diameter), h (depth), ratio, lx, ly (of the lump), thickness, young, cells (along the block's
-/// length: a multiple of 8), hand (presses), tilt, turn, tremor, slide, texture. Throws Error(Failure::Input)
-/// that lists them.
+/// none), d (diameter), h (depth), ratio, lx, ly (of the lump), lx2, ly2 (of a second one like it),
+/// thickness, young, cells (along the block's length: a multiple of 8), hand (presses), tilt, turn, tremor,
+/// slide, texture. Throws Error(Failure::Input) that lists them.
 TissueOptions parse_tissue(const std::string& input);
 /// The inverse, with every key.
 std::string to_string(const TissueOptions& options);

@@ -24,10 +24,15 @@ TEST(SyntheticTissue, OptionsComeBack) {
   EXPECT_EQ(o.scene.inclusion->depth_mm, 4);
   EXPECT_EQ(to_string(parse_tissue(to_string(o))), to_string(o));
   EXPECT_FALSE(parse_tissue("synthetic:tissue?lump=none").scene.inclusion);
+  const TissueOptions two = parse_tissue("synthetic:tissue?d=7&lx=-8&lx2=8&ly2=3");
+  ASSERT_EQ(two.scene.others.size(), 1u);
+  EXPECT_EQ(two.scene.others[0].size_mm[0], 7);
+  EXPECT_EQ(two.scene.others[0].offset_mm, (std::array<double, 2>{8, 3}));
+  EXPECT_EQ(to_string(parse_tissue(to_string(two))), to_string(two));
   EXPECT_TRUE(is_tissue("synthetic:tissue"));
   EXPECT_FALSE(is_tissue("synthetic:tissues"));
   for (const char* bad : {"size=5x5", "force=0", "force=x", "d=30", "cells=20", "loads=9", "colour=red",
-                          "lump=cube", "x=99", "noise=loud"})
+                          "lump=cube", "x=99", "noise=loud", "lump=none&lx2=5"})
     EXPECT_THROW(parse_tissue(std::string("synthetic:tissue?") + bad), Error) << bad;
 }
 

@@ -251,14 +251,14 @@ TEST(ScanRows, PressesByHandSayWhereTheyLayOrWhyNot) {
   EXPECT_NEAR(look.map->low_mm, 0.5, 1e-6);
   EXPECT_NEAR(look.map->left_mm, -1.25, 1e-9) << "the block's middle is at 0";
   EXPECT_EQ(look.map->way_mm.size(), 1u);
-  EXPECT_TRUE(look.outline_mm.empty());
+  EXPECT_TRUE(look.outlines_mm.empty());
   estimate.verdict = lump::Status::Found;
   estimate.size_mm = {12, 11, 13};
   estimate.x_mm = {1, 0, 2};
   EXPECT_TRUE(says("size", "12 mm (11 to 13)"));
   const MapLook found = scan_look(status);
-  ASSERT_FALSE(found.outline_mm.empty());
-  for (const auto& [x, y] : found.outline_mm) EXPECT_NEAR(std::hypot(x - 1, y), 6, 1e-9);
+  ASSERT_EQ(found.outlines_mm.size(), 1u);
+  for (const auto& [x, y] : found.outlines_mm[0]) EXPECT_NEAR(std::hypot(x - 1, y), 6, 1e-9);
   EXPECT_TRUE(found.next_mm.empty());
   NextPress& proposed = answer.scan.next.emplace();
   proposed.at_mm = {4, -2};
@@ -268,6 +268,42 @@ TEST(ScanRows, PressesByHandSayWhereTheyLayOrWhyNot) {
   ASSERT_EQ(next.next_mm.size(), 4u);
   EXPECT_DOUBLE_EQ(next.next_mm[0][0], -6);
   EXPECT_DOUBLE_EQ(next.next_mm[2][1], 3);
+}
+
+TEST(ScanRows, OfTwoLumpsEachHasItsNumbersAndItsCircle) {
+  auto seen = std::make_shared<SeenScan>();
+  HandAnswer& answer = seen->answer.emplace();
+  answer.scan.map.observation.force_N = {1.2};
+  answer.scan.map.observation.pressure_Pa = {{2, 1, {1.25, 1.25}, {500, 1000}}};
+  lump::Estimate& both = answer.scan.estimate.emplace();
+  both.verdict = lump::Status::SeveralLumps;
+  for (const double x_mm : {-8.0, 9.0}) {
+    lump::Estimate& one = both.lumps.emplace_back();
+    one.verdict = x_mm < 0 ? lump::Status::Found : lump::Status::StiffnessOpen;
+    one.size_mm = {7, 6.5, 7.5};
+    one.stiffness_ratio = {8, 4, 20};
+    one.x_mm = {x_mm, x_mm - 0.5, x_mm + 0.5};
+    one.y_mm = {2, 1.5, 2.5};
+  }
+  ScanStatus status;
+  status.on = true;
+  status.presses = 3;
+  status.seen = seen;
+  const std::vector<PressRow> rows = scan_rows(status);
+  const auto row = [&](const char* name, int nth) {
+    for (const PressRow& one : rows)
+      if (one.name == name && nth-- == 0) return one.value;
+    return std::string("none");
+  };
+  EXPECT_EQ(row("lump 1", 0), lump::status_text(lump::Status::Found));
+  EXPECT_EQ(row("centre x", 0), "-8 mm (-8.5 to -7.5)");
+  EXPECT_EQ(row("stiffness", 0), "8 x tissue (4 to 20)");
+  EXPECT_EQ(row("lump 2", 0), lump::status_text(lump::Status::StiffnessOpen));
+  EXPECT_EQ(row("centre x", 1), "9 mm (8.5 to 9.5)");
+  EXPECT_EQ(row("stiffness", 1), "open: 4 to 20 x");
+  const MapLook look = scan_look(status);
+  ASSERT_EQ(look.outlines_mm.size(), 2u);
+  for (const auto& [x, y] : look.outlines_mm[1]) EXPECT_NEAR(std::hypot(x - 9, y - 2), 3.5, 1e-9);
 }
 
 }  // namespace

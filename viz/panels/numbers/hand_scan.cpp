@@ -101,8 +101,11 @@ MapLook scan_look(const ScanStatus& s) {
   look.words = {text("pressure at %.3g N", map.observation.force_N.back()),
                 text("%zu of %zu presses", placed(answer), answer.rows.size()),
                 text("%.0f %% of the block seen", 100 * map.seen_fraction)};
-  if (answer.scan.estimate && reports_numbers(answer.scan.estimate->verdict))
-    look.outline_mm = circle(*answer.scan.estimate);
+  if (const auto& estimate = answer.scan.estimate) {
+    if (reports_numbers(estimate->verdict)) look.outlines_mm.push_back(circle(*estimate));
+    for (const lump::Estimate& each : estimate->lumps)
+      if (reports_numbers(each.verdict)) look.outlines_mm.push_back(circle(each));
+  }
   if (answer.scan.next) {
     const auto corners = corners_of(*answer.scan.next);
     look.next_mm.assign(corners.begin(), corners.end());

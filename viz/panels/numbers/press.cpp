@@ -20,24 +20,39 @@ std::string age(const PressAnswer& last, double time_s) {
   return last.time_s <= time_s ? from + ", " + time_text(time_s - last.time_s) + " ago" : from;
 }
 
+void add_numbers(const lump::Estimate& e, std::vector<PressRow>& rows) {
+  const bool open = e.verdict == lump::Status::StiffnessOpen;
+  rows.push_back({Meaning::Plain, "size", with_interval(e.size_mm, " mm")});
+  rows.push_back({Meaning::Plain, "depth of top", with_interval(e.depth_mm, " mm")});
+  rows.push_back({open ? Meaning::Doubtful : Meaning::Plain, "stiffness",
+                  open ? text("open: %.3g to %.3g x", e.stiffness_ratio.low, e.stiffness_ratio.high)
+                       : with_interval(e.stiffness_ratio, " x tissue")});
+  const auto shape = static_cast<size_t>(e.shape);
+  rows.push_back({Meaning::Plain, "shape",
+                  std::string(shape_text(e.shape)) + text(", %.0f %%", 100 * e.shape_probability[shape])});
+  rows.push_back({Meaning::Plain, "centre x", with_interval(e.x_mm, " mm")});
+  rows.push_back({Meaning::Plain, "centre y", with_interval(e.y_mm, " mm")});
+}
+
+Meaning meaning_of(lump::Status verdict) {
+  return verdict == lump::Status::Found || verdict == lump::Status::NoLump ? Meaning::Valid
+                                                                           : Meaning::Doubtful;
+}
+
 }  // namespace
 
 void add_estimate(const lump::Estimate& e, std::vector<PressRow>& rows) {
-  const bool found = e.verdict == lump::Status::Found, open = e.verdict == lump::Status::StiffnessOpen;
-  rows.push_back({found || e.verdict == lump::Status::NoLump ? Meaning::Valid : Meaning::Doubtful, "",
-                  lump::status_text(e.verdict)});
-  if (found || open) {
+  const bool two = e.lumps.size() == 2;
+  rows.push_back(
+      {meaning_of(e.verdict), "", two ? "two lumps, each by itself" : lump::status_text(e.verdict)});
+  if (two || reports_numbers(e.verdict))
     rows.push_back({Meaning::Explains, "", "90 % intervals in brackets"});
-    rows.push_back({Meaning::Plain, "size", with_interval(e.size_mm, " mm")});
-    rows.push_back({Meaning::Plain, "depth of top", with_interval(e.depth_mm, " mm")});
-    rows.push_back({open ? Meaning::Doubtful : Meaning::Plain, "stiffness",
-                    found ? with_interval(e.stiffness_ratio, " x tissue")
-                          : text("open: %.3g to %.3g x", e.stiffness_ratio.low, e.stiffness_ratio.high)});
-    const auto shape = static_cast<size_t>(e.shape);
-    rows.push_back({Meaning::Plain, "shape",
-                    std::string(shape_text(e.shape)) + text(", %.0f %%", 100 * e.shape_probability[shape])});
-    rows.push_back({Meaning::Plain, "centre x", with_interval(e.x_mm, " mm")});
-    rows.push_back({Meaning::Plain, "centre y", with_interval(e.y_mm, " mm")});
+  if (reports_numbers(e.verdict)) add_numbers(e, rows);
+  for (size_t i = 0; i < e.lumps.size(); ++i) {
+    const lump::Estimate& each = e.lumps[i];
+    rows.push_back({meaning_of(each.verdict), text("lump %zu", i + 1), lump::status_text(each.verdict)});
+    if (reports_numbers(each.verdict)) add_numbers(each, rows);
+    for (const std::string& reason : each.reasons) rows.push_back({Meaning::Explains, "", reason});
   }
   for (const std::string& reason : e.reasons) rows.push_back({Meaning::Explains, "", reason});
 }

@@ -152,7 +152,7 @@ void draw_map_marks(ImDrawList* list, const ViewRect& room, const MapLook& look,
     list->PushClipRect(corner(view), far_corner(view), true);
     draw_lines(list, fit, look.map->way_mm, kWay, false, scale);
     if (!look.pad_mm.empty()) draw_lines(list, fit, look.pad_mm, kPad, true, scale);
-    if (!look.outline_mm.empty()) draw_lines(list, fit, look.outline_mm, kFound, true, scale);
+    for (const auto& outline : look.outlines_mm) draw_lines(list, fit, outline, kFound, true, scale);
     if (!look.next_mm.empty()) draw_lines(list, fit, look.next_mm, kNext, true, scale);
     list->PopClipRect();
   }

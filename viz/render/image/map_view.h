@@ -23,10 +23,10 @@ struct MapLook {
   std::shared_ptr<const SeenMap> map;         ///< null: there is none yet
   std::vector<std::array<double, 2>> pad_mm;  ///< GrowingMap::pad_mm()
   // Of a map of other values than heights:
-  std::string unit = "mm";                        ///< of its values
-  std::vector<std::string> words;                 ///< in place of map_words()'s parts; empty: those
-  std::vector<std::array<double, 2>> outline_mm;  ///< of what was found on it; empty: nothing
-  std::vector<std::array<double, 2>> next_mm;     ///< corners of where to press next; empty: nowhere
+  std::string unit = "mm";         ///< of its values
+  std::vector<std::string> words;  ///< in place of map_words()'s parts; empty: those
+  std::vector<std::vector<std::array<double, 2>>> outlines_mm;  ///< of each thing that was found on it
+  std::vector<std::array<double, 2>> next_mm;  ///< corners of where to press next; empty: nowhere
 };
 
 /// A map's place in the picture; both axes in one scale.
