@@ -84,6 +84,9 @@ Cells halved(const Cells& fine) {
 /// Each cell is the sum of its neighbours along x or y, by a Gaussian of 1.5 cells whose middle is 1.
 Cells spread(const Cells& in, bool along_x) {
   constexpr int kFar = 5;
+  std::array<float, kFar + 1> kernel{};
+  for (size_t k = 0; k <= kFar; ++k)
+    kernel[k] = static_cast<float>(std::exp(-double(k * k) / (2 * 1.5 * 1.5)));
   Cells out{.width = in.width, .height = in.height, .value = std::vector<float>(in.value.size())};
   // Whole rows for each neighbour: what lies side by side is added side by side.
   const auto add = [&](uint32_t from, uint32_t to, uint32_t cells, float weight) {
@@ -93,8 +96,8 @@ Cells spread(const Cells& in, bool along_x) {
   };
   for (uint32_t row = 0; row < in.height; ++row)
     for (int k = -kFar; k <= kFar; ++k) {
-      const auto weight = static_cast<float>(std::exp(-double(k * k) / (2 * 1.5 * 1.5)));
       const auto way = static_cast<uint32_t>(std::abs(k));
+      const float weight = kernel[way];
       const uint32_t here = row * in.width;
       if (!along_x) {
         const bool within = k < 0 ? way <= row : row + way < in.height;
