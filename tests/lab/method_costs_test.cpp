@@ -12,8 +12,10 @@ TEST(MethodCosts, AreOfEachWayUntilStopped) {
   lump::Example ball = ball_aside();
   lump::EvaluationJob job;
   job.sensor.gauge_fraction = 0;
+  size_t ways = 0;
   const std::vector<lump::MethodCost> costs =
-      lump::method_costs({ball, ball}, job, 1, [](size_t done) { return done < 4; });
+      lump::method_costs({ball, ball}, job, {.threads = 1, .stop = [&] { return ways == 4; }},
+                         [&](size_t done) { ways = done; });
   ASSERT_EQ(costs.size(), 4u);
   EXPECT_EQ(costs[0].method, "network");
   EXPECT_EQ(costs[0].loads, 1u);

@@ -5,7 +5,6 @@
 
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
-#include "engine/lump/estimator.h"
 
 namespace palpate::lump {
 namespace {
@@ -14,24 +13,23 @@ struct EstimateWay {
   const char* method;
   uint32_t loads;
 };
-constexpr std::array<EstimateWay, 7> kEstimateWays = {{{"network", 1},
-                                                       {"network", 2},
-                                                       {"network", 4},
-                                                       {"refined", 1},
-                                                       {"refined", 2},
-                                                       {"refined", 4},
-                                                       {"direct", 4}}};
+constexpr std::array<EstimateWay, kEstimateWays> kWays = {{{"network", 1},
+                                                           {"network", 2},
+                                                           {"network", 4},
+                                                           {"refined", 1},
+                                                           {"refined", 2},
+                                                           {"refined", 4},
+                                                           {"direct", 4}}};
 
 }  // namespace
 
 std::vector<MethodCost> method_costs(const std::vector<Example>& examples, const EvaluationJob& job,
-                                     uint32_t threads, const std::function<bool(size_t done)>& progress) {
+                                     const LongRun& run, const std::function<void(size_t done)>& progress) {
   const auto network = load_network("");
   std::vector<MethodCost> costs;
-  for (const EstimateWay& way : kEstimateWays) {
+  for (const EstimateWay& way : kWays) {
     EvaluationJob own = job;
-    const Estimator estimator =
-        named_estimator(way.method, network, ErrorSources::none(), {.threads = threads});
+    const Estimator estimator = named_estimator(way.method, network, ErrorSources::none(), run);
     std::vector<double> cpu_s;
     own.estimator = Inverse([&](const Observation& seen) {
       // Of the process: time of its processors, whatever else runs.
@@ -42,10 +40,12 @@ std::vector<MethodCost> method_costs(const std::vector<Example>& examples, const
     });
     own.loads = way.loads;
     own.threads = 1;
-    const Score score = score_of(judge_lumps(examples, own));
+    const std::vector<Judged> judged = judge_lumps(examples, own);
+    if (judged.size() < count_judged(examples.size(), own)) break;
+    const Score score = score_of(judged);
     costs.push_back({way.method, way.loads, score.lumps, score.judged, score.median, median(cpu_s),
                      *std::max_element(cpu_s.begin(), cpu_s.end()), score.coverage});
-    if (!progress(costs.size())) break;
+    progress(costs.size());
   }
   return costs;
 }

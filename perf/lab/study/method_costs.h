@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/lump/estimator.h"
 #include "perf/lab/study/evaluation.h"
 
 namespace palpate::lump {
@@ -22,10 +23,11 @@ struct MethodCost {
 };
 
 /// The examples by the network and refined at one, two and four loads, and by the direct inversion at four.
-/// `threads`: of the direct inversion; blocks are read one after another, so that times are those of a
-/// reading alone. `progress` hears how many of seven are done; false: stop.
+/// `run`: of the direct inversion; blocks are read one after another, so that times are those of a reading
+/// alone. `progress` hears how many of kEstimateWays are done. Those that run.stop cuts short are left out.
 std::vector<MethodCost> method_costs(const std::vector<Example>& examples, const EvaluationJob& job,
-                                     uint32_t threads, const std::function<bool(size_t done)>& progress);
+                                     const LongRun& run, const std::function<void(size_t done)>& progress);
+inline constexpr size_t kEstimateWays = 7;
 
 std::string method_costs_text(const std::vector<MethodCost>& costs);
 std::string method_costs_csv(const std::vector<MethodCost>& costs);

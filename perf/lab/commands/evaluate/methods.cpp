@@ -59,12 +59,11 @@ Report run(const Common& common, const Options& o) {
   job.seed = common.seed;
   std::vector<lump::MethodCost> costs;
   {
-    ProgressBar bar(common, "ways", 7);
-    costs = method_costs(examples, job, o.threads, [&](size_t done) {
-      bar.update(done);
-      return !interrupted();
-    });
+    ProgressBar bar(common, "ways", lump::kEstimateWays);
+    costs = method_costs(examples, job, {.threads = o.threads, .stop = interrupted},
+                         [&](size_t done) { bar.update(done); });
   }
+  if (costs.empty()) return interrupted_report("interrupted");
   Report report(method_costs_text(costs), method_costs_json(costs));
   if (!common.out.empty()) {
     make_output_folder(common.out);
