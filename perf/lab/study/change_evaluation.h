@@ -24,7 +24,7 @@ struct ChangeJob {
   uint32_t repeats = 1;      ///< of each pair, with other noise, places and errors of the gauge
   uint64_t seed = 1;
   uint32_t threads = 1;
-  std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop
+  std::function<bool(size_t done)> progress = {};  ///< from one thread at a time; false: stop
 };
 
 struct JudgedChange {

@@ -35,7 +35,7 @@ struct EvaluationJob {
   uint32_t repeats = 1;         ///< of each, with other noise, patterns and errors of the gauge
   uint64_t seed = 1;
   uint32_t threads = 1;
-  std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop
+  std::function<bool(size_t done)> progress = {};  ///< from one thread at a time; false: stop
 };
 
 struct Judged {

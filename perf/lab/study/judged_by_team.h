@@ -1,9 +1,9 @@
 // Cases of a study, judged by a team of threads.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,17 +14,19 @@
 namespace palpate::lump {
 
 /// judge(n) of each n below `count`, as in_parallel() by so many threads; in the order of n. After each one
-/// progress(how many are done) is asked by the thread that did it, where there is one: false ends the study,
+/// progress(how many are done) is asked, where there is one, by one thread at a time: false ends the study,
 /// as does Stopped from judge; those that were done by then are returned.
 template <typename Judge>
 auto judged_by_team(size_t count, uint32_t threads, const std::function<bool(size_t)>& progress,
                     const Judge& judge) {
   using Found = decltype(judge(size_t{0}));
   std::vector<std::optional<Found>> found(count);
-  std::atomic<size_t> done = 0;
+  size_t done = 0;
+  std::mutex guard;
   try {
     in_parallel(threads, count, [&](size_t n) {
       found[n].emplace(judge(n));
+      const std::scoped_lock lock(guard);
       if (progress && !progress(++done)) throw Stopped();
     });
   } catch (const Stopped&) {

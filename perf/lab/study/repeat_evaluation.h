@@ -25,7 +25,7 @@ struct RepeatJob {
   double load_share = 0.1;   ///< to either side, evenly: of a press's loads against the nominal ones
   uint64_t seed = 1;
   uint32_t threads = 1;
-  std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop
+  std::function<bool(size_t done)> progress = {};  ///< from one thread at a time; false: stop
 };
 
 /// One block's presses.

@@ -1,5 +1,4 @@
 // palpate-lab evaluate change: changes between two days on pairs of blocks with known truth.
-#include <mutex>
 
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
@@ -25,12 +24,10 @@ Report run_extremes(const Common& common, const std::vector<lump::Example>& firs
                     const std::vector<lump::Example>& second, lump::ChangeJob job) {
   const auto extremes = lump::day_extremes(job.sensor);
   const bool grown = second.front().size_mm > 1.02 * first.front().size_mm;
-  std::mutex guard;
   std::vector<lump::ExtremeRow> rows;
   {
     ProgressBar bar(common, "pairs", first.size() * job.repeats * extremes.size());
     job.progress = [&](size_t done) {
-      const std::scoped_lock lock(guard);
       bar.update(done);
       return !interrupted();
     };
@@ -58,10 +55,8 @@ Report run(const Common& common, const Options& o) {
   if (o.input_errors || o.extremes) job.sources = lump::ErrorSources{};
   if (o.extremes) return run_extremes(common, first, second, job);
   const size_t wanted = first.size() * job.repeats;
-  std::mutex guard;
   ProgressBar bar(common, "pairs", wanted);
   job.progress = [&](size_t done) {
-    const std::scoped_lock lock(guard);
     bar.update(done);
     return !interrupted();
   };

@@ -1,6 +1,5 @@
 // palpate-lab evaluate lump: errors of lump estimates on blocks with known truth.
 #include <map>
-#include <mutex>
 #include <optional>
 
 #include "capture/files/output_file.h"
@@ -80,13 +79,11 @@ Report run(const Common& common, Options& o) {
   if (observations == 0)
     throw Error(Failure::Usage, "a first block below " + std::to_string(examples.size()),
                 "--first " + std::to_string(o.job.first), "--first 0");
-  std::mutex guard;
   ProgressBar bar(common, "readings",
                   observations * (o.faults ? lump::fault_count()
                                   : o.over ? rows_of(*o.over)
                                            : 1));
   o.job.progress = [&](size_t done) {
-    const std::scoped_lock lock(guard);
     bar.update(done);
     return !interrupted();
   };

@@ -1,5 +1,4 @@
 // palpate-lab evaluate repeats: spread of estimates of one block that is pressed again and again.
-#include <mutex>
 
 #include "capture/files/output_file.h"
 #include "perf/lab/commands/evaluate/evaluate.h"
@@ -24,12 +23,10 @@ Report run(const Common& common, const Options& o) {
   lump::RepeatJob job = o.job;
   job.estimator = lump::named_estimator(o.method, lump::load_network(""), place, {.threads = 1});
   job.seed = common.seed;
-  std::mutex guard;
   std::vector<lump::RepeatedBlock> blocks;
   {
     ProgressBar bar(common, "blocks", examples.size());
     job.progress = [&](size_t done) {
-      const std::scoped_lock lock(guard);
       bar.update(done);
       return !interrupted();
     };
