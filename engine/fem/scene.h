@@ -125,7 +125,7 @@ struct Result {
   std::vector<std::string> warnings;  ///< one line each: what lies outside the model's validity
 };
 
-/// Whether the scene's plate, if it is smaller than the surface, ends on planes of nodes along x and y.
+/// The scene's plate ends on planes of nodes along x and y, or is the whole surface.
 bool plate_on_nodes(const Scene& scene);
 
 /// Throws Error(Failure::Usage) naming the first field that is out of range or does not fit the others.

@@ -159,7 +159,7 @@ std::optional<Difference> difference_of(const Model& model, const Pair& pair) {
   return difference_of(model, *a, *b, pair.another_pad);
 }
 
-/// Whether the observations show by themselves that two pads made them.
+/// The observations show by themselves that two pads made them.
 bool unlike_pads(const Observation& first, const Observation& second) {
   const double pitch = second.pressure_Pa.front().pitch_mm[0] / first.pressure_Pa.front().pitch_mm[0];
   const double noise = second.noise_Pa / first.noise_Pa;  // NaN or infinite where one has none

@@ -30,7 +30,6 @@ class Effort {
       return limited && spent();
     };
   }
-  void check() const { check_stop(stop_); }  ///< throws Stopped once stop says so
 
  private:
   double most_, done_ = 0;

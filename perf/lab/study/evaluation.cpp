@@ -170,13 +170,12 @@ Score score_of(const std::vector<Judged>& judged) {
       errors[p].push_back(error);
       if (e.verdict == Status::Found) determined[p].push_back(error);
     }
-    const std::array<double, 2>& offset = j.truth.offset_mm;
-    for (size_t axis = 0; axis < 2 && reports_numbers(e.verdict) && (offset[0] != 0 || offset[1] != 0);
-         ++axis) {
-      const Value& place = axis == 0 ? e.x_mm : e.y_mm;
-      place_errors.push_back(std::abs(place.value - offset[axis]));
-      place_covered += offset[axis] >= place.low && offset[axis] <= place.high;
-    }
+    const auto& [x_mm, y_mm] = j.truth.offset_mm;
+    if (reports_numbers(e.verdict) && (x_mm != 0 || y_mm != 0))
+      for (const auto& [place, at_mm] : {std::pair{e.x_mm, x_mm}, {e.y_mm, y_mm}}) {
+        place_errors.push_back(std::abs(place.value - at_mm));
+        place_covered += at_mm >= place.low && at_mm <= place.high;
+      }
     ++score.shapes[static_cast<size_t>(j.truth.shape)][static_cast<size_t>(e.shape)];
     shapes_right += j.truth.shape == e.shape;
   }

@@ -67,6 +67,11 @@ lump::Observation reading_of(Options& o) {
   return observation;
 }
 
+std::string size_text(const lump::Estimate& e) {
+  return palpate::text("%.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", e.size_mm.value, e.depth_mm.value,
+                       e.stiffness_ratio.low, e.stiffness_ratio.high);
+}
+
 Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
   const PressureMap& top = observation.pressure_Pa.back();
   const PlotUnit unit = plot_unit(*std::max_element(top.values.begin(), top.values.end()), "Pa");
@@ -78,9 +83,7 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
   PlotPanel panel{lump::status_text(e.verdict), "x, mm", "y, mm", "", {}, map};
   if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) &&
       e.verdict != lump::Status::SeveralLumps && e.verdict != lump::Status::Inconsistent) {
-    panel.title =
-        palpate::text("%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", to_string(e.shape),
-                      e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low, e.stiffness_ratio.high);
+    panel.title = std::string(to_string(e.shape)) + ": " + size_text(e);
     const auto [x, y] = plot_ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value);
     panel.add("", x, y, kPlotWhite);
   }
@@ -96,9 +99,7 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
                                   kPlotWhite, PlotCurve::Style::Words);
     number.words = {std::to_string(i + 1)};
     number.size = 1;
-    words += palpate::text("%s%zu: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", words.empty() ? "" : "; ",
-                           i + 1, each.size_mm.value, each.depth_mm.value, each.stiffness_ratio.low,
-                           each.stiffness_ratio.high);
+    words += (words.empty() ? "" : "; ") + std::to_string(i + 1) + ": " + size_text(each);
   }
   if (!words.empty()) panel.title = words;
   return {.panels = {panel}, .width_px = 760, .height_px = 600};
