@@ -1,5 +1,5 @@
 // Two days that differ in more than the lump: what is told of each.
-#include "perf/lab/study/day_extremes.h"
+#include "perf/lab/study/days/day_extremes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "perf/lab/study/next_press_evaluation.h"
+#include "perf/lab/study/presses/next_press_evaluation.h"
 
 #include <gtest/gtest.h>
 

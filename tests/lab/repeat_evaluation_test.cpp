@@ -1,5 +1,5 @@
 // Spread of repeated presses next to the errors that they state.
-#include "perf/lab/study/repeat_evaluation.h"
+#include "perf/lab/study/days/repeat_evaluation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // palpate-lab evaluate pairs: two lumps in one block, each estimated, against the truth.
 #include "capture/files/output_file.h"
 #include "perf/lab/commands/evaluate/evaluate.h"
-#include "perf/lab/study/pair_evaluation.h"
-#include "perf/lab/study/pair_interaction.h"
+#include "perf/lab/study/pairs/pair_evaluation.h"
+#include "perf/lab/study/pairs/pair_interaction.h"
 #include "viz/commands/support/options.h"
 
 namespace palpate {

@@ -2,7 +2,7 @@
 
 #include "capture/files/output_file.h"
 #include "perf/lab/commands/evaluate/evaluate.h"
-#include "perf/lab/study/repeat_evaluation.h"
+#include "perf/lab/study/days/repeat_evaluation.h"
 #include "perf/lab/training/examples.h"
 #include "viz/commands/support/lump_method.h"
 #include "viz/commands/support/options.h"

@@ -1,4 +1,4 @@
-#include "perf/lab/study/pair_evaluation.h"
+#include "perf/lab/study/pairs/pair_evaluation.h"
 
 #include <cmath>
 #include <utility>

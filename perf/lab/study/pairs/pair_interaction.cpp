@@ -1,4 +1,4 @@
-#include "perf/lab/study/pair_interaction.h"
+#include "perf/lab/study/pairs/pair_interaction.h"
 
 #include <algorithm>
 #include <array>

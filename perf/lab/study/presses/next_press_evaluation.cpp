@@ -1,4 +1,4 @@
-#include "perf/lab/study/next_press_evaluation.h"
+#include "perf/lab/study/presses/next_press_evaluation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "engine/palpation/next_press.h"
 #include "engine/palpation/scan.h"
 #include "perf/lab/study/judged_by_team.h"
-#include "perf/lab/study/staged_presses.h"
+#include "perf/lab/study/presses/staged_presses.h"
 
 namespace palpate::lump {
 namespace {

@@ -11,7 +11,7 @@
 #include "engine/base/json.h"
 #include "engine/lump/change/change.h"
 #include "engine/lump/observation/sensor_model.h"
-#include "perf/lab/study/change_evaluation.h"
+#include "perf/lab/study/days/change_evaluation.h"
 #include "perf/lab/training/training.h"
 
 namespace palpate::lump {

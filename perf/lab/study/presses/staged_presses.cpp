@@ -1,4 +1,4 @@
-#include "perf/lab/study/staged_presses.h"
+#include "perf/lab/study/presses/staged_presses.h"
 
 #include "engine/palpation/hand/hand_simulation.h"
 

@@ -1,4 +1,4 @@
-#include "perf/lab/study/change_evaluation.h"
+#include "perf/lab/study/days/change_evaluation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "perf/lab/study/day_extremes.h"
+#include "perf/lab/study/days/day_extremes.h"
 
 #include <algorithm>
 #include <cmath>

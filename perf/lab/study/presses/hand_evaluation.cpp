@@ -1,4 +1,4 @@
-#include "perf/lab/study/hand_evaluation.h"
+#include "perf/lab/study/presses/hand_evaluation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include "engine/palpation/scan.h"
 #include "palpate/error.h"
 #include "perf/lab/study/judged_by_team.h"
-#include "perf/lab/study/staged_presses.h"
+#include "perf/lab/study/presses/staged_presses.h"
 
 namespace palpate::lump {
 namespace {

@@ -1,4 +1,4 @@
-#include "perf/lab/study/repeat_evaluation.h"
+#include "perf/lab/study/days/repeat_evaluation.h"
 
 #include <algorithm>
 #include <cmath>
