@@ -4,9 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "engine/lump/network/model.h"
 #include "palpate/error.h"
 #include "tests/lump/formula_lump.h"
 
@@ -147,6 +152,53 @@ TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBel
   const lump::Estimate first = network.estimate(read_of(e, 0.01, 3)),
                        second = again.estimate(read_of(e, 0.01, 3));
   EXPECT_NEAR(first.size_mm.value, second.size_mm.value, 1e-3 * first.size_mm.value);
+}
+
+lump::TrainingOptions quick() {
+  lump::TrainingOptions options;
+  options.ensemble = 2;
+  options.hidden = 12;
+  options.fields = 10;
+  options.rounds = 20;
+  options.observations = 1000;
+  options.readers = 1;
+  options.reader_hidden = 8;
+  options.reader_rounds = 1;
+  options.components = 12;
+  options.trials = 20;
+  return options;
+}
+
+TEST(LumpTraining, LearnsNothingOfBlocksThatAreKeptAside) {
+  std::vector<lump::Example> examples;
+  for (uint64_t i = 0; i < 90; ++i) examples.push_back(example(i, i % 5 != 0));
+  const auto emulator_of = [](const std::vector<lump::Example>& all, uint32_t& aside) {
+    lump::TrainingReport report;
+    const lump::Network network = train_lumps(all, quick(), report);
+    aside = report.kept_aside;
+    return network.model().ensemble.front().layers.back().weight;
+  };
+  uint32_t aside = 0;
+  const auto with_some = [&](uint64_t from) {
+    std::vector<lump::Example> all = examples;
+    for (uint64_t i = from; i < from + 30; ++i) {
+      all.push_back(example(i, true));
+      all.back().aside = true;
+    }
+    return emulator_of(all, aside);
+  };
+  // Others kept aside, the same emulator; the same blocks without a word, another one.
+  const Eigen::MatrixXf first = with_some(500);
+  EXPECT_EQ(aside, 30u);
+  EXPECT_TRUE(first.isApprox(with_some(700)));
+  std::vector<lump::Example> all = examples;
+  for (uint64_t i = 500; i < 530; ++i) all.push_back(example(i, true));
+  EXPECT_FALSE(first.isApprox(emulator_of(all, aside)));
+
+  all.back().aside = true;
+  all.back().cell_mm *= 2;
+  lump::TrainingReport report;
+  EXPECT_THROW(train_lumps(all, quick(), report), Error);
 }
 
 TEST(LumpTraining, RefusesTooFewAndMixedExamples) {

@@ -20,7 +20,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> files;
-  std::string validate, recalibrate;
+  std::string aside, validate, recalibrate;
   lump::TrainingOptions training;
 };
 
@@ -47,9 +47,10 @@ std::vector<lump::Example> read_examples(const std::vector<std::string>& files, 
   for (const std::string& file : files) {
     const lump::Data data = lump::read_lump_file(file);
     const std::vector<lump::Example> more = lump::lump_examples(data);
+    const bool first = made_from.empty() || made_from.ends_with(' ');
     const std::string line =
-        palpate::text("%s%zu cases of seed %llu (%u x %u x %u cells, %s)", made_from.empty() ? "" : "; ",
-                      more.size(), static_cast<unsigned long long>(data.sweep.seed), data.sweep.cells[0],
+        palpate::text("%s%zu cases of seed %llu (%u x %u x %u cells, %s)", first ? "" : "; ", more.size(),
+                      static_cast<unsigned long long>(data.sweep.seed), data.sweep.cells[0],
                       data.sweep.cells[1], data.sweep.cells[2], data.program.c_str());
     made_from += line;
     examples.insert(examples.end(), more.begin(), more.end());
@@ -117,7 +118,14 @@ json::Value report_json(const std::string& file, size_t bytes, const lump::Train
 Report run(const Common& common, Options& o) {
   if (common.out.empty()) throw Error(Failure::Usage, "--out FILE for the network", "none", "--out my.lump");
   std::string made_from;
-  const std::vector<lump::Example> examples = read_examples(o.files, made_from);
+  std::vector<lump::Example> examples = read_examples(o.files, made_from);
+  if (!o.aside.empty()) {
+    made_from += "; calibrated on ";
+    for (lump::Example& example : read_examples({o.aside}, made_from)) {
+      example.aside = true;
+      examples.push_back(std::move(example));
+    }
+  }
   o.training.seed = common.seed;
   o.training.made_from = made_from + "; training seed " + std::to_string(common.seed);
   TrainingWatch watch(common);
@@ -167,6 +175,9 @@ void add_train(CommandLine& program, Common& common, Command& chosen) {
   auto o = std::make_shared<Options>();
   command->add_option("DATA", o->files, "Data sets of palpate-lab dataset, *.h5")->required();
   command->add_option("--out", common.out, "The network's file, *.lump");
+  command->add_option("--aside", o->aside,
+                      "A data set that intervals come from and nothing is learnt of (default: one block of "
+                      "DATA in four)");
   command->add_option("--validate", o->validate, "A data set that it has not seen: how good it is there");
   command->add_option(
       "--recalibrate", o->recalibrate,

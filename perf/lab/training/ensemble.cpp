@@ -145,7 +145,7 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   for (const Seen& s : seen) {
     const MatrixXd mean = bumps_of(model, s, -1), error = mean - s.whole;
     if (!all.finest(s.example)) continue;
-    if (!kept_aside(s.example)) {
+    if (!all.aside(s.example)) {
       seen_squares += of_peak(s, error);
       trained += 1;
       continue;
@@ -188,12 +188,13 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
                     TrainingReport& report) {
   const std::vector<Seen> seen = learn_from(model, all, options.threads);
   Eigen::Index samples = 0;
-  for (const Seen& s : seen) samples += s.out.cols();
+  for (const Seen& s : seen)
+    if (!all.aside(s.example)) samples += s.out.cols();
   const Eigen::Index fields = model.patch.count();
   MatrixXf in(kFeatures, samples), out(fields, samples), weight(fields, samples);
-  std::vector<size_t> example_of;
   Eigen::Index at = 0;
-  for (const Seen& s : seen)
+  for (const Seen& s : seen) {
+    if (all.aside(s.example)) continue;
     for (Eigen::Index k = 0; k < s.out.cols(); ++k, ++at) {
       in.col(at) = s.in.col(k);
       out.col(at) = s.out.col(k).cast<float>();
@@ -202,8 +203,8 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
       const double bump = s.whole.rightCols(1).norm() / static_cast<double>(model.patch.side);
       weight.col(at).setConstant(static_cast<float>(s.loads[static_cast<size_t>(k)] * s.amplitude /
                                                     std::hypot(bump, kFaint * s.peak)));
-      example_of.push_back(s.example);
     }
+  }
   model.in_mean = in.rowwise().mean();
   model.in_scale = ((in.colwise() - model.in_mean).array().square().rowwise().mean().sqrt());
   for (float& scale : model.in_scale) scale = scale > 1e-6F ? 1 / scale : 0;
@@ -219,9 +220,6 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
   std::atomic<uint64_t> rounds_done = 0;
   std::atomic<bool> stop = false;
   in_parallel(options.threads, options.ensemble, [&](size_t member) {
-    std::vector<Eigen::Index> trained;
-    for (size_t s = 0; s < example_of.size(); ++s)
-      if (!all.aside(example_of[s])) trained.push_back(static_cast<Eigen::Index>(s));
     SmallNetwork network =
         SmallNetwork::random({kFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
                              options.seed * 1000 + member);
@@ -236,7 +234,7 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
         stop = true;
       return !stop;
     };
-    train(network, in(Eigen::all, trained), out(Eigen::all, trained), weight(Eigen::all, trained), how);
+    train(network, in, out, weight, how);
     model.ensemble[member] = std::move(network);
   });
   if (stop) throw Stopped();

@@ -14,11 +14,6 @@ inline size_t part_of(size_t example, size_t parts) {
   return ((example + 1) * 0x9e3779b97f4a7c15ULL >> 40) % parts;
 }
 
-/// One example in four is kept out of training: intervals are calibrated on it.
-inline bool kept_aside(size_t example) {
-  return ((example + 1) * 0xd1b54a32d192ed03ULL >> 33) % 4 == 0;
-}
-
 /// Ideal observations of the examples, in their order. Examples of coarser grids than the finest train the
 /// emulator only, which has the cell size as an input: many cheap blocks show how bumps change, a few fine
 /// ones what their level is.
@@ -27,9 +22,14 @@ struct Examples {
   std::vector<Observation> observations;
   double finest_mm = 0;  ///< cells
   bool unseen = false;   ///< none of them was used in training
+  bool told = false;     ///< which ones are kept aside
 
   bool finest(size_t i) const { return examples[i].cell_mm < finest_mm * 1.001; }
-  bool aside(size_t i) const { return finest(i) && (unseen || kept_aside(i)); }
+  /// Kept out of training, so that intervals are calibrated on it: one in four, unless told.
+  bool aside(size_t i) const {
+    if (told) return examples[i].aside;
+    return finest(i) && (unseen || ((i + 1) * 0xd1b54a32d192ed03ULL >> 33) % 4 == 0);
+  }
 };
 
 /// The base fitted to the examples without a lump for which `used` is true.

@@ -32,6 +32,7 @@ void find_ranges(Model& model, const Examples& all) {
   model.cell_mm = 1e30;
   model.floor_mm = 1e30;
   for (size_t i = 0; i < all.examples.size(); ++i) {
+    if (all.told && all.aside(i)) continue;
     const Example& e = all.examples[i];
     widen(model.thickness_mm, e.block_mm[2]);
     for (const double load : loads_of(all.observations[i])) widen(model.load, load);
@@ -69,6 +70,7 @@ Examples take_examples(const std::vector<Example>& examples, Model& model, bool 
              text("%.4g x %.4g mm", e.block_mm[0], e.block_mm[1]));
     Example bare = e;
     bare.pressure_Pa.clear();
+    all.told |= bare.aside;
     all.examples.push_back(std::move(bare));
     ++(e.lump ? report.lumps : report.no_lumps);
   }
@@ -79,6 +81,10 @@ Examples take_examples(const std::vector<Example>& examples, Model& model, bool 
   size_t aside = 0, plain = 0;
   all.finest_mm = all.examples.front().cell_mm;
   for (const Example& e : all.examples) all.finest_mm = std::min(all.finest_mm, e.cell_mm);
+  for (size_t i = 0; i < all.examples.size(); ++i)
+    if (all.examples[i].aside && !all.finest(i))
+      refuse("blocks kept aside of the finest cells, " + text("%.3g mm", all.finest_mm),
+             text("%.3g mm", all.examples[i].cell_mm));
   for (size_t i = 0; i < all.examples.size(); ++i) {
     aside += all.examples[i].lump && all.aside(i);
     plain += !all.examples[i].lump && all.finest(i);
@@ -185,7 +191,7 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
   std::vector<Eigen::VectorXf> bumps;
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const Example& e = all.examples[i];
-    if (!e.lump || !all.finest(i) || kept_aside(i)) continue;
+    if (!e.lump || !all.finest(i) || all.aside(i)) continue;
     const Observation& observation = all.observations[i];
     const float peak = *std::max_element(observation.pressure_Pa.back().values.begin(),
                                          observation.pressure_Pa.back().values.end());

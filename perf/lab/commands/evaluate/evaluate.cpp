@@ -22,6 +22,7 @@ void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
   add_evaluate_change(*group, common, chosen);
   add_evaluate_methods(*group, common, chosen);
   add_evaluate_repeats(*group, common, chosen);
+  add_evaluate_emulator(*group, common, chosen);
   add_evaluate_limit(*group, common, chosen);
   add_evaluate_pairs(*group, common, chosen);
   add_evaluate_stiffness(*group, common, chosen);

@@ -20,6 +20,7 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_change(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_methods(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_repeats(CommandLine& group, Common& common, Command& chosen);
+void add_evaluate_emulator(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_limit(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_pairs(CommandLine& group, Common& common, Command& chosen);
 void add_evaluate_stiffness(CommandLine& group, Common& common, Command& chosen);

@@ -19,8 +19,6 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kHardest_N = 1.6;
-
 struct One {
   std::optional<Estimate> staged, hand;  ///< none: refused
   size_t presses = 0, staged_presses = 0, staged_used = 0, used = 0;

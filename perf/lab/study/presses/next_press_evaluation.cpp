@@ -15,7 +15,7 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kHardest_N = 1.6, kGentle = 2.0 / 3;
+constexpr double kGentle = 2.0 / 3;
 
 ScanStep step_of(const Estimate& estimate, const Example& truth) {
   ScanStep step;

@@ -11,8 +11,8 @@
 
 namespace palpate::lump {
 
-/// The stage's error along x and along y, mm.
-inline constexpr double kStudyStage_mm = 0.1;
+/// The stage's error along x and along y, mm, and the hardest press.
+inline constexpr double kStudyStage_mm = 0.1, kHardest_N = 1.6;
 
 /// The block of another modulus, such that its hardest press is one of `hardest_N`: forces and pressures are
 /// in proportion to it.
