@@ -81,6 +81,31 @@ TEST(Plate, FrictionLiesBetweenSlidingAndSticking) {
   EXPECT_LT(sticks, 2 * slides);
 }
 
+TEST(Plate, MuchFrictionReachesDeepPressesAlikeInAnySteps) {
+  fem::Scene scene = plain_block();
+  const double way_mm = 0.2 * scene.block_mm[2];
+  const auto pressed = [&](double step_mm) {
+    fem::LargeStrainOptions options;
+    options.residual = 1e-5;
+    options.step_mm = step_mm;
+    const fem::LargeStrainResult result = solve_large_strain(scene, {{way_mm, std::nullopt}}, options);
+    EXPECT_TRUE(result.converged) << scene.plate_friction;
+    return result.converged ? result.loads[0].force_N : 0;
+  };
+  scene.plate_sticks = true;
+  const double sticks = pressed(2);
+  scene.plate_sticks = false;
+  double last = pressed(2);
+  for (const double friction : {0.3, 1.0}) {
+    scene.plate_friction = friction;
+    const double force = pressed(2);
+    EXPECT_GT(force, 1.01 * last) << friction;
+    EXPECT_LT(force, sticks) << friction;
+    EXPECT_NEAR(pressed(0.7), force, 1e-4 * force) << "the whole slide counts, not its steps";
+    last = force;
+  }
+}
+
 TEST(Plate, StickingOneHoldsTheTissueAndRubbingOneSlowsIt) {
   const auto spread_mm = [](const fem::Scene& scene) {
     WorkTeam team(1);

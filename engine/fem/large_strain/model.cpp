@@ -9,8 +9,8 @@
 namespace palpate::fem {
 namespace {
 
-constexpr uint32_t kMostNewtonRounds = 15, kMostRubbedRounds = 60;  // without and with friction
-constexpr uint32_t kMostGradients = 400;                            // iterations within one of them
+constexpr uint32_t kMostNewtonRounds = 15, kMostRubbedRounds = 100;  // without and with friction
+constexpr uint32_t kMostGradients = 400;                             // iterations within one of them
 constexpr uint32_t kMostWorse = 3;            // rounds that left more out of balance than they found
 constexpr double kLeastVolumeRatio = 0.05;    // below it an element is as good as inverted
 constexpr double kCorrectionFraction = 0.01;  // of the forces out of balance, left by a correction
@@ -20,6 +20,26 @@ constexpr double kCorrectionFraction = 0.01;  // of the forces out of balance, l
 constexpr double kPreconditionedPoisson = 0.4;
 constexpr Smoothing kQuick = {4, 6};
 constexpr double kChangeFraction = 5e-5;  // the same of a derivative
+
+constexpr double kHardlyBetter = 0.7;  // of what was out of balance, left by a round
+constexpr double kPressAgain = 0.05;   // of it, when the plate's pressure is taken anew
+constexpr uint32_t kGentleRounds = 3;  // at first, twice as many each time
+
+/// Where friction holds a node by a spring and lets it slide beyond, Newton's search jumps to and fro. After
+/// a round that gains little a few go on gently (PlateFriction::form_tangent()).
+struct RubbedSearch {
+  double pressed = 0;  ///< out of balance when the plate's pressure was last taken
+  uint32_t gentle = 0, rounds = kGentleRounds;
+
+  void go_on(double open, double next) {
+    if (gentle > 0) {
+      --gentle;
+    } else if (next > kHardlyBetter * open) {
+      gentle = rounds;
+      rounds *= 2;
+    }
+  }
+};
 
 const Scene& allowed(const Scene& scene) {
   Scene any_load = scene;
@@ -143,9 +163,9 @@ double LargeStrainModel::press_plate(const std::vector<double>& displacement, st
 }
 
 void LargeStrainModel::form_tangent(const std::vector<double>& displacement,
-                                    const std::vector<double>& pressure) {
+                                    const std::vector<double>& pressure, bool gentle) {
   cells_.form_tangent(displacement.data(), pressure, team_);
-  if (friction_) friction_.form_tangent(displacement);
+  if (friction_) friction_.form_tangent(displacement, gentle);
 }
 
 // Newton's search from displacements and pressures that it changes.
@@ -157,16 +177,25 @@ bool LargeStrainModel::search(double press_mm, std::vector<double>& u, std::vect
   if (friction_) open = press_plate(u, force);
   tangent_fresh_ = false;
   uint32_t worse = 0;
+  RubbedSearch rubbed{open};
   for (uint32_t round = 0; open > options_.residual; ++round) {
     if (round == most_rounds || !std::isfinite(open) || worse == kMostWorse || stopped()) return false;
-    form_tangent(u, pressure);
+    form_tangent(u, pressure, rubbed.gentle > 0);
     ++result.newton_rounds;
     result.iterations += correct(std::max(kCorrectionFraction, 0.3 * options_.residual / open), correction);
     cells_.pressures(u.data(), correction.data(), pressure, team_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += correction[n];
     const double next = out_of_balance(u, force);
-    worse += next > open ? 1 : 0;
-    open = friction_ && next <= options_.residual ? press_plate(u, force) : next;
+    if (!friction_) {
+      worse += next > open ? 1 : 0;
+      open = next;
+      continue;
+    }
+    rubbed.go_on(open, next);
+    open = next;
+    if (next > std::max(options_.residual, kPressAgain * rubbed.pressed)) continue;
+    open = press_plate(u, force);
+    rubbed = RubbedSearch{open};
   }
   // Far states make better lines than near ones.
   if (press_mm_ == 0 || std::abs(press_mm - press_mm_) > 0.2 * options_.step_mm) {

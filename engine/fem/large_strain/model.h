@@ -61,7 +61,8 @@ class LargeStrainModel {
   void put_under_plate(double press_mm, std::vector<double>& displacement) const;
   PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
   double press_plate(const std::vector<double>& displacement, std::vector<double>& force);
-  void form_tangent(const std::vector<double>& displacement, const std::vector<double>& pressure);
+  void form_tangent(const std::vector<double>& displacement, const std::vector<double>& pressure,
+                    bool gentle = false);
   bool search(double press_mm, std::vector<double>& u, std::vector<double>& pressure,
               LargeStrainResult& result);
   uint32_t correct(double target_fraction, std::vector<double>& correction);

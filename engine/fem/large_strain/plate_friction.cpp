@@ -30,12 +30,12 @@ void PlateFriction::add_forces(const std::vector<double>& displacement, std::vec
   }
 }
 
-void PlateFriction::form_tangent(const std::vector<double>& displacement) {
+void PlateFriction::form_tangent(const std::vector<double>& displacement, bool gentle) {
   for (Node& node : under_plate_) {
     const double x = displacement[node.at], y = displacement[nodes_ + node.at];
     const double length = std::hypot(x, y, lets_go_mm_), held = friction_ * node.normal / length;
-    node.tangent = {held * (1 - x * x / (length * length)), -held * x * y / (length * length),
-                    held * (1 - y * y / (length * length))};
+    const double loses = gentle ? 0 : held / (length * length);
+    node.tangent = {held - loses * x * x, -loses * x * y, held - loses * y * y};
   }
 }
 

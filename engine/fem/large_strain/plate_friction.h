@@ -25,8 +25,9 @@ class PlateFriction {
   void press(const std::vector<double>& force);
   /// Adds the friction of displacements to the tissue's forces.
   void add_forces(const std::vector<double>& displacement, std::vector<double>& force) const;
-  /// Forms the change of friction with displacement there, the normal forces held.
-  void form_tangent(const std::vector<double>& displacement);
+  /// Forms the change of friction with displacement there, the normal forces held. `gentle`: a spring to
+  /// where a node was at rest, as strong as its friction now, which never overshoots but ends slowly.
+  void form_tangent(const std::vector<double>& displacement, bool gentle = false);
   /// Adds that change of displacements `in` to `out`, 3 x nodes.
   void add_changes(const double* in, double* out) const;
 
