@@ -89,6 +89,9 @@ void write_observation(const std::filesystem::path& folder, const lump::Observat
                      {"stiffness_ratio", o.skin->stiffness_ratio},
                      {"thickness_sd", o.skin->thickness_sd},
                      {"ratio_sd", o.skin->ratio_sd}};
+  if (o.plate)
+    about["plate"] = {
+        {"sticks", o.plate->sticks}, {"friction", o.plate->friction}, {"friction_sd", o.plate->friction_sd}};
   write_whole(folder / kObservationFile, std::string_view(about.dump(2) + "\n"));
 }
 
@@ -126,6 +129,13 @@ lump::Observation read_observation(const std::filesystem::path& path) {
       skin.at("stiffness_ratio").get_to(o.skin->stiffness_ratio);
       skin.at("thickness_sd").get_to(o.skin->thickness_sd);
       skin.at("ratio_sd").get_to(o.skin->ratio_sd);
+    }
+    if (v.contains("plate")) {
+      const json::Value& plate = v.at("plate");
+      o.plate.emplace();
+      plate.at("sticks").get_to(o.plate->sticks);
+      plate.at("friction").get_to(o.plate->friction);
+      plate.at("friction_sd").get_to(o.plate->friction_sd);
     }
   } catch (const json::Error& error) {
     refuse(file.string() + ": " + error.what());

@@ -10,7 +10,7 @@
 #include "engine/base/normal.h"
 #include "engine/base/numbers.h"
 #include "engine/base/text.h"
-#include "engine/lump/skin/skin_effect.h"
+#include "engine/lump/press_effect/press_effect.h"
 #include "engine/lump/tissue/found_tissue.h"
 #include "engine/lump/tissue/relaxation.h"
 #include "palpate/error.h"
@@ -22,9 +22,12 @@ constexpr int kTissueRounds = 3;         // of lump and tissue in turn
 constexpr double kTissueSettled = 1e-3;  // change of the modulus
 constexpr double kMostShare = 0.5;       // of an input's error
 
-constexpr double kSkinShare = 0.05;  // of a skin's effect, 90 % interval: see skin/README.md
+constexpr double kEffectShare = 0.05;  // of skin's and plate's, 90 % interval: see press_effect/README.md
+constexpr double kMostFriction = 2;
 
-constexpr const char *kSkinEffect = "skin's effect", *kRelaxation = "relaxation";
+constexpr const char *kSkinEffect = "skin's effect", *kPlateEffect = "plate's effect",
+                     *kBothEffects = "skin's and plate's effect";
+constexpr const char *kFriction = "plate's friction", *kRelaxation = "relaxation";
 constexpr const char *kLight = "light", *kAlongX = "place along x", *kAlongY = "place along y";
 
 constexpr std::array kLogarithmic{&Estimate::size_mm, &Estimate::depth_mm, &Estimate::stiffness_ratio};
@@ -129,7 +132,7 @@ Estimator Estimator::until(const StopAsked& stop) const {
 
 Estimate Estimator::operator()(const Observation& observation, const UnevenLight& uneven) const {
   if (observation.relaxation) return of_relaxing(observation, uneven);
-  if (observation.skin) return under_skin(observation, uneven);
+  if (observation.skin || observation.plate) return pressed_otherwise(observation, uneven);
   return observation.press_mm.empty() ? widened(observation, sources_, uneven)
                                       : in_found_tissue(observation, uneven);
 }
@@ -253,6 +256,42 @@ class PartWidening {
   std::vector<Widening> each_;
 };
 
+/// Conditions of a press with one of them at either end of its interval.
+struct PressEnds {
+  const char* input;
+  double error;
+  PressConditions lower, higher;
+};
+
+/// Of what an observation says is not exact.
+std::vector<PressEnds> open_ends(const Observation& observation) {
+  std::vector<PressEnds> all;
+  const auto add = [&](const char* input, double error, const auto& change) {
+    if (error <= 0) return;
+    PressEnds ends{input, error, conditions_of(observation), conditions_of(observation)};
+    change(ends.lower, -1);
+    change(ends.higher, 1);
+    all.push_back(std::move(ends));
+  };
+  if (observation.skin) {
+    const double thick = std::exp(kNormal90 * observation.skin->thickness_sd),
+                 stiff = std::exp(kNormal90 * observation.skin->ratio_sd);
+    add("skin's thickness", thick - 1, [&](PressConditions& to, int side) {
+      double& mm = to.skin->thickness_mm;
+      mm = std::min(mm * (side < 0 ? 1 / thick : thick), observation.block_mm[2] / 2);
+    });
+    add("skin's stiffness", stiff - 1,
+        [&](PressConditions& to, int side) { to.skin->stiffness_ratio *= side < 0 ? 1 / stiff : stiff; });
+  }
+  if (observation.plate && !observation.plate->sticks) {
+    const double error = kNormal90 * observation.plate->friction_sd;
+    add(kFriction, error, [&](PressConditions& to, int side) {
+      to.plate_friction = std::clamp(to.plate_friction + side * error, 0.0, kMostFriction);
+    });
+  }
+  return all;
+}
+
 }  // namespace
 
 Estimate Estimator::widened(const Observation& observation, const ErrorSources& sources,
@@ -344,39 +383,38 @@ Estimate Estimator::of_relaxing(const Observation& observation, const UnevenLigh
   return estimate;
 }
 
-Estimate Estimator::under_skin(const Observation& observation, const UnevenLight& uneven) const {
+Estimate Estimator::pressed_otherwise(const Observation& observation, const UnevenLight& uneven) const {
   const Estimator quick(moves_ ? moves_ : inverse_, ErrorSources::none());
-  const Skin& skin = *observation.skin;
-  const SkinTakenOff taken = take_off_skin(observation, [&quick](const Observation& o) { return quick(o); });
+  const TakenOff taken = take_off_effect(observation, [&quick](const Observation& o) { return quick(o); });
   if (!taken.effect) {
     Estimate estimate;
     estimate.method = "none";
     estimate.reasons = {taken.unusable};
     return estimate;
   }
-  const auto lit = [&](double fraction) { return taken.effect->without_skin(uneven(fraction)); };
-  Estimate estimate = (*this)(taken.bare, uneven ? UnevenLight(lit) : uneven);
-  estimate.reasons.push_back(
-      text("under a skin of %.3g mm, %.3g times as stiff as the tissue below, bumps are %.2g times as high",
-           skin.thickness_mm, skin.stiffness_ratio, taken.effect->bump_factor()));
+  const auto lit = [&](double fraction) { return taken.effect->taken_off(uneven(fraction)); };
+  Estimate estimate = (*this)(taken.plain, uneven ? UnevenLight(lit) : uneven);
+  estimate.reasons.push_back("under " + conditions_text(conditions_of(observation)) +
+                             text(", bumps are %.2g times as high", taken.effect->bump_factor()));
   PartWidening widening(estimate);
   if (!widening.any()) return estimate;
-  const auto at = [&](double thickness, double ratio) {
-    const std::optional<Observation> other = without_other_skin(observation, taken, thickness, ratio);
+  const auto under = [&](const PressConditions& conditions) {
+    const std::optional<Observation> other = taken_off_roughly(observation, taken, conditions);
     return other ? quick(*other) : Estimate{};
   };
-  const double thick = std::exp(kNormal90 * skin.thickness_sd), stiff = std::exp(kNormal90 * skin.ratio_sd);
-  if (thick > 1 || stiff > 1) {
-    const std::vector<Estimate> rough = reference_parts(estimate, at(1, 1));
-    if (thick > 1) widening.add("skin's thickness", thick - 1, rough, at(1 / thick, 1), at(thick, 1));
-    if (stiff > 1) widening.add("skin's stiffness", stiff - 1, rough, at(1, 1 / stiff), at(1, stiff));
+  const std::vector<PressEnds> open = open_ends(observation);
+  if (!open.empty()) {
+    const std::vector<Estimate> rough = reference_parts(estimate, under(conditions_of(observation)));
+    for (const PressEnds& ends : open)
+      widening.add(ends.input, ends.error, rough, under(ends.lower), under(ends.higher));
   }
-  const std::vector<Estimate> reference = reference_parts(estimate, quick(taken.bare));
-  widening.add(kSkinEffect, kSkinShare, reference,
-               quick(taken.effect->without_skin(observation, 1 - kSkinShare)),
-               quick(taken.effect->without_skin(observation, 1 + kSkinShare)));
+  const std::vector<Estimate> reference = reference_parts(estimate, quick(taken.plain));
+  const char* effect = !observation.plate ? kSkinEffect : observation.skin ? kBothEffects : kPlateEffect;
+  widening.add(effect, kEffectShare, reference, quick(taken.effect->taken_off(observation, 1 - kEffectShare)),
+               quick(taken.effect->taken_off(observation, 1 + kEffectShare)));
   widening.apply();
-  if (reports_numbers(estimate.verdict) && estimate.depth_mm.high < skin.thickness_mm) {
+  if (observation.skin && reports_numbers(estimate.verdict) &&
+      estimate.depth_mm.high < observation.skin->thickness_mm) {
     estimate.verdict = Status::OutsideTraining;
     estimate.reasons.insert(estimate.reasons.begin(), "a lump within the skin, where it would be less deep");
   }
@@ -421,9 +459,15 @@ std::string effect_text(const InputEffect& effect) {
   if (effect.input == kLight)
     return text("if the window's middle reads %.2g %% darker than its corners: ", percent) +
            side_text(effect.lower) + text("; %.2g %% brighter: ", percent) + side_text(effect.higher);
-  if (effect.input == kSkinEffect)
-    return text("if the skin changes the press by %.2g %% less than computed: ", percent) +
-           side_text(effect.lower) + text("; %.2g %% more: ", percent) + side_text(effect.higher);
+  if (effect.input == kFriction)
+    return text("if the plate's friction is %.2g less than stated: ", effect.error) +
+           side_text(effect.lower) + text("; %.2g more: ", effect.error) + side_text(effect.higher);
+  if (effect.input == kSkinEffect || effect.input == kPlateEffect || effect.input == kBothEffects)
+    return std::string(effect.input == kSkinEffect    ? "if the skin changes"
+                       : effect.input == kPlateEffect ? "if the plate changes"
+                                                      : "if skin and plate change") +
+           text(" the press by %.2g %% less than computed: ", percent) + side_text(effect.lower) +
+           text("; %.2g %% more: ", percent) + side_text(effect.higher);
   if (effect.input == kAlongX || effect.input == kAlongY)
     return "if the " + effect.input + text(" is %.2g mm less than stated: ", effect.error) +
            side_text(effect.lower) + text("; %.2g mm more: ", effect.error) + side_text(effect.higher);

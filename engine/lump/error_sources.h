@@ -51,8 +51,8 @@ class Estimator {
   /// takes the place of these sources. What contradicts itself is Inconsistent, a modulus that is known to no
   /// better than a half Unusable.
   ///
-  /// An Observation::skin is taken off first (skin/README.md); what is open of it, and of its effect, is in
-  /// the intervals.
+  /// An Observation::skin and the effect of an Observation::plate are taken off first
+  /// (press_effect/README.md); what is open of them, and of their effect, is in the intervals.
   ///
   /// Estimates, and again with each source at both ends of its range; fills Estimate::input_effects and
   /// widens the intervals: distances to a value's interval and its moves add as squares, of size, depth and
@@ -63,7 +63,7 @@ class Estimator {
 
  private:
   Estimate of_relaxing(const Observation& observation, const UnevenLight& uneven) const;
-  Estimate under_skin(const Observation& observation, const UnevenLight& uneven) const;
+  Estimate pressed_otherwise(const Observation& observation, const UnevenLight& uneven) const;
   Estimate in_found_tissue(const Observation& observation, const UnevenLight& uneven) const;
   Estimate widened(const Observation& observation, const ErrorSources& sources,
                    const UnevenLight& uneven) const;

@@ -41,6 +41,8 @@ fem::Scene scene_of(const Case& what, const std::array<double, 2>& block_mm, dou
   scene.press_mm = what.press_mm.back();
   scene.cells = in_scene_axes(what, cells);
   scene.skin = what.skin;
+  scene.plate_sticks = what.plate_sticks;
+  scene.plate_friction = what.plate_friction;
   scene.inclusion.reset();
   const auto inclusion_of = [&what](const Case::Lump& lump) {
     fem::Inclusion inclusion;

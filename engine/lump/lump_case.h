@@ -30,6 +30,8 @@ struct Case {
   /// Another one beside it. Long shapes lie along the same axis in both.
   std::optional<Lump> second;
   std::optional<fem::Skin> skin;  ///< over the tissue and the lumps
+  bool plate_sticks = false;      ///< the plate holds the tissue sideways
+  double plate_friction = 0;      ///< with which it slides on the tissue
   double thickness_mm = 0, young_Pa = 0;
   std::vector<double> press_mm;  ///< one per load, rising
 };

@@ -49,6 +49,19 @@ TEST(SkinRows, AreOfTheirSkins) {
   EXPECT_NEAR(row.width[1], 1.5, 1e-9);
 }
 
+TEST(SkinRows, AreOfTheirPlates) {
+  std::vector<lump::Judged> all(4, judged({}, lump::Status::Found, 8));
+  all[1].truth.plate_sticks = true;
+  all[2].truth.plate_friction = 0.03;
+  const std::vector<lump::SkinRow> rows = skin_rows(all);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0].plate, "slides");
+  EXPECT_EQ(rows[0].lumps, 2u);
+  EXPECT_EQ(rows[1].plate, "0.03");
+  EXPECT_EQ(rows[2].plate, "sticks");
+  EXPECT_NE(skin_csv(rows).find(",sticks\n"), std::string::npos);
+}
+
 TEST(SkinRows, ManySkinsAreFourQuarters) {
   std::vector<lump::Judged> all;
   for (int n = 0; n < 40; ++n)

@@ -250,6 +250,27 @@ TEST(LumpSweep, SkinsChangeNothingElse) {
   EXPECT_NEAR(stiff, std::log(0.3 * 5) / 2, 0.03);
 }
 
+TEST(LumpSweep, APlateChangesNothingElse) {
+  lump::Sweep slides, rubs, sticks;
+  rubs.plate_friction = 0.1;
+  sticks.plate_sticks = true;
+  EXPECT_EQ(lump::to_json(slides).dump().find("plate"), std::string::npos);
+  for (const lump::Sweep* sweep : {&rubs, &sticks}) {
+    check(*sweep);
+    const std::string line = lump::to_json(*sweep).dump();
+    EXPECT_EQ(lump::to_json(lump::sweep_from_json(line)).dump(), line);
+    for (uint32_t n = 0; n < 40; ++n) {
+      const lump::Case a = lump_case(slides, n), b = lump_case(*sweep, n);
+      EXPECT_EQ(a.press_mm, b.press_mm);
+      EXPECT_EQ(a.lump.has_value(), b.lump.has_value());
+      const fem::Scene scene = scene_of(*sweep, b);
+      EXPECT_EQ(scene.plate_friction, sweep->plate_friction);
+      EXPECT_EQ(scene.plate_sticks, sweep->plate_sticks);
+      check(scene);
+    }
+  }
+}
+
 TEST(LumpSweep, RefusesWhatCannotBe) {
   const auto refused = [](const auto& change, const char* word) {
     lump::Sweep sweep;
@@ -276,6 +297,8 @@ TEST(LumpSweep, RefusesWhatCannotBe) {
   refused([](lump::Sweep& s) { s.nodes = {33, 1}; }, "nodes");
   refused([](lump::Sweep& s) { s.centred_fraction = -0.1; }, "middle");
   refused([](lump::Sweep& s) { s.skin_mm = {1, 2}; }, "below the skin");
+  refused([](lump::Sweep& s) { s.plate_friction = 3; }, "friction");
+  refused([](lump::Sweep& s) { s.plate_sticks = true, s.plate_friction = 1; }, "sticks");
   refused([](lump::Sweep& s) { s.shapes.clear(); }, "shape");
   refused([](lump::Sweep& s) { s.no_lump_fraction = 1.5; }, "without a lump");
 }

@@ -1,66 +1,31 @@
 // A lump under a skin: the finite elements' press with the skin taken off, and estimates that know of it or
 // do not.
-#include "engine/lump/skin/skin_effect.h"
+#include "engine/lump/press_effect/press_effect.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <utility>
 
-#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/change/change.h"
 #include "engine/lump/error_sources.h"
 #include "engine/lump/network/network.h"
-#include "engine/lump/observation/map_at_load.h"
-#include "engine/lump/observation/sensor_model.h"
+#include "tests/lump/pressed_block.h"
 
 namespace palpate {
 namespace {
 
-const lump::Case::Lump kBall{InclusionShape::Sphere, false, 9, 4, 6, {0, 0}};
-
-/// A block of 4000 Pa under a skin, on other cells than those that take it off, as a sensor without noise
-/// reads it.
-lump::Observation pressed(const std::optional<fem::Skin>& skin, const std::optional<lump::Case::Lump>& lump) {
-  lump::Case block;
-  block.lump = lump;
-  block.skin = skin;
-  block.thickness_mm = 20;
-  block.young_Pa = 4000;
-  block.press_mm = {2.8};
-  fem::LargeStrainOptions options;
-  options.map_nodes = {33, 33};
-  options.step_mm = 2;
-  options.residual = 1e-5;
-  const std::vector<fem::PressLoad> loads = {
-      {0.7, std::nullopt}, {1.4, std::nullopt}, {2.1, std::nullopt}, {2.8, std::nullopt}};
-  const fem::LargeStrainResult result =
-      solve_extrapolated(scene_of(block, {40, 40}, 0.495, {36, 36, 18}), {24, 24, 12}, loads, options);
-  EXPECT_TRUE(result.converged);
-  std::vector<PressureMap> maps;
-  std::vector<double> force_N, press_mm;
-  for (const fem::PressedBlock& load : result.loads) {
-    maps.push_back(load.pressure_Pa);
-    force_N.push_back(load.force_N);
-    press_mm.push_back(load.press_mm);
-  }
-  lump::Observation o = lump::ideal_observation(maps, force_N, {40, 40, 20}, 4000, 1.25);
-  o.noise_Pa = 2;
-  o.press_mm = press_mm;
-  return o;
-}
+constexpr auto& kBall = kPressedBall;
 
 /// The ball, and the same under a skin of 2 mm, four times as stiff as the tissue.
 const lump::Observation& ball_alone() {
-  static const lump::Observation observation = pressed(std::nullopt, kBall);
+  static const lump::Observation observation = pressed_block({}, kBall);
   return observation;
 }
 const lump::Observation& ball_under_skin() {
-  static const lump::Observation observation = pressed(fem::Skin{2, 4}, kBall);
+  static const lump::Observation observation = pressed_block({.skin = fem::Skin{2, 4}}, kBall);
   return observation;
-}
-
-lump::Estimator estimator(const lump::ErrorSources& sources = lump::ErrorSources::none()) {
-  return {[](const lump::Observation& o) { return lump::Network::built_in().estimate(o); }, sources};
 }
 
 lump::Observation told(lump::Observation o, const lump::Skin& skin) {
@@ -68,24 +33,12 @@ lump::Observation told(lump::Observation o, const lump::Skin& skin) {
   return o;
 }
 
-/// What a polynomial through all loads of an observation has at a force.
-double at_force(const lump::Observation& o, const std::vector<double>& values, double force_N) {
-  double sum = 0;
-  for (size_t k = 0; k < values.size(); ++k) {
-    double weight = force_N / o.force_N[k];
-    for (size_t l = 0; l < values.size(); ++l)
-      if (l != k) weight *= (force_N - o.force_N[l]) / (o.force_N[k] - o.force_N[l]);
-    sum += weight * values[k];
-  }
-  return sum;
-}
-
 TEST(SkinEffect, MapsAndWaysAreThoseOfTheBlockWithoutIt) {
   const lump::Observation &bare = ball_alone(), &under = ball_under_skin();
-  lump::SkinEffect effect(under, {2, 4});
+  lump::PressEffect effect(under, {.skin = fem::Skin{2, 4}});
   ASSERT_TRUE(effect.converged());
   ASSERT_TRUE(effect.set_lumps({kBall}));
-  const lump::Observation off = effect.without_skin(under);
+  const lump::Observation off = effect.taken_off(under);
   EXPECT_FALSE(off.skin);
   // The third load's force lies between two of the bare block's.
   const double force_N = under.force_N[2];
@@ -93,19 +46,7 @@ TEST(SkinEffect, MapsAndWaysAreThoseOfTheBlockWithoutIt) {
   const double way_mm = at_force(bare, bare.press_mm, force_N);
   EXPECT_NEAR(off.press_mm[2], way_mm, 0.01);
   EXPECT_GT(std::abs(under.press_mm[2] - way_mm), 0.2) << "the skin hardly matters";
-  const PressureMap wanted = map_at_load(bare, force_N);
-  double left = 0, there = 0, peak = 0;
-  for (size_t n = 0; n < wanted.values.size(); ++n) {
-    const auto want = double{wanted.values[n]};
-    if (std::max(n % wanted.width, n / wanted.width) > 28 || std::min(n % wanted.width, n / wanted.width) < 4)
-      continue;  // at the rim cells differ most
-    left += std::pow(double{off.pressure_Pa[2].values[n]} - want, 2);
-    there += std::pow(double{under.pressure_Pa[2].values[n]} - want, 2);
-    peak = std::max(peak, want);
-  }
-  const auto count = static_cast<double>(wanted.values.size());
-  left = std::sqrt(left / count) / peak;
-  there = std::sqrt(there / count) / peak;
+  const double left = map_difference(off, 2, bare), there = map_difference(under, 2, bare);
   std::printf("a skin of 2 mm, ratio 4, changes the map by %.2f %% of its peak (RMS); taken off: %.2f %%\n",
               100 * there, 100 * left);
   EXPECT_GT(there, 0.01);
@@ -114,9 +55,9 @@ TEST(SkinEffect, MapsAndWaysAreThoseOfTheBlockWithoutIt) {
 
 TEST(SkinEffect, NoneTakesNothingOff) {
   const lump::Observation& bare = ball_alone();
-  lump::SkinEffect effect(bare, {2, 1}, lump::SkinEffect::Effort::Rough);
+  lump::PressEffect effect(bare, {.skin = fem::Skin{2, 1}}, lump::PressEffect::Effort::Rough);
   ASSERT_TRUE(effect.converged() && effect.set_lumps({kBall}));
-  const lump::Observation off = effect.without_skin(bare);
+  const lump::Observation off = effect.taken_off(bare);
   for (size_t k = 0; k < 4; ++k) {
     EXPECT_NEAR(off.press_mm[k], bare.press_mm[k], 1e-9);
     for (size_t n = 0; n < off.pressure_Pa[k].values.size(); ++n)
@@ -124,19 +65,20 @@ TEST(SkinEffect, NoneTakesNothingOff) {
   }
   const lump::Observation& under = ball_under_skin();
   const lump::Observation same =
-      lump::SkinEffect(under, {2, 4}, lump::SkinEffect::Effort::Rough).without_skin(under, 0);
+      lump::PressEffect(under, {.skin = fem::Skin{2, 4}}, lump::PressEffect::Effort::Rough)
+          .taken_off(under, 0);
   for (size_t n = 0; n < same.pressure_Pa[3].values.size(); ++n)
     EXPECT_NEAR(same.pressure_Pa[3].values[n], under.pressure_Pa[3].values[n], 0.05);
 }
 
 const lump::Estimate& told_estimate() {
-  static const lump::Estimate estimate = estimator()(told(ball_under_skin(), {2, 4}));
+  static const lump::Estimate estimate = plain_estimator()(told(ball_under_skin(), {2, 4}));
   return estimate;
 }
 
 TEST(SkinEffect, ALumpUnderAStatedSkinIsWhatItIs) {
   const lump::Observation& under = ball_under_skin();
-  const lump::Estimate ignored = estimator()(under);
+  const lump::Estimate ignored = plain_estimator()(under);
   const lump::Estimate& known = told_estimate();
   for (const auto& [name, e] : {std::pair{"ignored", &ignored}, std::pair{"told", &known}})
     std::printf("%s: %s, %.2f mm (%.2f to %.2f), %.2f deep (%.2f to %.2f), ratio %.1f (%.1f to %.1f)\n", name,
@@ -155,7 +97,7 @@ TEST(SkinEffect, ALumpUnderAStatedSkinIsWhatItIs) {
 
 TEST(SkinEffect, ASkinHardlyKnownWidensTheIntervals) {
   const lump::Estimate& known = told_estimate();
-  const lump::Estimate unsure = estimator()(told(ball_under_skin(), {2, 4, 0.15, 0.2}));
+  const lump::Estimate unsure = plain_estimator()(told(ball_under_skin(), {2, 4, 0.15, 0.2}));
   ASSERT_TRUE(reports_numbers(unsure.verdict));
   EXPECT_EQ(unsure.size_mm.value, known.size_mm.value);
   EXPECT_GT(std::log(unsure.depth_mm.high / unsure.depth_mm.low),
@@ -165,7 +107,7 @@ TEST(SkinEffect, ASkinHardlyKnownWidensTheIntervals) {
 TEST(SkinEffect, TheWayFindsTheTissueBelow) {
   lump::Observation under = ball_under_skin();
   under.young_Pa = 0;
-  const lump::Estimate ignored = estimator()(under), known = estimator()(told(under, {2, 4}));
+  const lump::Estimate ignored = plain_estimator()(under), known = plain_estimator()(told(under, {2, 4}));
   ASSERT_TRUE(ignored.tissue && known.tissue);
   std::printf("modulus %.0f Pa, the skin ignored %.0f\n", known.tissue->young_Pa.value,
               ignored.tissue->young_Pa.value);
@@ -174,18 +116,18 @@ TEST(SkinEffect, TheWayFindsTheTissueBelow) {
 }
 
 TEST(SkinEffect, ABlockWithoutALumpHasNone) {
-  lump::Observation under = pressed(fem::Skin{2, 4}, std::nullopt);
+  lump::Observation under = pressed_block({.skin = fem::Skin{2, 4}}, std::nullopt);
   under.press_mm.clear();
-  const lump::Estimate known = estimator()(told(under, {2, 4}));
+  const lump::Estimate known = plain_estimator()(told(under, {2, 4}));
   EXPECT_EQ(known.verdict, lump::Status::NoLump) << known.reasons.front() << known.reasons.back();
-  EXPECT_EQ(estimator()(pressed(std::nullopt, std::nullopt)).verdict, lump::Status::NoLump);
+  EXPECT_EQ(plain_estimator()(pressed_block({}, std::nullopt)).verdict, lump::Status::NoLump);
 }
 
 TEST(SkinEffect, WhatFindsNoEquilibriumHasNoNumbers) {
   lump::Observation under = ball_under_skin();
   under.press_mm.clear();
   under.young_Pa = 4;  // kPa
-  const lump::Estimate found = estimator()(told(under, {2, 4}));
+  const lump::Estimate found = plain_estimator()(told(under, {2, 4}));
   EXPECT_EQ(found.verdict, lump::Status::Unusable);
   ASSERT_FALSE(found.reasons.empty());
   EXPECT_NE(found.reasons.front().find("no equilibrium"), std::string::npos) << found.reasons.front();

@@ -236,6 +236,30 @@ TEST_F(LumpEstimateCommand, ASkinThatIsToldIsTakenOffAndKept) {
   expect_refusal(with({"--skin-mm", "2", "--skin-ratio", "stiff"}), 2, {"--skin-ratio", "'stiff'"});
 }
 
+TEST_F(LumpEstimateCommand, APlateThatIsToldIsTakenOffAndKept) {
+  const auto about = deep_ellipsoid();
+  const auto with = [&](const std::vector<std::string>& more) {
+    return estimate_of(about, {"--young-Pa", "4000", "--noise-Pa", "4"}, more);
+  };
+  // These maps are of a plate that slides: one without friction changes nothing.
+  const Ended bare = run(with({"--json"})),
+              slides =
+                  run(with({"--plate-friction", "0+-0.02", "--json", "--out", (folder_ / "out").string()}));
+  ASSERT_EQ(slides.exit_code, 0) << slides.err;
+  const auto without = parse_json(bare.out), under = parse_json(slides.out);
+  EXPECT_NEAR(under["size_mm"]["value"].get<double>() / without["size_mm"]["value"].get<double>(), 1, 0.02);
+  EXPECT_TRUE(contains(slides.out, "plate's friction"));
+  EXPECT_FALSE(contains(bare.out, "plate"));
+  const auto kept = parse_json(slurp(folder_ / "out" / "observation.json"));
+  EXPECT_EQ(kept["plate"]["sticks"].get<bool>(), false);
+  EXPECT_EQ(kept["plate"]["friction_sd"].get<double>(), 0.02);
+
+  expect_refusal(with({"--plate-friction", "3"}), 2, {"--plate-friction", "0 to 2", "'3'"});
+  expect_refusal(with({"--plate-friction", "0.1+-2"}), 2, {"at most 0.5", "0.1+-0.03"});
+  expect_refusal(with({"--plate-friction", "oil"}), 2, {"--plate-friction", "'oil'"});
+  expect_refusal(with({"--plate-friction", "0.1", "--plate-sticks"}), 2, {"sticks", "one of the two"});
+}
+
 TEST_F(LumpEstimateCommand, RelaxationThatIsToldIsTakenBack) {
   const auto about = deep_ellipsoid();
   const auto with = [&](const std::vector<std::string>& more) {

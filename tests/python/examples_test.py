@@ -200,6 +200,19 @@ def test_a_skin_that_is_told():
     assert stiff.depth_mm is None or abs(stiff.depth_mm.value / bare.depth_mm.value - 1) > 0.02
 
 
+def test_a_plate_that_is_told():
+    folder = Path(__file__).parent.parent / "data" / "calculix"
+    about = json.loads((folder / "deep_ellipsoid.json").read_text())
+    maps = [np.loadtxt(folder / load["file"], delimiter=",") for load in about["loads"]]
+    forces = [load["force_N"] for load in about["loads"]]
+    bare = pp.lump.estimate(maps, force_N=forces, young_Pa=4000, noise_Pa=4)
+    # These slid; under a plate that sticks the same maps would be of another lump.
+    slides = pp.lump.estimate(maps, force_N=forces, young_Pa=4000, noise_Pa=4, plate_friction=(0, 0.01))
+    assert slides.found and abs(slides.depth_mm.value / bare.depth_mm.value - 1) < 0.02
+    sticks = pp.lump.estimate(maps, force_N=forces, young_Pa=4000, noise_Pa=4, plate_sticks=True)
+    assert sticks.depth_mm is None or abs(sticks.depth_mm.value / bare.depth_mm.value - 1) > 0.02
+
+
 def test_a_lump_on_two_days(tmp_path):
     x = (np.arange(23) - 11) * 1.25
     r2 = x[:, None] ** 2 + x[None, :] ** 2

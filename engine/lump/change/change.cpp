@@ -328,6 +328,11 @@ LumpChange compare(const Network& network, const Day& first, const Day& second, 
     change.reasons.emplace_back("a lump under a skin is estimated on each day, its change is not told");
     return change;
   }
+  if (first.observation.plate || second.observation.plate) {
+    change.reasons.emplace_back(
+        "a lump under a plate that rubs or sticks is estimated on each day, its change is not told");
+    return change;
+  }
   if (!followed(first.estimate) || !followed(second.estimate)) {
     without_numbers(first.estimate, second.estimate, change);
     return change;

@@ -21,6 +21,13 @@ struct Skin {
   double thickness_sd = 0, ratio_sd = 0;         ///< standard deviations of their logarithms
 };
 
+/// What is known of a plate that does not slide freely on the tissue.
+struct Plate {
+  bool sticks = false;  ///< it holds the tissue sideways, and has no friction then
+  double friction = 0;  ///< coefficient with which the tissue slides along it, 0 to 2
+  double friction_sd = 0;
+};
+
 /// What is known of how tissue relaxes, and of when it was read: the plate moves for `move_s` to each load in
 /// turn, rests for `rest_s`, and is read.
 struct Relaxation {
@@ -57,6 +64,7 @@ struct Observation {
   /// Taken off by an Estimator (error_sources.h) alone; modulus and stiffness ratio are then those of, and
   /// over, the tissue below it. None: the block is of one tissue.
   std::optional<Skin> skin;
+  std::optional<Plate> plate;            ///< taken off likewise; none: it slides without friction
   std::optional<Relaxation> relaxation;  ///< young_Pa is that right after a step
 };
 
@@ -101,9 +109,10 @@ constexpr bool reports_numbers(Status verdict) {
 /// Effect on an estimate of an input that is stated wrong: relative changes of size, depth and ratio where it
 /// is `error` lower and higher than stated; NaN where the estimate then reports no numbers.
 struct InputEffect {
-  /// "modulus", "thickness", "pitch", "light" of the window's middle, or "place along x", "place along y"
+  /// "modulus", "thickness", "pitch", "light" of the window's middle, "place along x", "place along y",
+  /// "relaxation", "skin's thickness", "skin's stiffness", "plate's friction", "skin's effect", ...
   std::string input;
-  double error = 0;  ///< share; of a place mm
+  double error = 0;  ///< share; of a place mm, of a friction the coefficient itself
   std::array<double, 3> lower{}, higher{};
 };
 

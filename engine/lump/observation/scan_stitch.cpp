@@ -372,6 +372,7 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   out.observation.block_mm = presses[0].observation.block_mm;
   out.observation.young_Pa = presses[0].observation.young_Pa;
   out.observation.skin = presses[0].observation.skin;
+  out.observation.plate = presses[0].observation.plate;
   out.observation.force_N = common_forces(presses);
   const Grid grid = grid_of(presses, options);
   std::vector<Placed> placed = place_presses(presses, options, out);

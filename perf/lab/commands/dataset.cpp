@@ -171,6 +171,11 @@ void add_dataset(CommandLine& program, Common& common, Command& chosen) {
         "Thickness of a skin, part of the tissue's, lumps lie below (default: none)");
   range("--skin-ratio", o->skin_ratio, "Its modulus over the tissue's, even in its logarithm (default 1)");
   command
+      ->add_option("--plate-friction", sweep.plate_friction,
+                   "Coefficient with which the tissue slides along the plate (default 0)")
+      ->option_text("NUM");
+  command->add_flag("--plate-sticks", sweep.plate_sticks, "The plate holds the tissue sideways");
+  command
       ->add_option("--second-lump", sweep.second_gap_mm,
                    "Beside each lump a second one, at least so many mm of tissue between them")
       ->option_text("MM");

@@ -57,7 +57,11 @@ std::string sweep_text(const Sweep& s) {
               ? palpate::text("                under a skin of %.3g to %.3g mm, %.3g to %.3g times as "
                               "stiff as the tissue\n",
                               s.skin_mm.low, s.skin_mm.high, s.skin_ratio.low, s.skin_ratio.high)
-              : std::string());
+              : std::string()) +
+         (s.plate_slides() ? std::string()
+          : s.plate_sticks
+              ? std::string("                under a plate that sticks to the tissue\n")
+              : palpate::text("                under a plate with a friction of %.3g\n", s.plate_friction));
 }
 
 }  // namespace

@@ -104,7 +104,9 @@ class Writer {
         block_(column("block_mm", {2}, "mm", "length (x) and width (y) of the tissue, its sides are free")),
         young_(column("young_Pa", {}, "Pa", "Young's modulus of the tissue")),
         poisson_(column("poisson", {}, "1", "Poisson's ratio of tissue and lump")),
-        press_(column("press_mm", {s.loads}, "mm", "way of the flat, frictionless plate at each load")),
+        press_(column("press_mm", {s.loads}, "mm",
+                      s.plate_slides() ? "way of the flat, frictionless plate at each load"
+                                       : "way of the flat plate at each load, which rubs or sticks")),
         force_(column("force_N", {s.loads}, "N", "on the whole plate at each load")),
         residual_(column("residual", {s.loads}, "1", "forces out of balance over all forces")),
         volume_(

@@ -112,6 +112,10 @@ void check(const Sweep& s) {
     throw Error(Failure::Usage, "offsets that leave room for two of the largest lumps",
                 text(s.offset_mm) + " mm to either side", "a larger --offset-mm or smaller lumps");
   check_skin(s);
+  inside("the plate's coefficient of friction", s.plate_friction, 0, 2);
+  if (s.plate_sticks && s.plate_friction > 0)
+    throw Error(Failure::Usage, "either a plate that sticks or one that slides with friction", "both",
+                "one of the two");
   inside("the share in the middle", s.centred_fraction, 0, 1);
   inside("loads", s.loads, 1, 32);
   for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
@@ -201,6 +205,8 @@ Case lump_case(const Sweep& s, uint32_t number) {
     const std::array<double, kSobolDimensions> v = sobol(s.seed ^ kSkinSeed, number);
     what.skin = fem::Skin{even(s.skin_mm, v[kThickness]), even_in_logarithm(s.skin_ratio, v[kStiffness])};
   }
+  what.plate_sticks = s.plate_sticks;
+  what.plate_friction = s.plate_friction;
   if (u[kNoLump] < s.no_lump_fraction) return what;
 
   Case::Lump lump = drawn_lump(s, what.thickness_mm, u, u[kAxis] < 0.5);
@@ -255,11 +261,14 @@ json::Value to_json(const Sweep& s) {
                      {"nodes", s.nodes},
                      {"residual", s.residual},
                      {"step_mm", s.step_mm}};
-  // Files of a first day have neither, those of single lumps no gap, those of tissue alone no skin.
+  // Files of a first day have neither, those of single lumps no gap, those of tissue alone no skin, those
+  // under a plate that slides nothing of it.
   if (s.has_skin()) {
     all["skin_mm"] = pair(s.skin_mm);
     all["skin_ratio"] = pair(s.skin_ratio);
   }
+  if (s.plate_sticks) all["plate_sticks"] = true;
+  if (s.plate_friction != 0) all["plate_friction"] = s.plate_friction;
   if (s.grown != 0) all["grown"] = s.grown;
   if (s.stiffened != 0) all["stiffened"] = s.stiffened;
   if (s.second_gap_mm != 0) all["second_gap_mm"] = s.second_gap_mm;
@@ -299,6 +308,8 @@ Sweep sweep_from_json(const std::string& text) {
       s.skin_mm = range("skin_mm");
       s.skin_ratio = range("skin_ratio");
     }
+    if (v.contains("plate_sticks")) s.plate_sticks = v.at("plate_sticks").get<bool>();
+    if (v.contains("plate_friction")) s.plate_friction = v.at("plate_friction").get<double>();
     if (v.contains("grown")) s.grown = v.at("grown").get<double>();
     if (v.contains("stiffened")) s.stiffened = v.at("stiffened").get<double>();
     if (v.contains("second_gap_mm")) s.second_gap_mm = v.at("second_gap_mm").get<double>();

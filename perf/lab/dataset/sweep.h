@@ -30,6 +30,9 @@ struct Sweep {
       0.67;  ///< of the lumps, in the middle: a quarter is solved, in a quarter of the time
   /// Of a skin, part of the thickness (see fem::Skin): even in mm, its ratio even in its logarithm. 0: none.
   Range skin_mm{0, 0}, skin_ratio{1, 1};
+  /// Of the plate on every block (see fem::Scene), one of the two; neither: it slides.
+  bool plate_sticks = false;
+  double plate_friction = 0;
   std::array<double, 2> block_mm = {40, 40};
   double poisson = 0.495;
   double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
@@ -55,6 +58,7 @@ struct Sweep {
     return {block_mm[0] / (nodes[0] - 1), block_mm[1] / (nodes[1] - 1)};
   }
   bool has_skin() const { return skin_mm.high > 0; }
+  bool plate_slides() const { return !plate_sticks && plate_friction == 0; }
   bool two_grids() const { return coarser_cells[0] != 0; }
   /// Their cells follow each lump's surface, see solve_extrapolated(); else they are straight.
   bool follows_lumps() const;

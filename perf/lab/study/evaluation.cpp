@@ -28,8 +28,8 @@ double quantile(std::vector<double> values, double fraction) {
   return values[place];
 }
 
-/// The observation as it is without its modulus, with the plate's way instead; and with the skin that is
-/// told.
+/// The observation as it is without its modulus, with the plate's way instead; and with the skin and the
+/// plate that are told.
 void untell(const EvaluationJob& job, const Example& e, const std::vector<double>& press_mm, uint64_t seed,
             Observation& o) {
   std::mt19937_64 random(seed);
@@ -43,6 +43,12 @@ void untell(const EvaluationJob& job, const Example& e, const std::vector<double
                  stiffer = std::exp(job.skin_sd * skin_normal(of_skin));
     o.skin =
         Skin{e.skin->thickness_mm * thicker, e.skin->stiffness_ratio * stiffer, job.skin_sd, job.skin_sd};
+  }
+  if (job.plate_told && e.plate_sticks) o.plate = Plate{true, 0, 0};
+  if (job.plate_told && e.plate_friction > 0) {
+    std::mt19937_64 of_plate(seed ^ 0x7f4a7c15ULL);
+    const double wrong = job.plate_sd * std::normal_distribution<double>()(of_plate);
+    o.plate = Plate{false, std::max(0.0, e.plate_friction + wrong), job.plate_sd};
   }
   if (job.press_sd_mm == 0) return;
   const double zero_mm = std::sqrt(job.press_sd_alike) * job.press_sd_mm * normal(random);
@@ -273,6 +279,8 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
       {"thickness_sd", job.thickness_sd},
       {"skin_told", job.skin_told},
       {"skin_sd", job.skin_sd},
+      {"plate_told", job.plate_told},
+      {"plate_sd", job.plate_sd},
       {"relaxes", job.relaxation.has_value()},
       {"relaxation_told", job.relaxation_told},
       {"tissues", s.tissues},

@@ -27,6 +27,8 @@ struct EvaluationJob {
   double thickness_sd = 0;  ///< of the thickness as stated, share; the estimator's sources have to cover it
   bool skin_told = false;   ///< of blocks that have one
   double skin_sd = 0;       ///< of its thickness and its ratio as told, of each one's logarithm
+  bool plate_told = false;  ///< of blocks under one that rubs or sticks
+  double plate_sd = 0;      ///< of its friction as told
   /// Of all tissue, which the plate is held on as it says; told with shares that are wrong alike by its
   /// error, or not.
   std::optional<Relaxation> relaxation = {};

@@ -12,18 +12,24 @@
 namespace palpate::lump {
 namespace {
 
-using SkinKey = std::array<double, 2>;  // thickness in mm and ratio
+using SkinKey = std::array<double, 3>;  // thickness in mm, ratio, and grip of the plate
+
+constexpr double kSticks = 10;  // grip of a plate that does, more than any friction
 
 constexpr size_t kMostSkins = 16;  // that each have a row of their own
 constexpr double kThick_mm = 2;
 
+double grip(const Example& e) {
+  return e.plate_sticks ? kSticks : e.plate_friction;
+}
+
 SkinKey exact_key(const Example& e) {
-  return e.skin ? SkinKey{e.skin->thickness_mm, e.skin->stiffness_ratio} : SkinKey{0, 1};
+  return e.skin ? SkinKey{e.skin->thickness_mm, e.skin->stiffness_ratio, grip(e)} : SkinKey{0, 1, grip(e)};
 }
 
 SkinKey rough_key(const Example& e) {
-  if (!e.skin) return {0, 1};
-  return {e.skin->thickness_mm > kThick_mm ? 2.0 : 1.0, e.skin->stiffness_ratio > 1 ? 2.0 : 0.5};
+  if (!e.skin) return {0, 1, grip(e)};
+  return {e.skin->thickness_mm > kThick_mm ? 2.0 : 1.0, e.skin->stiffness_ratio > 1 ? 2.0 : 0.5, grip(e)};
 }
 
 double middle(std::vector<double> values) {
@@ -63,7 +69,8 @@ SkinRow row_of(const std::vector<const Judged*>& judged) {
   std::array<size_t, 3> held{};
   std::vector<double> young;
   for (const Judged* j : judged) {
-    const auto [skin_mm, ratio] = exact_key(j->truth);
+    const auto [skin_mm, ratio, held] = exact_key(j->truth);
+    row.plate = held == kSticks ? "sticks" : held > 0 ? text("%.3g", held) : std::string("slides");
     row.skin_mm = {std::min(row.skin_mm[0], skin_mm), std::max(row.skin_mm[1], skin_mm)};
     row.ratio = {std::min(row.ratio[0], ratio), std::max(row.ratio[1], ratio)};
     count_verdict(*j, row);
@@ -108,12 +115,12 @@ std::vector<SkinRow> skin_rows(const std::vector<Judged>& judged) {
 
 std::string skin_text(const std::vector<SkinRow>& rows) {
   std::string out =
-      "skin, mm      ratio          lumps  reported  outside  inconsistent  no lump  other   "
+      "skin, mm      ratio         plate    lumps  reported  outside  inconsistent  no lump  other   "
       "d, h, ratio moved by, %    intervals hold, %\n";
   for (const SkinRow& r : rows) {
-    out +=
-        text("%-13s %-13s %6zu %9zu %8zu %13zu %8zu %6zu   ", range_text(r.skin_mm).c_str(),
-             range_text(r.ratio).c_str(), r.lumps, r.reported, r.outside, r.inconsistent, r.no_lump, r.other);
+    out += text("%-13s %-13s %-6s %6zu %9zu %8zu %13zu %8zu %6zu   ", range_text(r.skin_mm).c_str(),
+                range_text(r.ratio).c_str(), r.plate.c_str(), r.lumps, r.reported, r.outside, r.inconsistent,
+                r.no_lump, r.other);
     out += text("%+6.1f %+6.1f %+6.1f       ", 100 * r.moved[0], 100 * r.moved[1], 100 * r.moved[2]);
     out += text("%4.0f %4.0f %4.0f", 100 * r.held[0], 100 * r.held[1], 100 * r.held[2]);
     if (std::isfinite(r.young_moved)) out += text("   modulus %+.1f %%", 100 * r.young_moved);
@@ -127,7 +134,7 @@ std::string skin_csv(const std::vector<SkinRow>& rows) {
   std::string csv =
       "skin_low_mm,skin_high_mm,ratio_low,ratio_high,lumps,reported,outside,inconsistent,no_lump,other,"
       "size_error,depth_error,ratio_error,size_moved,depth_moved,ratio_moved,size_held,depth_held,ratio_held,"
-      "size_width,depth_width,ratio_width,young_moved,plain,alarms\n";
+      "size_width,depth_width,ratio_width,young_moved,plain,alarms,plate\n";
   for (const SkinRow& r : rows) {
     csv +=
         text("%.4g,%.4g,%.4g,%.4g,", r.skin_mm[0], r.skin_mm[1], r.ratio[0], r.ratio[1]) +
@@ -136,7 +143,7 @@ std::string skin_csv(const std::vector<SkinRow>& rows) {
       for (const double value : three)
         csv += "," + (std::isfinite(value) ? text("%.4g", value) : std::string());
     csv += "," + (std::isfinite(r.young_moved) ? text("%.4g", r.young_moved) : std::string()) +
-           text(",%zu,%zu\n", r.plain, r.alarms);
+           text(",%zu,%zu,", r.plain, r.alarms) + r.plate + "\n";
   }
   return csv;
 }
@@ -146,6 +153,7 @@ json::Value skin_json(const std::vector<SkinRow>& rows) {
   for (const SkinRow& r : rows)
     all.push_back({{"skin_mm", r.skin_mm},
                    {"ratio", r.ratio},
+                   {"plate", r.plate},
                    {"lumps", r.lumps},
                    {"reported", r.reported},
                    {"outside", r.outside},

@@ -1,4 +1,4 @@
-// Lump estimates by the skin that lies on the blocks.
+// Lump estimates by the skin that lies on the blocks, and by the plate that presses them.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@ namespace palpate::lump {
 /// mm and softer or stiffer than the tissue.
 struct SkinRow {
   std::array<double, 2> skin_mm{}, ratio{};  ///< least and greatest; 0 and 1: no skin
+  std::string plate;                         ///< "slides", "0.1" (its friction) or "sticks": one for all
   size_t lumps = 0, reported = 0;            ///< blocks with a lump; of them found, or their stiffness open
   size_t outside = 0, inconsistent = 0, no_lump = 0, other = 0;  ///< the rest, by verdict
   // Size, depth and ratio of those reported; NaN where there are none.
@@ -25,7 +26,7 @@ struct SkinRow {
   size_t plain = 0, alarms = 0;    ///< blocks without a lump; of them with one reported
 };
 
-/// Without a skin first, then by thickness and ratio.
+/// Without a skin first, then by thickness and ratio, then by plate, the one that slides first.
 std::vector<SkinRow> skin_rows(const std::vector<Judged>& judged);
 
 /// Tables for people and for programs; shares in percent in the first alone.

@@ -112,18 +112,24 @@ void add_plates(CaseList& list) {
     small(c);
     c.scene.inclusion.reset();
   });
-  for (const double friction : {0.03, 0.1})
-    list.add("plate", text("friction %g", friction),
-             [&](StabilityCase& c) { c.scene.plate_friction = friction; });
+  for (const double friction : {0.03, 0.1, 0.3})
+    for (const bool told : {false, true})
+      list.add("plate", text("friction %g", friction) + (told ? ", told" : ""), [&](StabilityCase& c) {
+        c.scene.plate_friction = friction;
+        c.plate_told = told;
+      });
   list.add("plate", "friction 0.1, no lump", [](StabilityCase& c) {
     c.scene.plate_friction = 0.1;
     c.scene.inclusion.reset();
   });
-  list.add("plate", "sticks", [](StabilityCase& c) { c.scene.plate_sticks = true; });
-  list.add("plate", "sticks, no lump", [](StabilityCase& c) {
-    c.scene.plate_sticks = true;
-    c.scene.inclusion.reset();
-  });
+  for (const bool lump : {true, false})
+    for (const bool told : {false, true})
+      list.add("plate", std::string("sticks") + (lump ? "" : ", no lump") + (told ? ", told" : ""),
+               [&](StabilityCase& c) {
+                 c.scene.plate_sticks = true;
+                 c.plate_told = told;
+                 if (!lump) c.scene.inclusion.reset();
+               });
 }
 
 }  // namespace
@@ -227,6 +233,7 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
                                             what.reported_modulus * what.scene.young_Pa, what.sensor, seed);
       if (what.reported_block_mm)
         seen.block_mm = {(*what.reported_block_mm)[0], (*what.reported_block_mm)[1], what.scene.block_mm[2]};
+      if (what.plate_told) seen.plate = Plate{what.scene.plate_sticks, what.scene.plate_friction, 0};
       row.estimate = estimator(seen);
     } else {
       row.estimate.reasons = block->result.warnings;

@@ -23,7 +23,8 @@ struct StabilityCase {
   double reported_modulus = 1;  ///< modulus that the estimator is told, over the true one
   /// Length and width that the estimator is told the block has, mm; none: its own.
   std::optional<std::array<double, 2>> reported_block_mm;
-  uint32_t loads = 4;  ///< of the four, the last so many
+  bool plate_told = false;  ///< the estimator is told how the plate rubs or sticks
+  uint32_t loads = 4;       ///< of the four, the last so many
 };
 
 struct StabilityRow {

@@ -22,6 +22,8 @@ std::vector<Example> lump_examples(const Data& data) {
     e.block_mm = {data.sweep.block_mm[0], data.sweep.block_mm[1], sample.what.thickness_mm};
     e.young_Pa = sample.what.young_Pa;
     e.skin = sample.what.skin;
+    e.plate_sticks = sample.what.plate_sticks;
+    e.plate_friction = sample.what.plate_friction;
     e.cell_mm = data.sweep.block_mm[0] / data.sweep.cells[0];
     e.pressure_Pa = sample.pressure_Pa;
     e.force_N.assign(sample.force_N.begin(),

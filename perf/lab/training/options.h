@@ -24,8 +24,10 @@ struct Example {
   std::array<double, 3> block_mm = {40, 40, 20};
   double young_Pa = 4000;
   std::optional<fem::Skin> skin;  ///< over the tissue, part of its thickness
-  double cell_mm = 1.25;          ///< of the grid that it was solved on, along x
-  bool aside = false;             ///< intervals are calibrated on it, nothing is learnt; none: on one in four
+  bool plate_sticks = false;      ///< see fem::Scene
+  double plate_friction = 0;
+  double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
+  bool aside = false;     ///< intervals are calibrated on it, nothing is learnt; none: on one in four
   std::vector<PressureMap> pressure_Pa;
   std::vector<double> force_N, press_mm;
 };

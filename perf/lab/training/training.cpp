@@ -62,6 +62,8 @@ Examples take_examples(const std::vector<Example>& examples, Model& model, bool 
       ++report.left_out;
       continue;
     }
+    if (e.plate_sticks || e.plate_friction > 0)
+      refuse("examples under a plate that slides freely", "one that rubs or sticks");
     if (e.skin) refuse("examples of one tissue", text("a skin of %.3g mm", e.skin->thickness_mm));
     if (all.examples.empty() && !unseen) model.block_mm = {e.block_mm[0], e.block_mm[1]};
     if (e.block_mm[0] != model.block_mm[0] || e.block_mm[1] != model.block_mm[1] ||

@@ -52,4 +52,25 @@ std::optional<lump::Skin> skin_of(const SkinOptions& o, double block_thickness_m
   return skin;
 }
 
+std::optional<lump::Plate> plate_of(const PlateOptions& o) {
+  if (o.friction.empty() && !o.sticks) return std::nullopt;
+  if (!o.friction.empty() && o.sticks)
+    throw Error(Failure::Usage, "either a plate that sticks or one that slides with friction",
+                "--plate-sticks and --plate-friction", "one of the two");
+  lump::Plate plate;
+  plate.sticks = o.sticks;
+  if (o.sticks) return plate;
+  const size_t mark = o.friction.find("+-");
+  const auto friction = number_in(std::string_view(o.friction).substr(0, mark));
+  const auto sd = mark == std::string::npos ? std::optional(0.0)
+                                            : number_in(std::string_view(o.friction).substr(mark + 2));
+  if (!friction || !sd || !(*friction >= 0 && *friction <= 2) || !(*sd >= 0 && *sd <= 0.5))
+    throw Error(Failure::Usage,
+                "--plate-friction as a value from 0 to 2, or with its standard deviation of at most 0.5",
+                "'" + o.friction + "'", "--plate-friction 0.1 or --plate-friction 0.1+-0.03");
+  plate.friction = *friction;
+  plate.friction_sd = *sd;
+  return plate;
+}
+
 }  // namespace palpate

@@ -41,6 +41,22 @@ inline void add_skin(CommandLine& command, SkinOptions& skin) {
 /// a block of this thickness.
 std::optional<lump::Skin> skin_of(const SkinOptions& skin, double block_thickness_mm);
 
+/// A plate that does not slide freely, as --plate-friction and --plate-sticks state it.
+struct PlateOptions {
+  std::string friction;
+  bool sticks = false;
+};
+inline void add_plate(CommandLine& command, PlateOptions& plate) {
+  command
+      .add_option(
+          "--plate-friction", plate.friction,
+          "Coefficient with which tissue slides along the plate; 0.1+-0.03: sd (default: slides freely)")
+      ->option_text("NUM");
+  command.add_flag("--plate-sticks", plate.sticks, "The plate holds the tissue sideways");
+}
+/// None where neither is given. Throws Error(Failure::Usage) where both are, or the friction makes no sense.
+std::optional<lump::Plate> plate_of(const PlateOptions& plate);
+
 /// A value as it is stated: "4000", or "4000+-400" with its standard deviation, of which `share`, the error
 /// of a 90 % interval relative to it, is set. Throws Error(Failure::Usage) for another text, a value outside
 /// of `least` to `most` or an error above a half.

@@ -32,6 +32,7 @@ struct Options {
   double uneven_sd = lump::Observation{}.uneven_sd, place_sd_mm = lump::kPlaceSd_mm;
   lump::ErrorSources errors;
   SkinOptions skin;
+  PlateOptions plate;
   RelaxationOptions relaxation;
   std::string network, method = "refined";
 };
@@ -47,6 +48,7 @@ void set_tissue(Options& o, lump::Observation& observation) {
                           o.block_mm.empty() ? 40 : o.block_mm.back(),
                           stated_value("--thickness-mm", o.thickness_mm, 1, 1000, o.errors.thickness)};
   observation.skin = skin_of(o.skin, observation.block_mm[2]);
+  observation.plate = plate_of(o.plate);
   observation.relaxation = relaxation_of(o.relaxation);
   observation.press_mm = o.press_mm;
   observation.press_sd_mm = o.press_sd_mm;
@@ -158,6 +160,7 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue; 20+-0.5: known to 0.5 mm (sd)")
       ->option_text("MM [20]");
   add_skin(*command, o->skin);
+  add_plate(*command, o->plate);
   add_relaxation(*command, o->relaxation);
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);

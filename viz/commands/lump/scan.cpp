@@ -50,16 +50,17 @@ struct Options {
   std::string method = "refined";
   lump::ErrorSources errors;
   SkinOptions skin;
+  PlateOptions plate;
   bool force_given = false;
   std::string of_others;  ///< an option that says nothing of presses by hand; empty: none is given
 };
 
 /// Of a simulated block and its sensor, and of a stage.
-constexpr const char* kNotByHand[] = {"--no-inclusion",    "--shape",          "--size-mm",   "--depth-mm",
-                                      "--stiffness-ratio", "--offset-mm",      "--second-mm", "--poisson",
-                                      "--cells",           "--window-mm",      "--size",      "--noise",
-                                      "--full-scale-Pa",   "--stage-error-mm", "--leave-out", "--stage-sd-mm",
-                                      "--skin-mm",         "--skin-ratio"};
+constexpr const char* kNotByHand[] = {
+    "--no-inclusion", "--shape",     "--size-mm",       "--depth-mm",       "--stiffness-ratio",
+    "--offset-mm",    "--second-mm", "--poisson",       "--cells",          "--window-mm",
+    "--size",         "--noise",     "--full-scale-Pa", "--stage-error-mm", "--leave-out",
+    "--stage-sd-mm",  "--skin-mm",   "--skin-ratio",    "--plate-friction", "--plate-sticks"};
 constexpr const char* kByHandAlone[] = {"--first-mm", "--first-sd-mm"};
 
 ScanPlan plan_of(const Common& common, const Options& o) {
@@ -87,6 +88,10 @@ ScanPlan plan_of(const Common& common, const Options& o) {
   }
   if (const auto skin = skin_of(o.skin, plan.scene.block_mm[2]))
     plan.scene.skin = fem::Skin{skin->thickness_mm, skin->stiffness_ratio};
+  if (const auto plate = plate_of(o.plate)) {
+    plan.scene.plate_sticks = plate->sticks;
+    plan.scene.plate_friction = plate->friction;
+  }
   check(plan.scene);
   return plan;
 }
@@ -187,8 +192,14 @@ HandRecording by_hand(const Common& common, const Options& o, HandScanOptions& h
   return recording;
 }
 
-/// A skin as it is stated, over the block of all presses.
-void set_skin(const Options& o, std::vector<lump::ScanPress>& presses, ScanReport& report) {
+/// A skin and a plate as they are stated, of the block of all presses.
+void set_conditions(const Options& o, std::vector<lump::ScanPress>& presses, ScanReport& report) {
+  if (const std::optional<lump::Plate> plate = plate_of(o.plate)) {
+    for (lump::ScanPress& press : presses) press.observation.plate = plate;
+    report.inputs.emplace_back("plate", plate->sticks
+                                            ? std::string("holds the tissue")
+                                            : text("slides with a friction of %g", plate->friction));
+  }
   const double thickness_mm = presses.empty() ? 20 : presses.front().observation.block_mm[2];
   const std::optional<lump::Skin> skin = skin_of(o.skin, thickness_mm);
   if (!skin) return;
@@ -214,7 +225,7 @@ Report scan(const Common& common, const Options& o) {
   else
     presses = recorded(common, o, report, notes);
   if (interrupted()) return interrupted_report("interrupted");
-  set_skin(o, presses, report);
+  set_conditions(o, presses, report);
   lump::Estimator estimator;
   if (o.method != "none") {
     const auto network = lump::load_network("");
@@ -320,6 +331,7 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   add_block_options(*command, *o);
   add_skin(*command, o->skin);
+  add_plate(*command, o->plate);
   add_error_sources(*command, o->errors);
   command
       ->add_option("--cells", o->cells,

@@ -44,15 +44,29 @@ std::optional<lump::Skin> skin_of(const std::optional<ValueAndError>& thickness_
                     (*ratio)[1] / (*ratio)[0]};
 }
 
+/// Throws an ArgumentError for both, and a friction that makes no sense.
+std::optional<lump::Plate> plate_of(const std::optional<ValueAndError>& friction, bool sticks) {
+  if (!friction && !sticks) return std::nullopt;
+  if (friction && sticks)
+    throw bad_argument("either plate_friction or plate_sticks", "both", "one of the two");
+  if (sticks) return lump::Plate{true, 0, 0};
+  const auto [value, sd] = *friction;
+  if (!(value >= 0 && value <= 2) || !(sd >= 0 && sd <= 0.5))
+    throw bad_argument("plate_friction from 0 to 2, and a standard deviation of at most 0.5",
+                       text("%g +- %g", value, sd), "0.1, or (0.1, 0.03) for 0.1 +- 0.03");
+  return lump::Plate{false, value, sd};
+}
+
 /// The estimate as JSON and as lines for people.
 py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, std::optional<double> young_Pa,
                    const std::vector<double>& press_mm, double press_sd_mm,
                    const std::array<double, 3>& block_mm, double pitch_mm,
                    const std::array<double, 2>& window_mm, std::optional<double> noise_Pa,
                    const std::optional<ValueAndError>& skin_mm,
-                   const std::optional<ValueAndError>& skin_ratio, const std::array<double, 3>& input_errors,
-                   double uneven_sd, double place_sd_mm, const std::string& network,
-                   const std::string& method) {
+                   const std::optional<ValueAndError>& skin_ratio,
+                   const std::optional<ValueAndError>& plate_friction, bool plate_sticks,
+                   const std::array<double, 3>& input_errors, double uneven_sd, double place_sd_mm,
+                   const std::string& network, const std::string& method) {
   if (young_Pa && !(*young_Pa > 0))
     throw bad_argument("young_Pa above 0", std::to_string(*young_Pa), "the tissue's modulus in Pa");
   if (!young_Pa && press_mm.empty())
@@ -71,6 +85,7 @@ py::tuple estimate(const py::list& maps, const std::vector<double>& force_N, std
   observation.block_mm = block_mm;
   observation.window_mm = window_mm;
   observation.skin = skin_of(skin_mm, skin_ratio, block_mm[2]);
+  observation.plate = plate_of(plate_friction, plate_sticks);
   if (noise_Pa) observation.noise_Pa = *noise_Pa;
   observation.uneven_sd = uneven_sd;
   observation.place_sd_mm = place_sd_mm;
@@ -97,7 +112,7 @@ std::string compare(const std::vector<std::filesystem::path>& folders,
 void bind_lump(py::module_& module) {
   bind_function(module, "lump_estimate", &estimate,
                 "maps force_N young_Pa press_mm press_sd_mm block_mm pitch_mm window_mm noise_Pa "
-                "skin_mm skin_ratio input_errors uneven_sd place_sd_mm "
+                "skin_mm skin_ratio plate_friction plate_sticks input_errors uneven_sd place_sd_mm "
                 "network method");
   bind_function(module, "lump_compare", &compare, "folders input_errors network");
 }

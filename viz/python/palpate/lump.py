@@ -160,6 +160,8 @@ def estimate(
     noise_Pa: float | None = None,
     skin_mm: float | tuple[float, float] | None = None,
     skin_ratio: float | tuple[float, float] | None = None,
+    plate_friction: float | tuple[float, float] | None = None,
+    plate_sticks: bool = False,
     young_error: float = 0.1,
     thickness_error: float = 0.05,
     pitch_error: float = 0.01,
@@ -183,6 +185,9 @@ def estimate(
         noise_Pa: standard deviation of a value; by default from the last map's roughness.
         skin_mm, skin_ratio: thickness of a skin on the tissue, part of ``thickness_mm``, and its modulus over that
             of the tissue below; ``(2, 0.2)``: 2 with a standard deviation of 0.2.
+        plate_friction: coefficient with which the tissue slides along the plate, likewise; by default it slides
+            without friction.
+        plate_sticks: the plate holds the tissue sideways.
         young_error, thickness_error, pitch_error: relative errors of these (90 % intervals);
             they widen the intervals.
         uneven_sd: slow errors of pressure across the window, relative standard deviation.
@@ -201,6 +206,7 @@ def estimate(
     answer, text = _palpate.lump_estimate(
         maps, forces, young_Pa, ways, float(press_sd_mm), (*map(float, block_mm), float(thickness_mm)), pitch_mm,
         tuple(map(float, window_mm)), noise_Pa, _with_error(skin_mm), _with_error(skin_ratio),
+        _with_error(plate_friction, "plate_friction=(0.1, 0.03)"), bool(plate_sticks),
         (young_error, thickness_error, pitch_error), float(uneven_sd), float(place_sd_mm),
         path_text(network or "", "network"), method,
     )
@@ -209,7 +215,9 @@ def estimate(
     return replace(whole, lumps=tuple(_lump({**found, **one}, whole.text) for one in found["lumps"]))
 
 
-def _with_error(value: float | tuple[float, float] | None) -> tuple[float, float] | None:
+def _with_error(
+    value: float | tuple[float, float] | None, example: str = "skin_mm=(2, 0.2)"
+) -> tuple[float, float] | None:
     if value is None:
         return None
     try:
@@ -217,7 +225,7 @@ def _with_error(value: float | tuple[float, float] | None) -> tuple[float, float
         (sd,) = error or (0.0,)
     except (TypeError, ValueError):
         raise ArgumentError(
-            "a number, or one with its standard deviation", repr(value)[:80], "skin_mm=(2, 0.2)"
+            "a number, or one with its standard deviation", repr(value)[:80], example
         ) from None
     return one, sd
 

@@ -1,4 +1,4 @@
-#include "engine/lump/skin/skin_effect.h"
+#include "engine/lump/press_effect/press_effect.h"
 
 #include <algorithm>
 #include <cmath>
@@ -97,11 +97,39 @@ bool settled(const std::vector<Case::Lump>& a, const std::vector<Case::Lump>& b)
   });
 }
 
+void put_under(const PressConditions& conditions, fem::Scene& scene) {
+  scene.skin = conditions.skin;
+  scene.plate_sticks = conditions.plate_sticks;
+  scene.plate_friction = conditions.plate_friction;
+}
+
 }  // namespace
 
+PressConditions conditions_of(const Observation& observation) {
+  PressConditions conditions;
+  if (observation.skin)
+    conditions.skin = fem::Skin{observation.skin->thickness_mm, observation.skin->stiffness_ratio};
+  if (observation.plate) {
+    conditions.plate_sticks = observation.plate->sticks;
+    conditions.plate_friction = observation.plate->sticks ? 0 : observation.plate->friction;
+  }
+  return conditions;
+}
+
+std::string conditions_text(const PressConditions& conditions) {
+  std::string plate;
+  if (conditions.plate_sticks) plate = "a plate that holds the tissue";
+  if (conditions.plate_friction > 0)
+    plate = text("a plate with a friction of %.3g", conditions.plate_friction);
+  if (!conditions.skin) return plate.empty() ? "a plate that slides" : plate;
+  return text("a skin of %.3g mm, %.3g times as stiff as the tissue below", conditions.skin->thickness_mm,
+              conditions.skin->stiffness_ratio) +
+         (plate.empty() ? "" : ", and " + plate);
+}
+
 /// Maps and ways at these forces, by the polynomials through the loads that were pressed.
-SkinEffect::Pressed SkinEffect::at_forces(const fem::LargeStrainResult& result,
-                                          const std::vector<double>& force_N) {
+PressEffect::Pressed PressEffect::at_forces(const fem::LargeStrainResult& result,
+                                            const std::vector<double>& force_N) {
   Observation maps;
   for (const fem::PressedBlock& load : result.loads) {
     maps.force_N.push_back(load.force_N);
@@ -117,49 +145,57 @@ SkinEffect::Pressed SkinEffect::at_forces(const fem::LargeStrainResult& result,
   return pressed;
 }
 
-SkinEffect::SkinEffect(const Observation& observation, const fem::Skin& skin, Effort effort)
+PressConditions PressEffect::conditions_for(bool there) const {
+  if (there) return conditions_;
+  PressConditions plain;
+  if (conditions_.skin) plain.skin = fem::Skin{conditions_.skin->thickness_mm, 1};  // the same cells
+  return plain;
+}
+
+PressEffect::PressEffect(const Observation& observation, const PressConditions& conditions, Effort effort)
     : block_mm_(observation.block_mm),
       young_Pa_(observation.young_Pa),
       force_N_(observation.force_N),
-      skin_(skin),
+      conditions_(conditions),
       factors_(observation.force_N.size(), 1) {
-  for (const bool under : {true, false}) {
+  for (const bool there : {true, false}) {
     fem::Scene scene;
     scene.block_mm = block_mm_;
     scene.young_Pa = young_Pa_;
     scene.poisson = kPoisson;
     scene.inclusion.reset();
-    scene.skin = fem::Skin{skin_.thickness_mm, under ? skin_.stiffness_ratio : 1};
     scene.cells = kQuickCells;
+    put_under(conditions_for(there), scene);
     const fem::LargeStrainResult last =
         solve_large_strain(scene, {{std::nullopt, force_N_.back()}}, press_options());
     if (!last.converged) return;
-    most_mm_[under ? 0 : 1] = last.last_press_mm;
+    most_mm_[there ? 0 : 1] = last.last_press_mm;
   }
   std::optional<Both> coarse = press_both(std::nullopt, false);
-  std::optional<Both> plain = effort == Effort::Rough ? coarse : press_both(std::nullopt, true);
-  if (!plain || !coarse) return;
-  plain_ = std::move(*plain);
-  plain_coarse_ = std::move(*coarse);
+  std::optional<Both> alone = effort == Effort::Rough ? coarse : press_both(std::nullopt, true);
+  if (!alone || !coarse) return;
+  alone_ = std::move(*alone);
+  alone_coarse_ = std::move(*coarse);
   converged_ = true;
 }
 
-std::optional<SkinEffect::Pressed> SkinEffect::press(const std::optional<Case::Lump>& lump, double ratio,
-                                                     bool extrapolated, double most_mm) const {
+std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case::Lump>& lump, bool there,
+                                                       bool extrapolated) const {
   Case block;
   block.lump = lump;
   block.thickness_mm = block_mm_[2];
   block.young_Pa = young_Pa_;
-  block.skin = fem::Skin{skin_.thickness_mm, ratio};
   block.press_mm = {block_mm_[2] / 10};
-  const fem::Scene scene =
+  fem::Scene scene =
       scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, extrapolated ? kPlainCells : kCells);
+  put_under(conditions_for(there), scene);
   check(scene);
   fem::LargeStrainOptions options = press_options();
   if (lump) {
     const fem::InclusionCells cells = inclusion_cells(scene);
     if (fit(scene, cells, symmetric(scene))) options.lump_cells = cells;
   }
+  const double most_mm = most_mm_[there ? 0 : 1];
   std::vector<fem::PressLoad> loads;
   for (int k = 1; k <= kWays; ++k) loads.push_back({most_mm * k / kWays, std::nullopt});
   fem::LargeStrainResult result = extrapolated ? solve_extrapolated(scene, kCells, loads, options)
@@ -170,26 +206,26 @@ std::optional<SkinEffect::Pressed> SkinEffect::press(const std::optional<Case::L
   return at_forces(result, force_N_);
 }
 
-std::optional<SkinEffect::Both> SkinEffect::press_both(const std::optional<Case::Lump>& lump,
-                                                       bool extrapolated) const {
-  std::optional<Pressed> skin = press(lump, skin_.stiffness_ratio, extrapolated, most_mm_[0]),
-                         bare = press(lump, 1, extrapolated, most_mm_[1]);
-  if (!skin || !bare) return std::nullopt;
-  return Both{std::move(*skin), std::move(*bare)};
+std::optional<PressEffect::Both> PressEffect::press_both(const std::optional<Case::Lump>& lump,
+                                                         bool extrapolated) const {
+  std::optional<Pressed> there = press(lump, true, extrapolated), plain = press(lump, false, extrapolated);
+  if (!there || !plain) return std::nullopt;
+  return Both{std::move(*there), std::move(*plain)};
 }
 
 /// What of a lump lies in the block below its skin.
-Case::Lump SkinEffect::allowed(Case::Lump lump) const {
-  const double room_mm = block_mm_[2] - skin_.thickness_mm - 2 * kLeastTissue_mm;
+Case::Lump PressEffect::allowed(Case::Lump lump) const {
+  const double skin_mm = conditions_.skin ? conditions_.skin->thickness_mm : 0;
+  const double room_mm = block_mm_[2] - skin_mm - 2 * kLeastTissue_mm;
   const double wide_mm = 0.9 * std::min(block_mm_[0], block_mm_[1]) / length_over_diameter(lump.shape);
   lump.diameter_mm = std::clamp(lump.diameter_mm, 0.02 * block_mm_[2], std::min(room_mm, wide_mm));
-  lump.depth_mm = std::clamp(lump.depth_mm, skin_.thickness_mm + kLeastTissue_mm,
-                             block_mm_[2] - kLeastTissue_mm - lump.diameter_mm);
+  lump.depth_mm =
+      std::clamp(lump.depth_mm, skin_mm + kLeastTissue_mm, block_mm_[2] - kLeastTissue_mm - lump.diameter_mm);
   lump.stiffness_ratio = std::clamp(lump.stiffness_ratio, 0.02, 1e3);
   return lump;
 }
 
-bool SkinEffect::set_lumps(const std::vector<Case::Lump>& lumps) {
+bool PressEffect::set_lumps(const std::vector<Case::Lump>& lumps) {
   std::vector<Seen> seen;
   for (const Case::Lump& lump : lumps) {
     Case::Lump centred = allowed(lump);
@@ -197,79 +233,81 @@ bool SkinEffect::set_lumps(const std::vector<Case::Lump>& lumps) {
     std::optional<Both> both = press_both(centred, false);
     if (!both) return false;
     for (size_t k = 0; k < force_N_.size(); ++k) {
-      subtract(both->skin.pressure_Pa[k], plain_coarse_.skin.pressure_Pa[k]);
-      subtract(both->bare.pressure_Pa[k], plain_coarse_.bare.pressure_Pa[k]);
+      subtract(both->there.pressure_Pa[k], alone_coarse_.there.pressure_Pa[k]);
+      subtract(both->plain.pressure_Pa[k], alone_coarse_.plain.pressure_Pa[k]);
     }
     seen.push_back({lump, std::move(*both)});
   }
   seen_ = std::move(seen);
-  PressureMap whole = plain_.bare.pressure_Pa.back();
+  PressureMap whole = alone_.plain.pressure_Pa.back();
   for (size_t k = 0; k < factors_.size(); ++k) factors_[k] = change_of(k, whole, {0, 0}).factor;
   return true;
 }
 
-double SkinEffect::bump_factor() const {
+double PressEffect::bump_factor() const {
   return factors_.back();
 }
 
-SkinEffect::Change SkinEffect::change_of(size_t load, const PressureMap& nodes,
-                                         const std::array<double, 2>& window_mm) const {
+PressEffect::Change PressEffect::change_of(size_t load, const PressureMap& nodes,
+                                           const std::array<double, 2>& window_mm) const {
   Change change;
   change.left_Pa = nodes;
-  std::vector<double> bare(nodes.values.size()), skin(bare);
+  std::vector<double> plain(nodes.values.size()), there(plain);
   double product = 0, square = 0;
   each_node(nodes, window_mm, [&](size_t n, double x, double y) {
     for (const Seen& one : seen_) {
       const double u = x - one.lump.offset_mm[0], v = y - one.lump.offset_mm[1];
-      bare[n] += value_at(one.bump.bare.pressure_Pa[load], u, v);
-      skin[n] += value_at(one.bump.skin.pressure_Pa[load], u, v);
+      plain[n] += value_at(one.bump.plain.pressure_Pa[load], u, v);
+      there[n] += value_at(one.bump.there.pressure_Pa[load], u, v);
     }
-    product += bare[n] * skin[n];
-    square += bare[n] * bare[n];
+    product += plain[n] * there[n];
+    square += plain[n] * plain[n];
   });
   if (square > 0) change.factor = std::clamp(product / square, kFactor[0], kFactor[1]);
-  for (size_t n = 0; n < bare.size(); ++n)
-    change.left_Pa.values[n] = static_cast<float>(skin[n] / change.factor - bare[n]);
+  for (size_t n = 0; n < plain.size(); ++n)
+    change.left_Pa.values[n] = static_cast<float>(there[n] / change.factor - plain[n]);
   return change;
 }
 
-Observation SkinEffect::without_skin(const Observation& observation, double share) const {
-  Observation bare = observation;
-  bare.skin.reset();
+Observation PressEffect::taken_off(const Observation& observation, double share) const {
+  Observation plain = observation;
+  plain.skin.reset();
+  plain.plate.reset();
   double most = 0;
-  for (size_t k = 0; k < bare.pressure_Pa.size(); ++k) {
-    PressureMap& map = bare.pressure_Pa[k];
-    const Change change = change_of(k, map, bare.window_mm);
+  for (size_t k = 0; k < plain.pressure_Pa.size(); ++k) {
+    PressureMap& map = plain.pressure_Pa[k];
+    const Change change = change_of(k, map, plain.window_mm);
     const double factor = std::pow(factors_[k], share);
     most = std::max(most, 1 / factor);
-    each_node(map, bare.window_mm, [&](size_t n, double x, double y) {
-      const double with = mean_at(plain_.skin.pressure_Pa[k], x, y, map.pitch_mm),
-                   without = mean_at(plain_.bare.pressure_Pa[k], x, y, map.pitch_mm);
-      const double plain = without + (1 - share) * (with - without);
-      map.values[n] = static_cast<float>(plain + (double{map.values[n]} - with) / factor -
+    each_node(map, plain.window_mm, [&](size_t n, double x, double y) {
+      const double with = mean_at(alone_.there.pressure_Pa[k], x, y, map.pitch_mm),
+                   without = mean_at(alone_.plain.pressure_Pa[k], x, y, map.pitch_mm);
+      const double alone = without + (1 - share) * (with - without);
+      map.values[n] = static_cast<float>(alone + (double{map.values[n]} - with) / factor -
                                          share * double{change.left_Pa.values[n]});
     });
-    if (k >= bare.press_mm.size()) continue;
-    // The way of the block alone, and what a lump changes of it under the skin.
-    double longer_mm = plain_.skin.press_mm[k] - plain_.bare.press_mm[k];
+    if (k >= plain.press_mm.size()) continue;
+    // The way of the block alone, and what a lump changes of it there.
+    double longer_mm = alone_.there.press_mm[k] - alone_.plain.press_mm[k];
     for (const Seen& one : seen_)
-      longer_mm += (one.bump.skin.press_mm[k] - plain_coarse_.skin.press_mm[k]) -
-                   (one.bump.bare.press_mm[k] - plain_coarse_.bare.press_mm[k]);
-    bare.press_mm[k] -= share * longer_mm;
+      longer_mm += (one.bump.there.press_mm[k] - alone_coarse_.there.press_mm[k]) -
+                   (one.bump.plain.press_mm[k] - alone_coarse_.plain.press_mm[k]);
+    plain.press_mm[k] -= share * longer_mm;
   }
-  bare.noise_Pa *= most;
-  return bare;
+  plain.noise_Pa *= most;
+  return plain;
 }
 
-SkinTakenOff take_off_skin(const Observation& observation,
-                           const std::function<Estimate(const Observation&)>& estimate) {
-  SkinTakenOff taken;
-  const fem::Skin skin{observation.skin->thickness_mm, observation.skin->stiffness_ratio};
-  taken.bare = observation;
-  taken.bare.skin.reset();
+TakenOff take_off_effect(const Observation& observation,
+                         const std::function<Estimate(const Observation&)>& estimate) {
+  TakenOff taken;
+  const PressConditions conditions = conditions_of(observation);
+  taken.plain = observation;
+  taken.plain.skin.reset();
+  taken.plain.plate.reset();
   double young_Pa = observation.young_Pa;
   if (!(young_Pa > 0)) {
-    const Estimate first = estimate(taken.bare);
+    const Estimate first = estimate(taken.plain);
     if (!first.tissue) {
       taken.unusable =
           first.reasons.empty() ? "the way of the plate tells no modulus" : first.reasons.front();
@@ -281,19 +319,18 @@ SkinTakenOff take_off_skin(const Observation& observation,
     if (!taken.effect || !near(young_Pa, taken.effect->young_Pa(), kYoungSettled)) {
       Observation pressed = observation;
       pressed.young_Pa = young_Pa;
-      taken.effect.emplace(pressed, skin);
+      taken.effect.emplace(pressed, conditions);
     }
     if (!taken.effect->converged() || !taken.effect->set_lumps(taken.lumps)) {
       taken.effect.reset();
-      taken.unusable = text(
-          "no equilibrium of a block under a skin of %.3g mm, %.3g times as stiff, at these forces: are they "
-          "in N, and the modulus in Pa?",
-          skin.thickness_mm, skin.stiffness_ratio);
+      taken.unusable =
+          text("no equilibrium of a block under %s at these forces: are they in N, and the modulus in Pa?",
+               conditions_text(conditions).c_str());
       return taken;
     }
-    taken.bare = taken.effect->without_skin(observation);
-    const Estimate found = estimate(taken.bare);
-    const std::vector<Case::Lump> lumps = lumps_in(found, taken.bare);
+    taken.plain = taken.effect->taken_off(observation);
+    const Estimate found = estimate(taken.plain);
+    const std::vector<Case::Lump> lumps = lumps_in(found, taken.plain);
     const double now_Pa = found.tissue ? found.tissue->young_Pa.value : young_Pa;
     taken.settled = settled(lumps, taken.lumps) && near(now_Pa, young_Pa, kYoungSettled);
     if (!taken.settled) taken.lumps = lumps;
@@ -302,15 +339,13 @@ SkinTakenOff take_off_skin(const Observation& observation,
   return taken;
 }
 
-std::optional<Observation> without_other_skin(const Observation& observation, const SkinTakenOff& taken,
-                                              double thickness, double ratio) {
-  fem::Skin skin{observation.skin->thickness_mm * thickness, observation.skin->stiffness_ratio * ratio};
-  skin.thickness_mm = std::min(skin.thickness_mm, observation.block_mm[2] / 2);
+std::optional<Observation> taken_off_roughly(const Observation& observation, const TakenOff& taken,
+                                             const PressConditions& conditions) {
   Observation pressed = observation;
   pressed.young_Pa = taken.effect->young_Pa();
-  SkinEffect effect(pressed, skin, SkinEffect::Effort::Rough);
+  PressEffect effect(pressed, conditions, PressEffect::Effort::Rough);
   if (!effect.converged() || !effect.set_lumps(taken.lumps)) return std::nullopt;
-  return effect.without_skin(observation);
+  return effect.taken_off(observation);
 }
 
 }  // namespace palpate::lump
