@@ -22,7 +22,8 @@ constexpr int kTissueRounds = 3;         // of lump and tissue in turn
 constexpr double kTissueSettled = 1e-3;  // change of the modulus
 constexpr double kMostShare = 0.5;       // of an input's error
 
-constexpr double kEffectShare = 0.05;  // of skin's and plate's, 90 % interval: see press_effect/README.md
+// Of an effect, 90 % interval: press_effect/README.md.
+constexpr double kSkinShare = 0.05, kPlateShare = 0.15;
 constexpr double kMostFriction = 2;
 
 constexpr const char *kSkinEffect = "skin's effect", *kPlateEffect = "plate's effect",
@@ -410,8 +411,9 @@ Estimate Estimator::pressed_otherwise(const Observation& observation, const Unev
   }
   const std::vector<Estimate> reference = reference_parts(estimate, quick(taken.plain));
   const char* effect = !observation.plate ? kSkinEffect : observation.skin ? kBothEffects : kPlateEffect;
-  widening.add(effect, kEffectShare, reference, quick(taken.effect->taken_off(observation, 1 - kEffectShare)),
-               quick(taken.effect->taken_off(observation, 1 + kEffectShare)));
+  const double share = observation.plate ? kPlateShare : kSkinShare;
+  widening.add(effect, share, reference, quick(taken.effect->taken_off(observation, 1 - share)),
+               quick(taken.effect->taken_off(observation, 1 + share)));
   widening.apply();
   if (observation.skin && reports_numbers(estimate.verdict) &&
       estimate.depth_mm.high < observation.skin->thickness_mm) {

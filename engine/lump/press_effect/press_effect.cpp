@@ -21,6 +21,7 @@ constexpr Cells kPlainCells = {36, 36, 18};  // of the block alone, extrapolated
 constexpr Cells kQuickCells = {12, 12, 6};   // that tell about how far to press
 constexpr double kPoisson = 0.495;
 constexpr double kStep_mm = 2, kResidual = 1e-5;
+constexpr double kQuickResidual = 1e-7;  // so that the force that is asked for is found
 constexpr int kWays = 4;                 // of each press, in even steps
 constexpr uint32_t kNodes = 33;          // of the maps along a side
 constexpr double kLeastTissue_mm = 0.3;  // between skin and lump, and below the lump
@@ -166,8 +167,9 @@ PressEffect::PressEffect(const Observation& observation, const PressConditions& 
     scene.inclusion.reset();
     scene.cells = kQuickCells;
     put_under(conditions_for(there), scene);
-    const fem::LargeStrainResult last =
-        solve_large_strain(scene, {{std::nullopt, force_N_.back()}}, press_options());
+    fem::LargeStrainOptions options = press_options();
+    options.residual = kQuickResidual;
+    const fem::LargeStrainResult last = solve_large_strain(scene, {{std::nullopt, force_N_.back()}}, options);
     if (!last.converged) return;
     most_mm_[there ? 0 : 1] = last.last_press_mm;
   }
