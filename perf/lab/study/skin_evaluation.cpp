@@ -69,8 +69,8 @@ SkinRow row_of(const std::vector<const Judged*>& judged) {
   std::array<size_t, 3> held{};
   std::vector<double> young;
   for (const Judged* j : judged) {
-    const auto [skin_mm, ratio, held] = exact_key(j->truth);
-    row.plate = held == kSticks ? "sticks" : held > 0 ? text("%.3g", held) : std::string("slides");
+    const auto [skin_mm, ratio, grips] = exact_key(j->truth);
+    row.plate = grips == kSticks ? "sticks" : grips > 0 ? text("%.3g", grips) : std::string("slides");
     row.skin_mm = {std::min(row.skin_mm[0], skin_mm), std::max(row.skin_mm[1], skin_mm)};
     row.ratio = {std::min(row.ratio[0], ratio), std::max(row.ratio[1], ratio)};
     count_verdict(*j, row);
