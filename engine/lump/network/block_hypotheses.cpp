@@ -278,6 +278,13 @@ LinearFit BlockHypotheses::linear(const Eigen::MatrixXd& columns, const Eigen::V
   return fit;
 }
 
+LinearFit BlockHypotheses::pattern(const Eigen::MatrixXd& at_nodes) const {
+  Eigen::MatrixXd column = Eigen::MatrixXd::Zero(at_nodes.rows(), 1);
+  for (size_t k = 0; k < weights_.size(); ++k)
+    column += weights_[k] * at_nodes.col(static_cast<Eigen::Index>(k));
+  return linear(column);
+}
+
 LinearFit BlockHypotheses::tilt(double expected_sd) const {
   Eigen::MatrixXd columns(plain_.size(), 2);
   for (Eigen::Index n = 0; n < plain_.size(); ++n) {

@@ -56,6 +56,8 @@ class BlockHypotheses {
   /// Pressure that rises along x and y, as a share at the rim. `expected_sd`: its standard deviation about 0;
   /// 0: any is as likely.
   LinearFit tilt(double expected_sd = 0) const;
+  /// Any other pattern of pressure over modulus, nodes x loads, as a multiple of it.
+  LinearFit pattern(const Eigen::MatrixXd& at_nodes) const;
 
  private:
   Eigen::VectorXd block(const Change& change) const;

@@ -18,7 +18,9 @@ using Cells = std::array<uint32_t, 3>;
 
 constexpr Cells kCells = {24, 24, 12};       // of bumps, which follow the lump, and of a rough block alone
 constexpr Cells kPlainCells = {36, 36, 18};  // of the block alone, extrapolated with kCells
-constexpr Cells kQuickCells = {12, 12, 6};   // that tell about how far to press
+constexpr Cells kFineCells = {36, 36, 18}, kFinePlainCells = {48, 48, 24};  // where the plate holds firmly
+constexpr double kFirmFriction = 0.15;  // and more: bumps are up to a third lower, which cells have to show
+constexpr Cells kQuickCells = {12, 12, 6};  // that tell about how far to press
 constexpr double kPoisson = 0.495;
 constexpr double kStep_mm = 2, kResidual = 1e-5;
 constexpr double kQuickResidual = 1e-7;  // so that the force that is asked for is found
@@ -188,19 +190,20 @@ std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case:
   block.thickness_mm = block_mm_[2];
   block.young_Pa = young_Pa_;
   block.press_mm = {block_mm_[2] / 10};
-  fem::Scene scene =
-      scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, extrapolated ? kPlainCells : kCells);
+  const bool firm = conditions_.plate_sticks || conditions_.plate_friction > kFirmFriction;
+  const Cells cells = firm ? kFineCells : kCells, fine = firm ? kFinePlainCells : kPlainCells;
+  fem::Scene scene = scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, extrapolated ? fine : cells);
   put_under(conditions_for(there), scene);
   check(scene);
   fem::LargeStrainOptions options = press_options();
   if (lump) {
-    const fem::InclusionCells cells = inclusion_cells(scene);
-    if (fit(scene, cells, symmetric(scene))) options.lump_cells = cells;
+    const fem::InclusionCells followed = inclusion_cells(scene);
+    if (fit(scene, followed, symmetric(scene))) options.lump_cells = followed;
   }
   const double most_mm = most_mm_[there ? 0 : 1];
   std::vector<fem::PressLoad> loads;
   for (int k = 1; k <= kWays; ++k) loads.push_back({most_mm * k / kWays, std::nullopt});
-  fem::LargeStrainResult result = extrapolated ? solve_extrapolated(scene, kCells, loads, options)
+  fem::LargeStrainResult result = extrapolated ? solve_extrapolated(scene, cells, loads, options)
                                                : solve_large_strain(scene, loads, options);
   if (!result.converged) return std::nullopt;
   for (fem::PressedBlock& load : result.loads)
@@ -248,6 +251,12 @@ bool PressEffect::set_lumps(const std::vector<Case::Lump>& lumps) {
 
 double PressEffect::bump_factor() const {
   return factors_.back();
+}
+
+PressureMap PressEffect::block_change_Pa(size_t load) const {
+  PressureMap change = alone_.there.pressure_Pa[load];
+  subtract(change, alone_.plain.pressure_Pa[load]);
+  return change;
 }
 
 PressEffect::Change PressEffect::change_of(size_t load, const PressureMap& nodes,

@@ -54,6 +54,8 @@ class PressEffect {
   /// Height of the bumps at the highest load, over that on bare tissue under a sliding plate; 1 without
   /// lumps.
   double bump_factor() const;
+  /// What the conditions add to the map of the block alone at a load.
+  PressureMap block_change_Pa(size_t load) const;
 
  private:
   struct Pressed {

@@ -11,6 +11,7 @@
 #include "engine/base/text.h"
 #include "engine/lump/estimator.h"
 #include "engine/lump/observation/observe.h"
+#include "engine/lump/press_effect/plate_check.h"
 #include "engine/lump/tissue/relaxation.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/error_options.h"
@@ -33,6 +34,7 @@ struct Options {
   lump::ErrorSources errors;
   SkinOptions skin;
   PlateOptions plate;
+  bool check_plate = false;
   RelaxationOptions relaxation;
   std::string network, method = "refined";
 };
@@ -109,8 +111,10 @@ Plot plot_of(const lump::Observation& observation, const lump::Estimate& e) {
 
 Report estimate(const Common& common, Options& o) {
   const lump::Observation observation = reading_of(o);
-  const lump::Estimate estimate = lump::named_estimator(o.method, lump::load_network(o.network), o.errors,
-                                                        {.stop = interrupted})(observation);
+  const auto network = lump::load_network(o.network);
+  lump::Estimate estimate =
+      lump::named_estimator(o.method, network, o.errors, {.stop = interrupted})(observation);
+  if (o.check_plate) report_plate(*network, observation, estimate);
   Report report = facts_of(estimate);
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -161,6 +165,8 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
       ->option_text("MM [20]");
   add_skin(*command, o->skin);
   add_plate(*command, o->plate);
+  command->add_flag("--check-plate", o->check_plate,
+                    "Find out whether the plate slides: presses the block alone (1 s of a core)");
   add_relaxation(*command, o->relaxation);
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);

@@ -175,16 +175,17 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("--tell-relaxation", o->job.relaxation_told, "Estimates are told of it, with that error")
       ->group("Relaxing tissue");
   command->add_flag("--tell-skin", o->job.skin_told, "The skin of blocks that have one is told")
-      ->group("Skin");
+      ->group("Skin and plate");
   command
       ->add_setting("--skin-sd", o->job.skin_sd, Check::range(0.0, 0.3),
                     "Relative standard error of its thickness and of its ratio, which intervals cover")
-      ->group("Skin");
-  command->add_flag("--tell-plate", o->job.plate_told, "A plate that rubs or sticks is told")->group("Plate");
+      ->group("Skin and plate");
+  command->add_flag("--tell-plate", o->job.plate_told, "A plate that rubs or sticks is told")
+      ->group("Skin and plate");
   command
       ->add_setting("--plate-sd", o->job.plate_sd, Check::range(0.0, 0.5),
                     "Standard error of its friction as told, which intervals cover")
-      ->group("Plate");
+      ->group("Skin and plate");
   command->add_setting("--full-scale-Pa", o->job.sensor.full_scale_Pa, Check::range(0.0, 1e9),
                        "Of gray level 255; 0: the highest peak at 90 % of it");
   command->add_option("--window-mm", o->job.sensor.window_mm,
@@ -210,7 +211,7 @@ void add_evaluate_lump(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("--next-press", o->next_press,
                     "Scans whose next press is proposed instead, beside a raster of presses");
   command->add_flag("--by-skin", o->by_skin, "A table by the blocks' skins and plates instead")
-      ->group("Skin");
+      ->group("Skin and plate");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
   command->add_option("--first", o->job.first, "First case to read, counted over all data sets")
