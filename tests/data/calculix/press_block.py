@@ -48,7 +48,7 @@ def deck(case, mesh, loads_mm):
         lines += [str(n + 1) for n in np.flatnonzero(abs(mesh.nodes[:, axis] - at) < 1e-6)]
     lines += ["*BOUNDARY", "FLOOR,1,3", "XPLANE,1,1", "YPLANE,2,2"]
     part, to_mm = INCREMENT_MM / loads_mm[-1], loads_mm[-1]
-    lines += ["*TIME POINTS, NAME=LOADS", ",".join(f"{way / to_mm:.9g}" for way in loads_mm),
+    lines += ["*TIME POINTS, NAME=LOADS", *(f"{way / to_mm:.9g}" for way in loads_mm),
               "*STEP, NLGEOM, INC=500", "*STATIC, SOLVER=SPOOLES", f"{part:.6g},1.,1e-4,{part:.6g}",
               "*CONTROLS, PARAMETERS=FIELD", "1e-4,1e-2", "*BOUNDARY", f"TOP,3,3,{to_mm:.9g}",
               "*NODE PRINT, NSET=TOP, TIME POINTS=LOADS", "U,RF",
