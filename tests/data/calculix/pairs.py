@@ -2,7 +2,7 @@
 """Presses the lumps of palpate's data sets by CalculiX and writes copies of the sets with its maps and forces, so that
 `palpate-lab evaluate` judges by another program.
 
-    pairs.py FIRST.h5 SAME.h5 GROWN.h5 --out FOLDER [--cells 3] [--work FOLDER] [--jobs 1]
+    pairs.py FIRST.h5 SAME.h5 GROWN.h5 --out FOLDER [--cells 2,3] [--work FOLDER] [--jobs 1]
 
 The sets are those of `palpate-lab dataset` with lumps in the middle and --shapes sphere,ellipsoid,cylinder. Lumps that
 sets share are pressed once, to the greatest press of all. What ccx answered is kept in the work folder and not asked
@@ -51,7 +51,12 @@ def run_of(case, m, work):
     folder = work / name
     folder.mkdir(parents=True, exist_ok=True)
     mesh = mesh_of(case, m)
-    wall_s = run_ccx(folder, press_block.deck(case, mesh, loads))
+    try:
+        wall_s = run_ccx(folder, press_block.deck(case, mesh, loads))
+    except RuntimeError as error:  # deep presses fold the smallest cells at the rim
+        np.savez(kept, press_mm=loads, force=[])
+        print(f"{name}: {str(error)[-200:]}", flush=True)
+        return np.load(kept)
     tables = read_dat(folder / "block.dat")
     moved = [t[2:] for t in tables if t[0] == "displacements" and t[1] == "TOP"]
     forces = [t[2:] for t in tables if t[0] == "forces" and t[1] == "TOP"]
@@ -183,6 +188,21 @@ def apart(rows, others):
             "map_apart_rms_over_peak": round(float(np.sqrt(np.mean(off ** 2)) / rows[-1, 1:].max()), 5)}
 
 
+def finest_of(keys, cases, cells, runs, rim):
+    """Presses and rows of one lump's days, by the finest mesh that bore all of them."""
+    borne = [m for m in cells if all(len(runs[key, m]["force"]) for key in keys)]
+    if not borne:
+        raise SystemExit(f"no mesh bore the presses of {keys[0]}")
+    pressed = {}
+    for key in keys:
+        case = cases[key]
+        of = {m: corrected(case, m, runs[key, m], rim) for m in borne}
+        pressed[key] = (np.array(case["press_mm"]), of[borne[-1]])
+        told = {"cells": borne[-1]} | {f"cells_{m}": apart(of[borne[-1]], of[m]) for m in borne[:-1]}
+        print(json.dumps({k: v for k, v in case.items() if k not in ("press_mm", "side_mm", "young_Pa")} | told))
+    return pressed
+
+
 def at_presses(ways_mm, rows, wanted_mm):
     """Rows at other presses than the steps: a polynomial of what each unit of the press makes."""
     x, wanted = ways_mm / ways_mm[-1], np.asarray(wanted_mm) / ways_mm[-1]
@@ -238,8 +258,8 @@ def write_copy(source, target, keys, pressed):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sets", nargs="+", type=pathlib.Path)
-    parser.add_argument("--cells", default="3", help="meshes, see press_block.py: maps are the last one's, the others' "
-                        "distance from it is told")
+    parser.add_argument("--cells", default="2,3", help="meshes, see press_block.py: maps are the last one's that bears "
+                        "the presses of all of a lump's days; how far the others lie from it is told")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path(tempfile.gettempdir()) / "calculix")
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--jobs", type=int, default=1, help="runs of ccx at once, one thread each")
@@ -253,20 +273,15 @@ def main():
     plain = [{"side_mm": 40.0, "shape": "none", "thickness_mm": mm, "young_Pa": 1e6,
               "press_mm": [mm * share * (k + 1) / PLAIN_STEPS for k in range(PLAIN_STEPS)]} for mm in PLAIN_MM]
     finest = [{**case, "press_mm": case["press_mm"][:FINEST_STEPS]} for case in plain]
-    # Lumps of one number together, so that what is done when time runs out are pairs.
-    order = {key: n for n, key in enumerate(dict.fromkeys(key for same in zip(*days) for key in same))}
-    cases = dict(sorted(cases.items(), key=lambda one: order[one[0]]))
+    lumps = [list(dict.fromkeys(same)) for same in zip(*days)]  # each one's days
     asked = [(case, m) for m in PLAIN_CELLS[:-1] for case in plain] + [(case, PLAIN_CELLS[-1]) for case in finest]
-    asked += [(case, m) for m in cells for case in cases.values()]
+    wanted = [(key, m) for m in cells for keys in lumps for key in keys]
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as team:
-        runs = list(team.map(lambda one: run_of(*one, options.work), asked))
-    rim = Rim(plain, [runs[k:len(PLAIN_CELLS) * len(plain):len(plain)] for k in range(len(plain))])
-    of_lumps, pressed = runs[len(PLAIN_CELLS) * len(plain):], {}
-    for n, (key, case) in enumerate(cases.items()):
-        of_meshes = [corrected(case, m, run, rim) for m, run in zip(cells, of_lumps[n::len(cases)])]
-        pressed[key] = (np.array(case["press_mm"]), of_meshes[-1])
-        told = {f"cells_{m}": apart(of_meshes[-1], rows) for m, rows in zip(cells, of_meshes[:-1])}
-        print(json.dumps({k: v for k, v in case.items() if k not in ("press_mm", "side_mm", "young_Pa")} | told))
+        runs = list(team.map(lambda one: run_of(*one, options.work), asked + [(cases[k], m) for k, m in wanted]))
+    rim = Rim(plain, [runs[k:len(asked):len(plain)] for k in range(len(plain))])
+    runs, pressed = dict(zip(wanted, runs[len(asked):])), {}
+    for keys in lumps:
+        pressed |= finest_of(keys, cases, cells, runs, rim)
     for source, keys in zip(options.sets, days):
         write_copy(source, options.out / source.name, keys, pressed)
         print("wrote", options.out / source.name)
