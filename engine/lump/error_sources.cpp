@@ -24,7 +24,7 @@ constexpr double kMostShare = 0.5;       // of an input's error
 
 // Of an effect, 90 % interval: press_effect/README.md.
 constexpr double kSkinShare = 0.05, kPlateShare = 0.15;
-constexpr double kMostFriction = 2;
+constexpr double kMostFriction = 2, kJudgedFriction = 0.1;
 
 constexpr const char *kSkinEffect = "skin's effect", *kPlateEffect = "plate's effect",
                      *kBothEffects = "skin's and plate's effect";
@@ -395,6 +395,9 @@ Estimate Estimator::pressed_otherwise(const Observation& observation, const Unev
   }
   const auto lit = [&](double fraction) { return taken.effect->taken_off(uneven(fraction)); };
   Estimate estimate = (*this)(taken.plain, uneven ? UnevenLight(lit) : uneven);
+  if (observation.plate && (observation.plate->sticks || observation.plate->friction > kJudgedFriction))
+    estimate.reasons.emplace_back(
+        "so firm a plate is taken off roughly, and its intervals are not judged: let it slide where it can");
   estimate.reasons.push_back("under " + conditions_text(conditions_of(observation)) +
                              text(", bumps are %.2g times as high", taken.effect->bump_factor()));
   PartWidening widening(estimate);

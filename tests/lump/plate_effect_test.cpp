@@ -95,6 +95,9 @@ TEST(PlateEffect, ALumpUnderAStatedPlateIsWhatItIs) {
   ASSERT_FALSE(sticks.input_effects.empty());
   EXPECT_EQ(sticks.input_effects.back().input, "plate's effect");
   EXPECT_NE(sticks.reasons.back().find("a plate that holds the tissue"), std::string::npos);
+  EXPECT_TRUE(std::any_of(sticks.reasons.begin(), sticks.reasons.end(), [](const std::string& reason) {
+    return reason.find("not judged") != std::string::npos;
+  }));
 }
 
 TEST(PlateEffect, AFrictionHardlyKnownWidensTheIntervals) {

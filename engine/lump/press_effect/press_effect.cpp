@@ -18,9 +18,7 @@ using Cells = std::array<uint32_t, 3>;
 
 constexpr Cells kCells = {24, 24, 12};       // of bumps, which follow the lump, and of a rough block alone
 constexpr Cells kPlainCells = {36, 36, 18};  // of the block alone, extrapolated with kCells
-constexpr Cells kFineCells = {36, 36, 18}, kFinePlainCells = {48, 48, 24};  // where the plate holds firmly
-constexpr double kFirmFriction = 0.15;  // and more: bumps are up to a third lower, which cells have to show
-constexpr Cells kQuickCells = {12, 12, 6};  // that tell about how far to press
+constexpr Cells kQuickCells = {12, 12, 6};   // that tell about how far to press
 constexpr double kPoisson = 0.495;
 constexpr double kStep_mm = 2, kResidual = 1e-5;
 constexpr double kQuickResidual = 1e-7;  // so that the force that is asked for is found
@@ -190,9 +188,8 @@ std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case:
   block.thickness_mm = block_mm_[2];
   block.young_Pa = young_Pa_;
   block.press_mm = {block_mm_[2] / 10};
-  const bool firm = conditions_.plate_sticks || conditions_.plate_friction > kFirmFriction;
-  const Cells cells = firm ? kFineCells : kCells, fine = firm ? kFinePlainCells : kPlainCells;
-  fem::Scene scene = scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, extrapolated ? fine : cells);
+  fem::Scene scene =
+      scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, extrapolated ? kPlainCells : kCells);
   put_under(conditions_for(there), scene);
   check(scene);
   fem::LargeStrainOptions options = press_options();
@@ -203,7 +200,7 @@ std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case:
   const double most_mm = most_mm_[there ? 0 : 1];
   std::vector<fem::PressLoad> loads;
   for (int k = 1; k <= kWays; ++k) loads.push_back({most_mm * k / kWays, std::nullopt});
-  fem::LargeStrainResult result = extrapolated ? solve_extrapolated(scene, cells, loads, options)
+  fem::LargeStrainResult result = extrapolated ? solve_extrapolated(scene, kCells, loads, options)
                                                : solve_large_strain(scene, loads, options);
   if (!result.converged) return std::nullopt;
   for (fem::PressedBlock& load : result.loads)
