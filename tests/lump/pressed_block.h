@@ -19,7 +19,7 @@ namespace palpate {
 
 inline const lump::Case::Lump kPressedBall{InclusionShape::Sphere, false, 9, 4, 6, {0, 0}};
 
-/// On other cells than those that take an effect off; its ways are stated.
+/// On the cells of the data sets that taught the network; its ways are stated.
 inline lump::Observation pressed_block(const lump::PressConditions& conditions,
                                        const std::optional<lump::Case::Lump>& lump) {
   lump::Case block;
@@ -37,7 +37,7 @@ inline lump::Observation pressed_block(const lump::PressConditions& conditions,
   const std::vector<fem::PressLoad> loads = {
       {0.7, std::nullopt}, {1.4, std::nullopt}, {2.1, std::nullopt}, {2.8, std::nullopt}};
   const fem::LargeStrainResult result =
-      solve_extrapolated(scene_of(block, {40, 40}, 0.495, {36, 36, 18}), {24, 24, 12}, loads, options);
+      solve_extrapolated(scene_of(block, {40, 40}, 0.495, {48, 48, 24}), {24, 24, 12}, loads, options);
   EXPECT_TRUE(result.converged);
   std::vector<PressureMap> maps;
   std::vector<double> force_N, press_mm;

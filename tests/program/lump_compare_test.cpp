@@ -90,7 +90,8 @@ TEST_F(LumpCompareCommand, TwoLumpsAreListedAndNotCompared) {
   EXPECT_FALSE(contains(estimate["reasons"].dump(), "no lump that the model knows"))
       << "one alone is no answer";
   for (const Json& lump : estimate["lumps"]) {
-    EXPECT_NEAR(lump["size_mm"]["value"].get<double>(), 7, 1) << lump.dump();
+    // Both lumps at once are pressed on straight cells of 1 mm, which make them seem larger.
+    EXPECT_NEAR(lump["size_mm"]["value"].get<double>(), 7, 1.2) << lump.dump();
     EXPECT_LE(lump["depth_mm"]["low"].get<double>(), 2.9);
     EXPECT_GE(lump["depth_mm"]["high"].get<double>(), 2.1);
     EXPECT_NEAR(std::abs(lump["x_mm"]["value"].get<double>()), 5.5, 0.6);

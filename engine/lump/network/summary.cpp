@@ -18,6 +18,9 @@ namespace {
 // with lumps up to 11 mm aside.
 constexpr double kAside = 0.08, kAsideDepth_mm = 6;
 
+// Over the pattern that one press of tissue alone leaves: what presses by hand leave, stitched.
+constexpr double kStitched = 1.25;
+
 // Fractions of a range: an interval all of which lies further beyond it is outside, and so is an estimate,
 // for a lump beyond the range may be of any size or depth. Of ratios far above it little more is to be seen.
 constexpr double kEdge = 0.05, kMiddleEdge = 0.02, kRatioEdge = 0.08;
@@ -63,12 +66,13 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   };
   if (estimate.detection_statistic < 1) {
     clear_values(estimate);
-    if (found.plain_pattern > calibration.plain_pattern) {
+    const double allowed = kStitched * calibration.plain_pattern;
+    if (found.plain_pattern > allowed) {
       estimate.verdict = Status::OutsideTraining;
       estimate.reasons.push_back(text(
           "the pressure is neither that of tissue alone nor that of a lump the model knows: a pattern of "
           "%.2g %% of the peak is left, %.2g %% allowed",
-          100 * found.plain_pattern, 100 * calibration.plain_pattern));
+          100 * found.plain_pattern, 100 * allowed));
       return;
     }
     estimate.verdict = Status::NoLump;

@@ -16,8 +16,9 @@ namespace {
 
 using Cells = std::array<uint32_t, 3>;
 
-constexpr Cells kCells = {24, 24, 12};       // of bumps, which follow the lump, and of a rough block alone
-constexpr Cells kPlainCells = {36, 36, 18};  // of the block alone, extrapolated with kCells
+constexpr Cells kCells = {24, 24, 12};       // of rough presses; other ones are extrapolated with them
+constexpr Cells kPlainCells = {48, 48, 24};  // of the block alone
+constexpr Cells kBumpCells = {36, 36, 18};   // of bumps, which follow the lump
 constexpr Cells kQuickCells = {12, 12, 6};   // that tell about how far to press
 constexpr double kPoisson = 0.495;
 constexpr double kStep_mm = 2, kResidual = 1e-5;
@@ -26,7 +27,7 @@ constexpr int kWays = 4;                 // of each press, in even steps
 constexpr uint32_t kNodes = 33;          // of the maps along a side
 constexpr double kLeastTissue_mm = 0.3;  // between skin and lump, and below the lump
 constexpr std::array<double, 2> kFactor = {0.05, 20};
-constexpr int kMostRounds = 6;
+constexpr int kMostRounds = 8;
 constexpr double kSettled = 0.01, kSettledRatio = 0.03;  // of size and depth, of the ratio
 constexpr double kYoungSettled = 2e-3;
 
@@ -158,6 +159,7 @@ PressEffect::PressEffect(const Observation& observation, const PressConditions& 
       young_Pa_(observation.young_Pa),
       force_N_(observation.force_N),
       conditions_(conditions),
+      effort_(effort),
       factors_(observation.force_N.size(), 1) {
   for (const bool there : {true, false}) {
     fem::Scene scene;
@@ -173,23 +175,26 @@ PressEffect::PressEffect(const Observation& observation, const PressConditions& 
     if (!last.converged) return;
     most_mm_[there ? 0 : 1] = last.last_press_mm;
   }
-  std::optional<Both> coarse = press_both(std::nullopt, false);
-  std::optional<Both> alone = effort == Effort::Rough ? coarse : press_both(std::nullopt, true);
-  if (!alone || !coarse) return;
+  std::optional<Both> rough = press_both(std::nullopt, kCells), bumps = rough, alone = rough;
+  if (effort == Effort::Full) {
+    bumps = press_both(std::nullopt, kBumpCells);
+    alone = press_both(std::nullopt, kPlainCells);
+  }
+  if (!rough || !bumps || !alone) return;
   alone_ = std::move(*alone);
-  alone_coarse_ = std::move(*coarse);
+  alone_rough_ = std::move(*rough);
+  alone_bumps_ = std::move(*bumps);
   converged_ = true;
 }
 
 std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case::Lump>& lump, bool there,
-                                                       bool extrapolated) const {
+                                                       const Cells& cells) const {
   Case block;
   block.lump = lump;
   block.thickness_mm = block_mm_[2];
   block.young_Pa = young_Pa_;
   block.press_mm = {block_mm_[2] / 10};
-  fem::Scene scene =
-      scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, extrapolated ? kPlainCells : kCells);
+  fem::Scene scene = scene_of(block, {block_mm_[0], block_mm_[1]}, kPoisson, cells);
   put_under(conditions_for(there), scene);
   check(scene);
   fem::LargeStrainOptions options = press_options();
@@ -200,8 +205,8 @@ std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case:
   const double most_mm = most_mm_[there ? 0 : 1];
   std::vector<fem::PressLoad> loads;
   for (int k = 1; k <= kWays; ++k) loads.push_back({most_mm * k / kWays, std::nullopt});
-  fem::LargeStrainResult result = extrapolated ? solve_extrapolated(scene, kCells, loads, options)
-                                               : solve_large_strain(scene, loads, options);
+  fem::LargeStrainResult result = cells == kCells ? solve_large_strain(scene, loads, options)
+                                                  : solve_extrapolated(scene, kCells, loads, options);
   if (!result.converged) return std::nullopt;
   for (fem::PressedBlock& load : result.loads)
     load.pressure_Pa = in_case_axes(block, std::move(load.pressure_Pa));
@@ -209,8 +214,8 @@ std::optional<PressEffect::Pressed> PressEffect::press(const std::optional<Case:
 }
 
 std::optional<PressEffect::Both> PressEffect::press_both(const std::optional<Case::Lump>& lump,
-                                                         bool extrapolated) const {
-  std::optional<Pressed> there = press(lump, true, extrapolated), plain = press(lump, false, extrapolated);
+                                                         const Cells& cells) const {
+  std::optional<Pressed> there = press(lump, true, cells), plain = press(lump, false, cells);
   if (!there || !plain) return std::nullopt;
   return Both{std::move(*there), std::move(*plain)};
 }
@@ -227,16 +232,20 @@ Case::Lump PressEffect::allowed(Case::Lump lump) const {
   return lump;
 }
 
-bool PressEffect::set_lumps(const std::vector<Case::Lump>& lumps) {
+bool PressEffect::set_lumps(const std::vector<Case::Lump>& lumps, Effort effort) {
+  const bool rough = effort == Effort::Rough || effort_ == Effort::Rough;
+  const Both& alone = rough ? alone_rough_ : alone_bumps_;
   std::vector<Seen> seen;
   for (const Case::Lump& lump : lumps) {
     Case::Lump centred = allowed(lump);
     centred.offset_mm = {0, 0};
-    std::optional<Both> both = press_both(centred, false);
+    std::optional<Both> both = press_both(centred, rough ? kCells : kBumpCells);
     if (!both) return false;
     for (size_t k = 0; k < force_N_.size(); ++k) {
-      subtract(both->there.pressure_Pa[k], alone_coarse_.there.pressure_Pa[k]);
-      subtract(both->plain.pressure_Pa[k], alone_coarse_.plain.pressure_Pa[k]);
+      subtract(both->there.pressure_Pa[k], alone.there.pressure_Pa[k]);
+      subtract(both->plain.pressure_Pa[k], alone.plain.pressure_Pa[k]);
+      both->there.press_mm[k] -= alone.there.press_mm[k];
+      both->plain.press_mm[k] -= alone.plain.press_mm[k];
     }
     seen.push_back({lump, std::move(*both)});
   }
@@ -297,9 +306,7 @@ Observation PressEffect::taken_off(const Observation& observation, double share)
     if (k >= plain.press_mm.size()) continue;
     // The way of the block alone, and what a lump changes of it there.
     double longer_mm = alone_.there.press_mm[k] - alone_.plain.press_mm[k];
-    for (const Seen& one : seen_)
-      longer_mm += (one.bump.there.press_mm[k] - alone_coarse_.there.press_mm[k]) -
-                   (one.bump.plain.press_mm[k] - alone_coarse_.plain.press_mm[k]);
+    for (const Seen& one : seen_) longer_mm += one.bump.there.press_mm[k] - one.bump.plain.press_mm[k];
     plain.press_mm[k] -= share * longer_mm;
   }
   plain.noise_Pa *= most;
@@ -323,13 +330,14 @@ TakenOff take_off_effect(const Observation& observation,
     }
     young_Pa = first.tissue->young_Pa.value;
   }
+  PressEffect::Effort effort = PressEffect::Effort::Rough;  // until the lump stays
   for (int round = 0; round < kMostRounds && !taken.settled; ++round) {
     if (!taken.effect || !near(young_Pa, taken.effect->young_Pa(), kYoungSettled)) {
       Observation pressed = observation;
       pressed.young_Pa = young_Pa;
       taken.effect.emplace(pressed, conditions);
     }
-    if (!taken.effect->converged() || !taken.effect->set_lumps(taken.lumps)) {
+    if (!taken.effect->converged() || !taken.effect->set_lumps(taken.lumps, effort)) {
       taken.effect.reset();
       taken.unusable =
           text("no equilibrium of a block under %s at these forces: are they in N, and the modulus in Pa?",
@@ -340,8 +348,12 @@ TakenOff take_off_effect(const Observation& observation,
     const Estimate found = estimate(taken.plain);
     const std::vector<Case::Lump> lumps = lumps_in(found, taken.plain);
     const double now_Pa = found.tissue ? found.tissue->young_Pa.value : young_Pa;
-    taken.settled = settled(lumps, taken.lumps) && near(now_Pa, young_Pa, kYoungSettled);
-    if (!taken.settled) taken.lumps = lumps;
+    const bool stays = settled(lumps, taken.lumps) && near(now_Pa, young_Pa, kYoungSettled);
+    taken.settled = stays && (effort == PressEffect::Effort::Full || lumps.empty());
+    if (stays)
+      effort = PressEffect::Effort::Full;
+    else
+      taken.lumps = lumps;
     young_Pa = now_Pa;
   }
   return taken;

@@ -43,7 +43,7 @@ class PressEffect {
 
   /// Presses each of these lumps instead of those before, in the block's middle; their own places count where
   /// they are seen. False where there is no equilibrium: nothing is changed.
-  bool set_lumps(const std::vector<Case::Lump>& lumps);
+  bool set_lumps(const std::vector<Case::Lump>& lumps, Effort effort = Effort::Full);
 
   /// The observation as it would be on bare tissue under a sliding plate, maps and ways; `share`: of the
   /// effect that is taken back.
@@ -58,6 +58,7 @@ class PressEffect {
   PressureMap block_change_Pa(size_t load) const;
 
  private:
+  using Cells = std::array<uint32_t, 3>;
   struct Pressed {
     std::vector<PressureMap> pressure_Pa;
     std::vector<double> press_mm;
@@ -68,15 +69,15 @@ class PressEffect {
   };
   struct Seen {
     Case::Lump lump;
-    Both bump;  ///< maps less those of the block alone on the same cells
+    Both bump;  ///< maps and ways less those of the block alone on the same cells
   };
   /// At each load: factor of the bumps, and what is left of them at the nodes of a map.
   struct Change {
     double factor = 1;
     PressureMap left_Pa;
   };
-  std::optional<Both> press_both(const std::optional<Case::Lump>& lump, bool extrapolated) const;
-  std::optional<Pressed> press(const std::optional<Case::Lump>& lump, bool there, bool extrapolated) const;
+  std::optional<Both> press_both(const std::optional<Case::Lump>& lump, const Cells& cells) const;
+  std::optional<Pressed> press(const std::optional<Case::Lump>& lump, bool there, const Cells& cells) const;
   PressConditions conditions_for(bool there) const;
   static Pressed at_forces(const fem::LargeStrainResult& result, const std::vector<double>& force_N);
   Case::Lump allowed(Case::Lump lump) const;
@@ -86,10 +87,11 @@ class PressEffect {
   double young_Pa_;
   std::vector<double> force_N_;
   PressConditions conditions_;
+  Effort effort_;
   bool converged_ = false;
   std::array<double, 2> most_mm_{};  ///< way of the block alone at the highest force, as it is and plain
   Both alone_;                       ///< as good as the effort
-  Both alone_coarse_;                ///< on the lumps' own cells
+  Both alone_rough_, alone_bumps_;   ///< on the bumps' own cells, rough and not
   std::vector<Seen> seen_;
   std::vector<double> factors_;  ///< of the bumps, one per load, over the whole block
 };

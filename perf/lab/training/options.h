@@ -35,10 +35,10 @@ struct Example {
 struct TrainingOptions {
   uint64_t seed = 1;
   uint32_t ensemble = 4;           ///< emulators whose mean is used
-  uint32_t hidden = 128;           ///< width of both hidden layers
+  uint32_t hidden = 192;           ///< width of both hidden layers
   uint32_t fields = 40;            ///< that a bump is a sum of
   uint32_t rounds = 500;           ///< through the examples
-  double decay = 0.15;             ///< of weights, against what only a few examples say
+  double decay = 0.005;            ///< of weights, against what only a few examples say
   uint32_t observations = 200000;  ///< that the emulator makes for the network from observations to lumps
   uint32_t readers = 2;            ///< such networks, whose mean is used
   uint32_t reader_hidden = 256;    ///< width of their hidden layers

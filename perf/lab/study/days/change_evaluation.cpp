@@ -167,7 +167,8 @@ std::string changes_text(const std::vector<JudgedChange>& judged) {
              100 * share_of(s.shrunk, s.compared), s.ratio_changed,
              100 * share_of(s.ratio_changed, s.compared)) +
          "intervals of the change of size, depth, ratio hold " +
-         all([&](size_t p) { return share_of(s.hold[p], s.compared); }, 100) +
+         text("%.3g, %.3g, %.3g", 100 * share_of(s.hold[0], s.compared),
+              100 * share_of(s.hold[1], s.compared), 100 * share_of(s.hold[2], s.compared)) +
          " %\nerrors of the change, median: " + all([&](size_t p) { return median_of(s.error[p]); }, 100) +
          " %, nine in ten below " + all([&](size_t p) { return ninetieth_of(s.error[p]); }, 100) +
          " %\nof two separate estimates, median: " +
