@@ -272,7 +272,7 @@ std::vector<PressEnds> open_ends(const Observation& observation) {
     PressEnds ends{input, error, conditions_of(observation), conditions_of(observation)};
     change(ends.lower, -1);
     change(ends.higher, 1);
-    all.push_back(std::move(ends));
+    all.push_back(ends);
   };
   if (observation.skin) {
     const double thick = std::exp(kNormal90 * observation.skin->thickness_sd),

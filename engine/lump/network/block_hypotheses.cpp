@@ -168,6 +168,7 @@ template <typename At>
 ChangeFit BlockHypotheses::search(const std::vector<double>& grid, const At& at) const {
   // The lowest of the grid, then of a parabola around it.
   std::vector<double> values;
+  values.reserve(grid.size());
   for (const double value : grid) values.push_back(chi_square(at(value)));
   const auto least = static_cast<size_t>(std::min_element(values.begin(), values.end()) - values.begin());
   ChangeFit fit{at(grid[least]), values[least], 0};
