@@ -230,6 +230,9 @@ TEST_F(LumpEstimateCommand, ASkinThatIsToldIsTakenOffAndKept) {
   EXPECT_EQ(kept["skin"]["thickness_mm"].get<double>(), 2);
   EXPECT_NEAR(kept["skin"]["thickness_sd"].get<double>(), 0.05, 1e-6);
 
+  const std::string help = run({"lump", "estimate", "--help-all"}).out;
+  for (const char* option : {"--skin-mm MM", "--plate-friction NUM", "--check-plate"})
+    EXPECT_TRUE(contains(help, option)) << option;
   expect_refusal(with({"--skin-mm", "2"}), 2, {"--skin-mm alone", "--skin-ratio 3"});
   expect_refusal(with({"--skin-ratio", "2"}), 2, {"--skin-ratio alone"});
   expect_refusal(with({"--skin-mm", "12", "--skin-ratio", "2"}), 2, {"--skin-mm", "0.05 to 10", "12"});

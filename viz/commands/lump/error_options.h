@@ -28,17 +28,19 @@ inline void add_error_sources(CommandLine& command, lump::ErrorSources& sources)
 struct SkinOptions {
   std::string thickness_mm, ratio;
 };
-/// `group`: of options that the help only names; empty: it explains them.
-inline void add_skin(CommandLine& command, SkinOptions& skin, const std::string& group = "") {
+/// Group of the help, which it names.
+inline constexpr const char* kPressGroup = "Skin and plate";
+
+inline void add_skin(CommandLine& command, SkinOptions& skin) {
   command
       .add_option("--skin-mm", skin.thickness_mm,
                   "Thickness of a skin on the tissue, part of the thickness; 2+-0.2: known to 0.2 mm (sd)")
       ->option_text("MM")
-      ->group(group);
+      ->group(kPressGroup);
   command
       .add_option("--skin-ratio", skin.ratio, "Its modulus over that of the tissue below; 3+-0.6 likewise")
       ->option_text("NUM")
-      ->group(group);
+      ->group(kPressGroup);
 }
 /// None where neither is given. Throws Error(Failure::Usage) where one is missing or makes no sense, also for
 /// a block of this thickness.
@@ -49,13 +51,13 @@ struct PlateOptions {
   std::string friction;
   bool sticks = false;
 };
-inline void add_plate(CommandLine& command, PlateOptions& plate, const std::string& group = "") {
+inline void add_plate(CommandLine& command, PlateOptions& plate) {
   command
       .add_option("--plate-friction", plate.friction,
                   "Friction of a plate that does not slide freely (oil, talc): 0.1, or 0.1+-0.03 (sd)")
       ->option_text("NUM")
-      ->group(group);
-  command.add_flag("--plate-sticks", plate.sticks, "It holds the tissue sideways")->group(group);
+      ->group(kPressGroup);
+  command.add_flag("--plate-sticks", plate.sticks, "It holds the tissue sideways")->group(kPressGroup);
 }
 /// None where neither is given. Throws Error(Failure::Usage) where both are, or the friction makes no sense.
 std::optional<lump::Plate> plate_of(const PlateOptions& plate);

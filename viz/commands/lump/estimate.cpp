@@ -165,8 +165,10 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
       ->option_text("MM [20]");
   add_skin(*command, o->skin);
   add_plate(*command, o->plate);
-  command->add_flag("--check-plate", o->check_plate,
-                    "Find out whether the plate slides: presses the block alone (1 s of a core)");
+  command
+      ->add_flag("--check-plate", o->check_plate,
+                 "Find out whether the plate slides: presses the block alone (1 s of a core)")
+      ->group(kPressGroup);
   add_relaxation(*command, o->relaxation);
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);

@@ -330,8 +330,8 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
                        std::string(kLumpMethodHelp) + ", none");
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   add_block_options(*command, *o);
-  add_skin(*command, o->skin, "Skin and plate");
-  add_plate(*command, o->plate, "Skin and plate");
+  add_skin(*command, o->skin);
+  add_plate(*command, o->plate);
   add_error_sources(*command, o->errors);
   command
       ->add_option("--cells", o->cells,
