@@ -128,6 +128,7 @@ struct ErrorSum {
 /// How far the mean of all is off on blocks that none has seen, and how that goes with how far they differ.
 void judge_members(Model& model, const Examples& all, const std::vector<Seen>& seen, TrainingReport& report) {
   std::vector<double> sizes;
+  sizes.reserve(seen.size());
   for (const Seen& s : seen) sizes.push_back(s.whole.rightCols(1).norm());
   const double faint = 0.2 * median(std::move(sizes));
   const auto area = static_cast<double>(model.patch.fields.cols());
