@@ -22,7 +22,7 @@ constexpr int kTissueRounds = 3;         // of lump and tissue in turn
 constexpr double kTissueSettled = 1e-3;  // change of the modulus
 constexpr double kMostShare = 0.5;       // of an input's error
 
-// Of an effect, 90 % interval: press_effect/README.md.
+// Shares of an effect, 90 % interval: press_effect/README.md.
 constexpr double kSkinShare = 0.05, kPlateShare = 0.15;
 constexpr double kMostFriction = 2, kJudgedFriction = 0.1;
 
@@ -264,7 +264,7 @@ struct PressEnds {
   PressConditions lower, higher;
 };
 
-/// Of what an observation says is not exact.
+/// Ends of all that an observation says is not exact.
 std::vector<PressEnds> open_ends(const Observation& observation) {
   std::vector<PressEnds> all;
   const auto add = [&](const char* input, double error, const auto& change) {

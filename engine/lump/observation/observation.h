@@ -21,7 +21,7 @@ struct Skin {
   double thickness_sd = 0, ratio_sd = 0;         ///< standard deviations of their logarithms
 };
 
-/// What is known of a plate that does not slide freely on the tissue.
+/// Plate that does not slide freely on the tissue, as far as it is known.
 struct Plate {
   bool sticks = false;  ///< it holds the tissue sideways, and has no friction then
   double friction = 0;  ///< coefficient with which the tissue slides along it, 0 to 2

@@ -31,8 +31,8 @@ std::string conditions_text(const PressConditions& conditions);
 /// what cells are off by is no part of the difference.
 class PressEffect {
  public:
-  /// Of the block alone: two grids extrapolated to cells of no size, or the lumps' own cells, in a tenth of
-  /// the time, which tell what other conditions change.
+  /// Grids extrapolated to cells of no size, finer for the block alone than for bumps; or one coarse grid
+  /// for both, in a tenth of the time, which tells what other conditions change.
   enum class Effort : uint8_t { Full, Rough };
 
   /// Presses the block alone: size, modulus and forces are the observation's, its maps, skin and plate are
@@ -42,7 +42,8 @@ class PressEffect {
               Effort effort = Effort::Full);
 
   /// Presses each of these lumps instead of those before, in the block's middle; their own places count where
-  /// they are seen. False where there is no equilibrium: nothing is changed.
+  /// they are seen. `effort`: of their bumps, no better than the effect's own. False where there is no
+  /// equilibrium: nothing is changed.
   bool set_lumps(const std::vector<Case::Lump>& lumps, Effort effort = Effort::Full);
 
   /// The observation as it would be on bare tissue under a sliding plate, maps and ways; `share`: of the

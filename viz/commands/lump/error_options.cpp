@@ -20,16 +20,25 @@ std::string example(const std::string& option, double least, double most) {
   return option + palpate::text(" %g or ", value) + option + palpate::text(" %g+-%g", value, value / 10);
 }
 
+struct ValueAndSd {
+  std::optional<double> value, sd;  ///< none: no number
+};
+
+/// "4", whose standard deviation is 0, or "4+-0.4".
+ValueAndSd value_and_sd(const std::string& text) {
+  const size_t mark = text.find("+-");
+  return {
+      number_in(std::string_view(text).substr(0, mark)),
+      mark == std::string::npos ? std::optional(0.0) : number_in(std::string_view(text).substr(mark + 2))};
+}
+
 }  // namespace
 
 double stated_value(const std::string& option, const std::string& text, double least, double most,
                     double& share) {
-  const size_t mark = text.find("+-");
-  const auto value = number_in(std::string_view(text).substr(0, mark));
-  const auto sd =
-      mark == std::string::npos ? std::optional(0.0) : number_in(std::string_view(text).substr(mark + 2));
+  const auto [value, sd] = value_and_sd(text);
   const bool numbers = value && sd && *value >= least && *value <= most && *sd >= 0;
-  if (numbers && mark != std::string::npos) share = kNormal90 * *sd / *value;
+  if (numbers && text.find("+-") != std::string::npos) share = kNormal90 * *sd / *value;
   if (!numbers || share > 0.5)
     throw Error(Failure::Usage,
                 palpate::text("%s as a value from %g to %g, or with its standard deviation of at most 30 %%",
@@ -60,10 +69,7 @@ std::optional<lump::Plate> plate_of(const PlateOptions& o) {
   lump::Plate plate;
   plate.sticks = o.sticks;
   if (o.sticks) return plate;
-  const size_t mark = o.friction.find("+-");
-  const auto friction = number_in(std::string_view(o.friction).substr(0, mark));
-  const auto sd = mark == std::string::npos ? std::optional(0.0)
-                                            : number_in(std::string_view(o.friction).substr(mark + 2));
+  const auto [friction, sd] = value_and_sd(o.friction);
   if (!friction || !sd || !(*friction >= 0 && *friction <= 2) || !(*sd >= 0 && *sd <= 0.5))
     throw Error(Failure::Usage,
                 "--plate-friction as a value from 0 to 2, or with its standard deviation of at most 0.5",

@@ -24,13 +24,13 @@ inline void add_error_sources(CommandLine& command, lump::ErrorSources& sources)
       ->check(Check::range(0.0, 0.5));
 }
 
+/// Heading of skin and plate in the help.
+inline constexpr const char* kPressGroup = "Skin and plate";
+
 /// A skin as --skin-mm and --skin-ratio state it.
 struct SkinOptions {
   std::string thickness_mm, ratio;
 };
-/// Group of the help, which it names.
-inline constexpr const char* kPressGroup = "Skin and plate";
-
 inline void add_skin(CommandLine& command, SkinOptions& skin) {
   command
       .add_option("--skin-mm", skin.thickness_mm,
